@@ -5,10 +5,12 @@ from __future__ import annotations
 import copy
 import functools
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
+
+from ._errors import InputError
 
 # Rows of a table that are shown in a notebook.
 _SHOWN = 20
@@ -43,14 +45,17 @@ class Result:
     {'frequency_hz': 4100.0, 'label': 'f1'}
     """
 
-    __slots__ = ("_fields", "_wrapped")
+    __slots__ = ("_fields", "_panel", "_wrapped")
     # Schema of its fields; None for fields of any kind.
     _schema: str | None = None
     _fields: dict[str, Any]
     _wrapped: dict[str, Any]
+    # Returns the figures of the result as SVG.
+    _panel: Callable[[], str] | None
 
-    def __init__(self, fields: dict[str, Any]) -> None:
+    def __init__(self, fields: dict[str, Any], panel: Callable[[], str] | None = None) -> None:
         object.__setattr__(self, "_fields", fields)
+        object.__setattr__(self, "_panel", panel)
         object.__setattr__(self, "_wrapped", {})
 
     def __getattr__(self, name: str) -> Any:
@@ -109,7 +114,7 @@ class Result:
             f"<tr><th>{html.escape(name)}</th><td>{html.escape(_short(value))}</td></tr>"
             for name, value in self._fields.items()
         )
-        return f"<table>{''.join(rows)}</table>"
+        return f"{self._panel() if self._panel else ''}<table>{''.join(rows)}</table>"
 
 
 # Not a base class: its methods would hide fields, such as `values`.
@@ -247,10 +252,10 @@ def class_of(name: str | None) -> type[Any]:
     return type(str(name), (Result,), {"__slots__": (), "__doc__": text, "__module__": "squeakscope.results", "_schema": name})
 
 
-def wrap(value: Any, schema: str | None = None) -> Any:
+def wrap(value: Any, schema: str | None = None, panel: Callable[[], str] | None = None) -> Any:
     """Return a serialised value as a result, results, a read-only array or itself."""
     if isinstance(value, dict):
-        return class_of(schema)(value)
+        return class_of(schema)(value, panel)
     if isinstance(value, np.ndarray):
         return _frozen(value)
     if not isinstance(value, list):
@@ -264,6 +269,24 @@ def wrap(value: Any, schema: str | None = None) -> Any:
     if _is_numeric(value):
         return _frozen(np.array(value))
     return tuple(wrap(item) for item in value)
+
+
+def progress_bar() -> Callable[[float], None]:
+    """Return a function that shows a share of work as a bar, in a notebook or on a terminal."""
+    try:
+        from tqdm.auto import tqdm
+    except ModuleNotFoundError:
+        raise InputError("progress: True needs tqdm; install it, or give a function") from None
+    bar = tqdm(total=1.0, bar_format="{percentage:3.0f} % |{bar}| {elapsed}, {remaining} left")
+
+    def show(share: float) -> None:
+        # Not by update: a sum of differences can exceed 1.
+        bar.n = share
+        bar.refresh()
+        if share >= 1.0:
+            bar.close()
+
+    return show
 
 
 def _frozen(array: Any) -> Any:

@@ -11,7 +11,8 @@ from . import results
 from ._result import Results
 
 _Scene: TypeAlias = Scene | str | PathLike[str]
-_Progress: TypeAlias = Callable[[float], object] | None
+_Systems: TypeAlias = Callable[..., System]
+_Progress: TypeAlias = Callable[[float], object] | bool | None
 _Floats: TypeAlias = NDArray[np.float64]
 _Norm: TypeAlias = Literal["euclidean", "maximum", "manhattan"]
 _Window: TypeAlias = Literal["hann", "blackman-harris"]
@@ -46,6 +47,24 @@ class Scene:
     def warnings(self) -> list[str]: ...
     @property
     def parameters(self) -> dict[str, float]: ...
+
+@final
+class System:
+    def __new__(
+        cls,
+        rhs: _Law,
+        z0: ArrayLike,
+        period: float,
+        *,
+        method: _Method = "dop853",
+        tolerance: float = 1e-08,
+        max_step: float | None = None,
+        events: Callable[[float, _Floats], ArrayLike] | None = None,
+        reset: Callable[[float, _Floats, int], ArrayLike | None] | None = None,
+        max_crossings: int = 1000,
+        jacobian: _Law | None = None,
+        autonomous: bool | None = None,
+    ) -> System: ...
 
 @final
 class Contact:
@@ -121,7 +140,7 @@ def model(scene: _Scene) -> dict[str, _Floats]: ...
 def stability(scene: _Scene, tilts_deg: ArrayLike | None = None) -> Results[results.StabilityAt]: ...
 def sensitivities(scene: _Scene, *, progress: _Progress = None) -> Results[results.ModeSensitivities]: ...
 def branch(
-    scene: _Scene,
+    scene: _Scene | _Systems,
     parameter: str = "load.tilt_deg",
     interval: tuple[float, float] | None = None,
     *,
@@ -131,26 +150,26 @@ def branch(
     progress: _Progress = None,
 ) -> results.Branch: ...
 def sweep(
-    scene: _Scene,
+    scene: _Scene | _Systems,
     values: Mapping[str, ArrayLike],
     *,
     starts: Sequence[Literal["fresh", "upward", "downward"]] | None = None,
-    min_transient: float = 0.05,
-    max_transient: float = 1.0,
-    measure: float = 0.6,
+    min_transient: float | None = None,
+    max_transient: float | None = None,
+    measure: float | None = None,
     exponents: int = 3,
     shard: tuple[int, int] | None = None,
     threads: int | None = None,
     progress: _Progress = None,
 ) -> results.SweepResult: ...
 def basins(
-    scene: _Scene,
+    scene: _Scene | _Systems,
     kicks: int = 20,
     *,
     seed: int = 1,
-    min_transient: float = 0.05,
-    max_transient: float = 1.0,
-    measure: float = 0.6,
+    min_transient: float | None = None,
+    max_transient: float | None = None,
+    measure: float | None = None,
     exponents: int = 3,
     threads: int | None = None,
     progress: _Progress = None,

@@ -1,7 +1,9 @@
 //! Arguments: arrays, numbers and words, each checked once, with errors that name the argument and the remedy.
 
 use numpy::{PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::conversion::FromPyObjectOwned;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::error::input;
 
@@ -87,6 +89,58 @@ pub fn positive(name: &str, value: f64) -> PyResult<f64> {
         Err(input(format!(
             "{name}: give a finite number above 0, not {value}"
         )))
+    }
+}
+
+/// Declares keyword arguments with their defaults, which several functions have.
+macro_rules! options {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty = $default:expr,)* }) => {
+        $(#[$doc])*
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            pub const NAMES: &[&str] = &[$(stringify!($field)),*];
+
+            pub fn of(given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+                Ok(Self {
+                    $($field: $crate::array::option(given, stringify!($field), || $default)?,)*
+                })
+            }
+        }
+    };
+}
+pub(crate) use options;
+
+/// Refuses keyword arguments with other names than these.
+pub fn check_names(given: Option<&Bound<'_, PyDict>>, known: &[&[&str]]) -> PyResult<()> {
+    let known: Vec<_> = known
+        .iter()
+        .flat_map(|names| names.iter().map(|name| (*name, ())))
+        .collect();
+    for (name, _) in given.into_iter().flatten() {
+        choice("keyword arguments", &name.extract::<String>()?, &known)?;
+    }
+    Ok(())
+}
+
+/// A keyword argument, or its default.
+pub fn option<'py, T: FromPyObjectOwned<'py>>(
+    given: Option<&Bound<'py, PyDict>>,
+    name: &str,
+    default: impl FnOnce() -> T,
+) -> PyResult<T> {
+    match given
+        .map(|given| given.get_item(name))
+        .transpose()?
+        .flatten()
+    {
+        None => Ok(default()),
+        Some(value) => value.extract::<T>().map_err(|error| {
+            let error: PyErr = error.into();
+            input(format!("{name}: {}", error.value(value.py())))
+        }),
     }
 }
 

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 use crate::error::raise;
 
@@ -23,6 +24,14 @@ pub struct Watch {
 }
 
 impl Watch {
+    /// With a stop flag that others have, too.
+    pub fn with_stop(stop: &Arc<AtomicBool>) -> Self {
+        Self {
+            stop: Arc::clone(stop),
+            ..Self::default()
+        }
+    }
+
     /// Reports the share of the work that is done, and returns whether to continue.
     pub fn report(&self, share: f64) -> bool {
         self.share.store(share.to_bits(), Ordering::Relaxed);
@@ -37,12 +46,22 @@ pub fn long_call<T: Send, E: Error + Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    let watch = Watch::default();
+    watched_call(py, progress, &Watch::default(), work)
+}
+
+/// [`long_call`] with a watch.
+pub fn watched_call<T: Send, E: Error + Send + 'static>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    watch: &Watch,
+    work: impl FnOnce(&Watch) -> Result<T, E> + Send,
+) -> PyResult<T> {
+    let progress = reporter(py, progress)?;
     let done = AtomicBool::new(false);
     let caller = thread::current();
     thread::scope(|scope| {
         let worker = scope.spawn(|| {
-            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(&watch)));
+            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(watch)));
             done.store(true, Ordering::Release);
             caller.unpark();
             result
@@ -51,24 +70,46 @@ pub fn long_call<T: Send, E: Error + Send + 'static>(
         while !done.load(Ordering::Acquire) {
             py.detach(|| thread::park_timeout(POLL));
             if ended.is_ok() {
-                ended = poll(py, progress, &watch);
-                watch.stop.store(ended.is_err(), Ordering::Relaxed);
+                ended = poll(py, progress.as_ref(), watch);
+                watch.stop.fetch_or(ended.is_err(), Ordering::Relaxed);
             }
         }
         let result = py.detach(|| worker.join());
         ended?;
         match result.and_then(|result| result) {
-            Ok(result) => result.map_err(|error| raise(&error)),
+            Ok(Ok(result)) => {
+                watch.report(1.0);
+                poll(py, progress.as_ref(), watch)?;
+                Ok(result)
+            }
+            Ok(Err(error)) => Err(raise(&error)),
             Err(panic) => std::panic::resume_unwind(panic),
         }
     })
+}
+
+/// The function of a progress; True is a bar.
+pub fn reporter<'py>(
+    py: Python<'py>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let is_bar = progress.and_then(|progress| progress.cast::<PyBool>().ok());
+    match is_bar.map(|is_bar| is_bar.is_true()) {
+        Some(true) => {
+            let module = py.import("squeakscope._result")?;
+            module.call_method0("progress_bar").map(Some)
+        }
+        Some(false) => Ok(None),
+        None => Ok(progress.cloned()),
+    }
 }
 
 /// Listens to Ctrl-C and reports the progress.
 pub fn poll(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
     py.check_signals()?;
     if let Some(progress) = progress {
-        progress.call1((f64::from_bits(watch.share.load(Ordering::Relaxed)),))?;
+        let share = f64::from_bits(watch.share.load(Ordering::Relaxed));
+        progress.call1((share.min(1.0),))?;
     }
     Ok(())
 }

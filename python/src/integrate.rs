@@ -4,58 +4,107 @@ use std::sync::Arc;
 
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, MethodName, SolverStats};
 use squeakscope::study::lyapunov::{Classified, Goal, LyapunovPlan, lyapunov};
 
-use crate::array::{choice, numeric, optional, positive, vector, whole};
+use crate::array::{check_names, choice, numeric, optional, options, positive, vector, whole};
 use crate::error::input;
 use crate::result::Fields;
 use crate::schema::{Integration, OwnExponents};
 use crate::system::{Calls, Law, OwnSystem};
 
-/// The functions of a system, as the caller gives them.
-struct Functions<'py> {
-    rhs: Bound<'py, PyAny>,
-    jacobian: Option<Bound<'py, PyAny>>,
-    events: Option<Bound<'py, PyAny>>,
-    reset: Option<Bound<'py, PyAny>>,
-    autonomous: Option<bool>,
-    progress: Option<Bound<'py, PyAny>>,
+options! {
+    /// Functions of a system beside its right-hand side, and how it is integrated.
+    Options {
+        method: String = "dop853".to_owned(),
+        tolerance: f64 = 1e-8,
+        max_step: Option<f64> = None,
+        events: Option<Py<PyAny>> = None,
+        reset: Option<Py<PyAny>> = None,
+        max_crossings: i64 = 1000,
+        jacobian: Option<Py<PyAny>> = None,
+        autonomous: Option<bool> = None,
+    }
 }
 
-/// How they are integrated, as the caller gives it.
-struct Numerics<'a> {
-    method: &'a str,
-    tolerance: f64,
-    max_step: Option<f64>,
-    /// Number of crossings within a time (s) above which the system chatters.
-    max_crossings: i64,
-    window: f64,
+/// A system of equations ``dz/dt = rhs(t, z)`` for studies over parameters: :func:`sweep`, :func:`basins` and
+/// :func:`branch` take a function of the parameters that returns it.
+///
+/// Parameters
+/// ----------
+/// rhs, z0 : callable, array_like
+///     As for :func:`integrate`; the start is at time 0.
+/// period : float
+///     Period of the drive, or about the period of the motion of an autonomous system. It sets the time scale of
+///     studies: 48 samples a period, and times that settle and measure by default.
+/// method, tolerance, max_step, events, reset, max_crossings, jacobian, autonomous : optional
+///     As for :func:`integrate`. The largest step is a twentieth of the period by default.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> import squeakscope as s
+/// >>> def duffing(drive):
+/// ...     return s.System(lambda t, z: [z[1], -0.3 * z[1] + z[0] - z[0]**3 + drive * np.cos(1.2 * t)], [1, 0], 2 * np.pi / 1.2)
+/// >>> found = s.branch(duffing, "drive", (0.2, 0.3))
+/// >>> [(point.kind, round(point["drive"], 4)) for point in found.bifurcations][0]
+/// ('period-doubling', 0.2656)
+#[pyclass(frozen, module = "squeakscope")]
+pub struct System {
+    rhs: Py<PyAny>,
+    pub z0: Vec<f64>,
+    pub period: f64,
+    pub options: Options,
 }
 
-impl Functions<'_> {
-    /// The system, and its integrator at the start of a time span.
-    fn start(
-        self,
-        z: &[f64],
+#[pymethods]
+impl System {
+    #[new]
+    #[pyo3(signature = (rhs, z0, period, **options), text_signature = "(rhs, z0, period, *, method='dop853', \
+        tolerance=1e-8, max_step=None, events=None, reset=None, max_crossings=1000, jacobian=None, autonomous=None)")]
+    fn new(
+        rhs: Py<PyAny>,
+        z0: &Bound<'_, PyAny>,
+        period: f64,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        check_names(options, &[Options::NAMES])?;
+        Ok(Self {
+            rhs,
+            z0: vector("z0", z0)?.as_slice()?.to_vec(),
+            period: positive("period", period)?,
+            options: Options::of(options)?,
+        })
+    }
+}
+
+impl System {
+    /// The system, and its integrator at the start of a time span. A step has at most `max_step` if the caller gives no other,
+    /// and more crossings than permitted within a `window` are an error.
+    pub fn start(
+        &self,
+        py: Python<'_>,
+        calls: Arc<Calls>,
         (t, span): (f64, f64),
-        numerics: &Numerics<'_>,
+        (window, max_step): (f64, Option<f64>),
     ) -> PyResult<(OwnSystem, Integrator)> {
-        let py = self.rhs.py();
-        let law = |name, function: Option<Bound<'_, PyAny>>| {
+        let (options, z) = (&self.options, &self.z0[..]);
+        let law = |name, function: &Option<Py<PyAny>>| {
+            let function = function.as_ref();
             function
-                .map(|function| Law::new(name, &function))
+                .map(|function| Law::new(name, function.bind(py)))
                 .transpose()
         };
         let mut system = OwnSystem {
-            rhs: Law::new("rhs", &self.rhs)?,
-            jacobian: law("jacobian", self.jacobian)?,
-            events: law("events", self.events)?,
-            reset: law("reset", self.reset)?,
+            rhs: Law::new("rhs", self.rhs.bind(py))?,
+            jacobian: law("jacobian", &options.jacobian)?,
+            events: law("events", &options.events)?,
+            reset: law("reset", &options.reset)?,
             dim: z.len(),
             guards: 0,
             autonomous: false,
-            calls: Calls::new(self.progress.map(Bound::unbind)),
+            calls: Arc::default(),
         };
         match (&system.events, &system.reset, &system.rhs) {
             (None, Some(_), _) => {
@@ -79,33 +128,35 @@ impl Functions<'_> {
             }
             _ => {}
         }
-        let depends = system.depends_on_time((t, span), z);
-        if depends && self.autonomous == Some(true) {
+        let depends = options.autonomous != Some(false) && system.depends_on_time((t, span), z);
+        if depends && options.autonomous == Some(true) {
             return Err(input(
                 "autonomous: a function changes with time; omit the argument, or give False",
             ));
         }
-        system.autonomous = self.autonomous.unwrap_or(!depends);
+        system.autonomous = options.autonomous.unwrap_or(!depends);
+        system.calls = calls;
         let names = MethodName::ALL.iter().map(|name| (name.name(), *name));
         let names: Vec<_> = names
             .filter(|(name, _)| !name.starts_with("lawson"))
             .collect();
-        let name = choice("method", numerics.method, &names)?;
-        if name.has_fixed_step() && numerics.max_step.is_none() {
+        let name = choice("method", &options.method, &names)?;
+        let max_step = options.max_step.or(max_step);
+        if name.has_fixed_step() && max_step.is_none() {
             return Err(input(format!(
                 "max_step: give the step of {}, which is constant",
-                numerics.method
+                options.method
             )));
         }
-        let max_step = positive("max_step", numerics.max_step.unwrap_or(span))?;
-        let method = name.with(Accuracy::relative(numerics.tolerance), max_step);
-        let crossings = whole("max_crossings", numerics.max_crossings, 1)?;
+        let max_step = positive("max_step", max_step.unwrap_or(span))?;
+        let method = name.with(Accuracy::relative(options.tolerance), max_step);
+        let crossings = whole("max_crossings", options.max_crossings, 1)?;
         let start = || {
             let mut integrator = Integrator::new(method, &system)?;
             if system.guards > 0 {
                 integrator = integrator
                     .with_events(&system)?
-                    .with_crossing_limit(crossings, numerics.window);
+                    .with_crossing_limit(crossings, window);
             }
             integrator.set_stop_flag(Arc::clone(&system.calls.watch.stop));
             integrator.start(&system, t, z)?;
@@ -232,24 +283,18 @@ impl Found {
 /// >>> round(float(found.z[-1, 0]), 6)
 /// -1.0
 #[pyfunction]
-#[pyo3(signature = (rhs, z0, t, *, method="dop853", tolerance=1e-8, max_step=None, events=None, reset=None,
-    terminal=None, direction=None, max_crossings=1000, jacobian=None, autonomous=None, progress=None))]
+#[pyo3(signature = (rhs, z0, t, *, terminal=None, direction=None, progress=None, **options), text_signature = "(rhs, z0, t, *, \
+    method='dop853', tolerance=1e-8, max_step=None, events=None, reset=None, terminal=None, direction=None, \
+    max_crossings=1000, jacobian=None, autonomous=None, progress=None)")]
 pub fn integrate<'py>(
     py: Python<'py>,
-    rhs: Bound<'py, PyAny>,
+    rhs: Py<PyAny>,
     z0: Bound<'py, PyAny>,
     t: Bound<'py, PyAny>,
-    method: &str,
-    tolerance: f64,
-    max_step: Option<f64>,
-    events: Option<Bound<'py, PyAny>>,
-    reset: Option<Bound<'py, PyAny>>,
     terminal: Option<PerGuard<bool>>,
     direction: Option<PerGuard<i8>>,
-    max_crossings: i64,
-    jacobian: Option<Bound<'py, PyAny>>,
-    autonomous: Option<bool>,
-    progress: Option<Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
+    options: Option<Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let times = vector("t", &t)?;
     let times = times.as_slice()?;
@@ -257,24 +302,10 @@ pub fn integrate<'py>(
         [from, .., to] if times.is_sorted_by(|a, b| a < b) => (*from, *to),
         _ => return Err(input("t: give at least two times in ascending order")),
     };
-    let state = vector("z0", &z0)?;
-    let state = state.as_slice()?;
-    let functions = Functions {
-        rhs,
-        jacobian,
-        events,
-        reset,
-        autonomous,
-        progress,
-    };
-    let numerics = Numerics {
-        method,
-        tolerance,
-        max_step,
-        max_crossings,
-        window: 1e-3 * (to - from),
-    };
-    let (system, mut integrator) = functions.start(state, (from, to - from), &numerics)?;
+    let definition = System::new(rhs, &z0, 1.0, options.as_ref())?;
+    let (calls, span) = (Arc::new(Calls::new(progress)), to - from);
+    let (system, mut integrator) =
+        definition.start(py, calls, (from, span), (1e-3 * span, None))?;
     let terminal = terminal
         .unwrap_or(PerGuard::One(false))
         .all("terminal", system.guards)?;
@@ -282,7 +313,7 @@ pub fn integrate<'py>(
         .unwrap_or(PerGuard::One(0))
         .all("direction", system.guards)?;
     let mut found = Found {
-        states: state.to_vec(),
+        states: definition.z0.clone(),
         ..Found::default()
     };
     let mut row = vec![0.0; system.dim];
@@ -361,26 +392,20 @@ pub fn integrate<'py>(
 /// >>> found.exponents.round(3).tolist()
 /// [-1.0, -2.0]
 #[pyfunction]
-#[pyo3(signature = (rhs, z0, time, *, settle, interval, exponents=None, seed=1, method="dop853", tolerance=1e-8,
-    max_step=None, events=None, reset=None, max_crossings=1000, jacobian=None, autonomous=None, progress=None))]
+#[pyo3(signature = (rhs, z0, time, *, settle, interval, exponents=None, seed=1, progress=None, **options),
+    text_signature = "(rhs, z0, time, *, settle, interval, exponents=None, seed=1, method='dop853', tolerance=1e-8, \
+    max_step=None, events=None, reset=None, max_crossings=1000, jacobian=None, autonomous=None, progress=None)")]
 pub fn exponents<'py>(
     py: Python<'py>,
-    rhs: Bound<'py, PyAny>,
+    rhs: Py<PyAny>,
     z0: Bound<'py, PyAny>,
     time: f64,
     settle: f64,
     interval: f64,
     exponents: Option<i64>,
     seed: i64,
-    method: &str,
-    tolerance: f64,
-    max_step: Option<f64>,
-    events: Option<Bound<'py, PyAny>>,
-    reset: Option<Bound<'py, PyAny>>,
-    max_crossings: i64,
-    jacobian: Option<Bound<'py, PyAny>>,
-    autonomous: Option<bool>,
-    progress: Option<Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
+    options: Option<Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let plan = LyapunovPlan {
         settle: positive("settle", settle)?,
@@ -389,24 +414,10 @@ pub fn exponents<'py>(
         max_time: time,
         sample_interval: positive("interval", interval)?,
     };
-    let state = vector("z0", &z0)?;
-    let state = state.as_slice()?;
-    let functions = Functions {
-        rhs,
-        jacobian,
-        events,
-        reset,
-        autonomous,
-        progress,
-    };
-    let numerics = Numerics {
-        method,
-        tolerance,
-        max_step: max_step.or(Some(interval)),
-        max_crossings,
-        window: interval,
-    };
-    let (system, integrator) = functions.start(state, (0.0, time), &numerics)?;
+    let definition = System::new(rhs, &z0, 1.0, options.as_ref())?;
+    let (calls, state) = (Arc::new(Calls::new(progress)), &definition.z0[..]);
+    let (system, integrator) =
+        definition.start(py, calls, (0.0, time), (interval, Some(interval)))?;
     let width =
         optional("exponents", exponents, 1)?.map_or(state.len(), |count| count.min(state.len()));
     let seed = whole("seed", seed, 0)? as u64;

@@ -10,8 +10,10 @@
 mod array;
 mod call;
 mod error;
+mod filippov;
 mod integrate;
 mod model;
+mod own;
 mod recording;
 mod recurrence;
 mod result;
@@ -39,6 +41,7 @@ fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
 #[pymodule]
 fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", squeakscope::VERSION)?;
+    module.add_class::<integrate::System>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<run::Run>()?;
     module.add_class::<samples::Samples>()?;

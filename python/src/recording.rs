@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use squeakscope::import::{Format, ImportError, Selection, Signal, Table, read_signal};
+use squeakscope::plot::signal_figures;
 use squeakscope::record::{ReadError, read_series};
 use squeakscope::study::signal::{
     AnalysedFile, CalibrationError, CalibrationSource, SignalError, SignalOptions,
@@ -12,7 +13,7 @@ use squeakscope::study::signal::{
 use crate::array::{optional, positive, vector};
 use crate::call::long_call;
 use crate::error::input;
-use crate::result::{Fields, result};
+use crate::result::Fields;
 use crate::schema::SignalOfFile;
 
 /// Analyse a signal completely: events, spectrum, embedding, recurrence, section, exponents and regime.
@@ -110,7 +111,16 @@ pub fn analyse<'py>(
         let found = AnalysedFile::of(path, signal, calibration, &options, watch);
         found.map_err(FileError::from)
     })?;
-    result(py, &found)
+    let fields = Fields::of(py, &found)?;
+    let shown = ["spectrum", "regime"];
+    let figures = move || {
+        let report = found.iter().map(|found| &found.report);
+        let figures = report.flat_map(signal_figures);
+        figures
+            .filter(|figure| shown.contains(&&*figure.name))
+            .collect()
+    };
+    fields.drawn(figures)?.finish::<AnalysedFile>()
 }
 
 /// Why a file has no signal.

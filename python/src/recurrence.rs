@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use squeakscope::analysis::{
     AnalysisError, CrossRecurrence, DelayVectors, Measures, Norm, RateBase, RecurrenceCounts,
     RecurrenceCriterion, RecurrencePlot, Threshold, quantify,
 };
 use squeakscope::memory::check;
 
-use crate::array::{choice, numeric, optional, positive, vector, whole};
+use crate::array::{check_names, choice, numeric, optional, options, positive, vector, whole};
 use crate::call::{Watch, long_call};
 use crate::error::input;
 use crate::result::{Fields, timed};
@@ -19,25 +20,29 @@ use crate::schema::{Plot, Quantified};
 /// Default recurrence rate.
 const RATE: f64 = 0.05;
 
-/// What recurs, as the caller gives it.
-struct Choices<'a> {
-    lag: i64,
-    dimension: i64,
-    threshold: Option<f64>,
-    threshold_std: Option<f64>,
-    recurrence_rate: Option<f64>,
-    neighbours: Option<i64>,
-    norm: &'a str,
-    theiler: i64,
+options! {
+    /// What recurs, as the caller gives it.
+    Choices {
+        lag: i64 = 1,
+        dimension: i64 = 1,
+        threshold: Option<f64> = None,
+        threshold_std: Option<f64> = None,
+        recurrence_rate: Option<f64> = None,
+        neighbours: Option<i64> = None,
+        norm: String = "euclidean".to_owned(),
+        theiler: i64 = 1,
+    }
 }
 
-/// How the lines are counted, as the caller gives it.
-struct Counting<'a> {
-    min_diagonal: i64,
-    min_vertical: i64,
-    line_of_identity: bool,
-    rate_base: &'a str,
-    rate: Option<f64>,
+options! {
+    /// How the lines are counted, as the caller gives it.
+    Counting {
+        min_diagonal: i64 = 2,
+        min_vertical: i64 = 2,
+        line_of_identity: bool = false,
+        rate_base: String = "counted".to_owned(),
+        rate: Option<f64> = None,
+    }
 }
 
 /// A signal or states.
@@ -51,7 +56,7 @@ struct States {
 }
 
 impl States {
-    fn new(name: &str, signal: &Bound<'_, PyAny>, choices: &Choices<'_>) -> PyResult<Self> {
+    fn new(name: &str, signal: &Bound<'_, PyAny>, choices: &Choices) -> PyResult<Self> {
         let lag = whole("lag", choices.lag, 1)?;
         let dimension = whole("dimension", choices.dimension, 1)?;
         let array = numeric(name, signal)?;
@@ -111,9 +116,10 @@ impl Recurrence {
     fn new(
         signal: &Bound<'_, PyAny>,
         other: Option<&Bound<'_, PyAny>>,
-        choices: Choices<'_>,
+        options: Option<&Bound<'_, PyDict>>,
         identity: bool,
     ) -> PyResult<Self> {
+        let choices = Choices::of(options)?;
         let neighbours = optional("neighbours", choices.neighbours, 1)?;
         let given = [
             choices.threshold.map(Threshold::Distance),
@@ -156,7 +162,7 @@ impl Recurrence {
             states,
             other,
             rule: RecurrenceCriterion {
-                norm: choice("norm", choices.norm, &norms)?,
+                norm: choice("norm", &choices.norm, &norms)?,
                 threshold,
                 theiler: if identity { 0 } else { theiler.max(1) },
             },
@@ -182,24 +188,27 @@ struct Quantification {
     base: RateBase,
     /// Time between two samples, s; 1 without a rate.
     step: f64,
+    rate: Option<f64>,
 }
 
 impl Quantification {
     fn new(
         signal: &Bound<'_, PyAny>,
         other: Option<&Bound<'_, PyAny>>,
-        choices: Choices<'_>,
-        counting: &Counting<'_>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        check_names(options, &[Choices::NAMES, Counting::NAMES])?;
+        let counting = Counting::of(options)?;
         let bases = [("counted", RateBase::Counted), ("all", RateBase::All)];
         Ok(Self {
-            recurrence: Recurrence::new(signal, other, choices, counting.line_of_identity)?,
+            recurrence: Recurrence::new(signal, other, options, counting.line_of_identity)?,
             lines: [
                 whole("min_diagonal", counting.min_diagonal, 1)?,
                 whole("min_vertical", counting.min_vertical, 1)?,
             ],
-            base: choice("rate_base", counting.rate_base, &bases)?,
+            base: choice("rate_base", &counting.rate_base, &bases)?,
             step: 1.0 / positive("rate", counting.rate.unwrap_or(1.0))?,
+            rate: counting.rate,
         })
     }
 
@@ -260,32 +269,16 @@ impl Quantification {
 /// Result
 ///     ``recurrent``, a boolean matrix; ``threshold``, and the recurrence ``rate``.
 #[pyfunction]
-#[pyo3(signature = (signal, other=None, *, lag=1, dimension=1, threshold=None, threshold_std=None,
-    recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1))]
+#[pyo3(signature = (signal, other=None, **options), text_signature = "(signal, other=None, *, lag=1, dimension=1, \
+    threshold=None, threshold_std=None, recurrence_rate=None, neighbours=None, norm='euclidean', theiler=1)")]
 pub fn recurrence_plot<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
     other: Option<Bound<'py, PyAny>>,
-    lag: i64,
-    dimension: i64,
-    threshold: Option<f64>,
-    threshold_std: Option<f64>,
-    recurrence_rate: Option<f64>,
-    neighbours: Option<i64>,
-    norm: &str,
-    theiler: i64,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let choices = Choices {
-        lag,
-        dimension,
-        threshold,
-        threshold_std,
-        recurrence_rate,
-        neighbours,
-        norm,
-        theiler,
-    };
-    let recurrence = Recurrence::new(&signal, other.as_ref(), choices, false)?;
+    check_names(options, &[Choices::NAMES])?;
+    let recurrence = Recurrence::new(&signal, other.as_ref(), options, false)?;
     if let Some(other) = &recurrence.other {
         let plot = long_call(py, None, |watch| recurrence.cross(other, watch))?;
         let counts = plot.counts();
@@ -354,51 +347,22 @@ pub fn recurrence_plot<'py>(
 ///     Measures of Marwan et al. (Phys. Rep. 438, 237, 2007): ``recurrence_rate``, ``determinism``,
 ///     ``laminarity``, ``entropy`` and more; None where a measure is not defined. ``states`` and ``threshold``.
 #[pyfunction]
-#[pyo3(signature = (signal, other=None, *, lag=1, dimension=1, threshold=None, threshold_std=None,
-    recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2, line_of_identity=false,
-    rate_base="counted", rate=None))]
+#[pyo3(signature = (signal, other=None, **options), text_signature = "(signal, other=None, *, lag=1, dimension=1, \
+    threshold=None, threshold_std=None, recurrence_rate=None, neighbours=None, norm='euclidean', theiler=1, \
+    min_diagonal=2, min_vertical=2, line_of_identity=False, rate_base='counted', rate=None)")]
 pub fn rqa<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
     other: Option<Bound<'py, PyAny>>,
-    lag: i64,
-    dimension: i64,
-    threshold: Option<f64>,
-    threshold_std: Option<f64>,
-    recurrence_rate: Option<f64>,
-    neighbours: Option<i64>,
-    norm: &str,
-    theiler: i64,
-    min_diagonal: i64,
-    min_vertical: i64,
-    line_of_identity: bool,
-    rate_base: &str,
-    rate: Option<f64>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let choices = Choices {
-        lag,
-        dimension,
-        threshold,
-        threshold_std,
-        recurrence_rate,
-        neighbours,
-        norm,
-        theiler,
-    };
-    let counting = Counting {
-        min_diagonal,
-        min_vertical,
-        line_of_identity,
-        rate_base,
-        rate,
-    };
-    let quantification = Quantification::new(&signal, other.as_ref(), choices, &counting)?;
+    let quantification = Quantification::new(&signal, other.as_ref(), options)?;
     let all = 0..quantification.recurrence.states.len();
     let (measures, distance, states) = long_call(py, None, |watch| quantification.of(all, watch))?;
     Fields::of(py, &measures)?
         .with("threshold", distance)?
         .with("states", states)?
-        .timed::<Quantified>(rate)
+        .timed::<Quantified>(quantification.rate)
 }
 
 /// Recurrence quantification in windows along a signal.
@@ -421,47 +385,18 @@ pub fn rqa<'py>(
 /// Results
 ///     The measures of each window, with the time of its centre.
 #[pyfunction]
-#[pyo3(signature = (signal, window, *, hop=None, lag=1, dimension=1, threshold=None, threshold_std=None,
-    recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2,
-    line_of_identity=false, rate_base="counted", rate=None, progress=None))]
+#[pyo3(signature = (signal, window, *, hop=None, progress=None, **options), text_signature = "(signal, window, *, hop=None, \
+    lag=1, dimension=1, threshold=None, threshold_std=None, recurrence_rate=None, neighbours=None, norm='euclidean', \
+    theiler=1, min_diagonal=2, min_vertical=2, line_of_identity=False, rate_base='counted', rate=None, progress=None)")]
 pub fn rqa_windowed<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
     window: i64,
     hop: Option<i64>,
-    lag: i64,
-    dimension: i64,
-    threshold: Option<f64>,
-    threshold_std: Option<f64>,
-    recurrence_rate: Option<f64>,
-    neighbours: Option<i64>,
-    norm: &str,
-    theiler: i64,
-    min_diagonal: i64,
-    min_vertical: i64,
-    line_of_identity: bool,
-    rate_base: &str,
-    rate: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let choices = Choices {
-        lag,
-        dimension,
-        threshold,
-        threshold_std,
-        recurrence_rate,
-        neighbours,
-        norm,
-        theiler,
-    };
-    let counting = Counting {
-        min_diagonal,
-        min_vertical,
-        line_of_identity,
-        rate_base,
-        rate,
-    };
-    let quantification = Quantification::new(&signal, None, choices, &counting)?;
+    let quantification = Quantification::new(&signal, None, options)?;
     let window = whole("window", window, 1)?;
     let hop = optional("hop", hop, 1)?.unwrap_or(window);
     let samples = quantification.recurrence.states.len();
@@ -480,5 +415,5 @@ pub fn rqa_windowed<'py>(
         }
         Ok::<_, AnalysisError>(found)
     })?;
-    timed(py, &found, rate)
+    timed(py, &found, quantification.rate)
 }

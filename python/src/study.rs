@@ -1,22 +1,26 @@
 //! Studies of scenes: many simulations, or the linearised system.
 
+use std::sync::Arc;
+
 use pyo3::prelude::*;
 use squeakscope::dynamics::equilibrium::EquilibriumError;
 use squeakscope::joint::BallJoint;
+use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figure};
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{
-    self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
-    OrbitStarts, add_orbits, equilibria,
+    self as branches, Branch, BranchError, BranchPlan, BranchRange, EquilibriumBranch,
+    OrbitProgress, OrbitStarts, add_orbits_of, equilibria_of,
 };
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{
     ExponentCount, Goal, LyapunovRequest, LyapunovResult, scene_lyapunov,
 };
-use squeakscope::study::{StudyError, stability as linear_modes};
+use squeakscope::study::{StudyError, Subject, stability as linear_modes};
 
 use crate::array::{optional, vector, whole};
-use crate::call::long_call;
+use crate::call::{Watch, long_call};
 use crate::error::{input, raise};
+use crate::own::{OwnSystems, Studied};
 use crate::result::{Fields, result};
 use crate::scene::SceneOrName;
 use crate::schema::SceneExponents;
@@ -95,14 +99,14 @@ pub fn sensitivities<'py>(
     result(py, &found)
 }
 
-/// Follow equilibria and periodic motions of a scene over a parameter.
+/// Follow equilibria and periodic motions over a parameter.
 ///
 /// Parameters
 /// ----------
-/// scene : Scene, str or os.PathLike
-///     The scene, or its name or path.
+/// scene : Scene, str, os.PathLike or callable
+///     The scene, or its name or path; or a function of the parameter that returns a :class:`System`.
 /// parameter : str
-///     Key of the parameter.
+///     Key of the parameter, or name of the argument.
 /// interval : tuple of float, optional
 ///     First and last value of the parameter, in the unit of the scene file. By default (0, 8).
 /// points : int
@@ -117,13 +121,14 @@ pub fn sensitivities<'py>(
 /// Returns
 /// -------
 /// Result
-///     ``equilibria``, ``points`` (periodic orbits) and ``bifurcations``.
+///     ``equilibria``, ``points`` (periodic orbits) and ``bifurcations``. Those of own systems have no units in their names,
+///     and amplitudes of the first component of the state.
 #[pyfunction]
 #[pyo3(signature = (scene, parameter="load.tilt_deg", interval=None, *, points=41, orbits=true, start=None,
     progress=None))]
 pub fn branch<'py>(
     py: Python<'py>,
-    scene: SceneOrName,
+    scene: Studied,
     parameter: &str,
     interval: Option<(f64, f64)>,
     points: i64,
@@ -131,47 +136,94 @@ pub fn branch<'py>(
     start: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let own = matches!(scene, Studied::Systems(_));
+    if own && (interval.is_none() || parameter.contains('.')) {
+        return Err(input(
+            "parameter, interval: give the name of an argument of the function, and its first and last value",
+        ));
+    }
     let (from, to) = interval.unwrap_or((0.0, 8.0));
     if from.partial_cmp(&to) != Some(std::cmp::Ordering::Less) {
         return Err(input(
             "interval: the first value must be less than the last",
         ));
     }
-    let scene = scene.load(None)?;
-    let plan = BranchPlan {
-        parameter: scene.parameter(parameter).map_err(|error| raise(&error))?,
-        scene,
-        interval: [from, to],
-        points: whole("points", points, 2)?,
+    let (interval, points) = ([from, to], whole("points", points, 2)?);
+    let starts = start.map_or(OrbitStarts::Scene, OrbitStarts::At);
+    let plan = match scene {
+        Studied::Scene(scene) => {
+            let scene = scene.load(None)?;
+            BranchPlan {
+                parameter: scene.parameter(parameter).map_err(|error| raise(&error))?,
+                scene,
+                interval,
+                points,
+            }
+        }
+        Studied::Systems(function) => {
+            let systems = Arc::new(OwnSystems::new(py, function, vec![parameter.to_owned()])?);
+            let range = BranchRange {
+                subject: Arc::clone(&systems) as Arc<dyn Subject>,
+                interval,
+                points,
+            };
+            let found = systems.call(py, progress.as_ref(), |watch| {
+                let new = |steady| Branch::of(parameter, interval, steady);
+                branches_of(&range, orbits.then_some(starts), watch, new)
+            })?;
+            return Fields::of(py, &found)?
+                .unitless(&systems.names)?
+                .finish::<Branch>();
+        }
     };
     let found = long_call(py, progress.as_ref(), |watch| {
-        for value in [from, to] {
+        for value in interval {
             plan.scene.with_values(&[(plan.parameter, value)])?;
         }
-        start.map_or(Ok(()), |start| plan.check_start(start))?;
-        let steady = match equilibria(&plan, &mut |share| watch.report(0.1 * share)) {
-            // A system driven in time has no equilibria, but periodic orbits.
-            Err(BranchError::Equilibrium(EquilibriumError::Driven)) if orbits => {
-                EquilibriumBranch::default()
-            }
-            steady => steady?,
-        };
-        let mut found = Branch::new(&plan, steady);
-        if orbits {
-            let mut report = |update: OrbitProgress<'_>| {
-                let share = match update {
-                    OrbitProgress::Settling(_) => 0.1,
-                    OrbitProgress::Branch(_) => 1.0,
-                    OrbitProgress::Orbit { value, .. } => 0.2 + 0.8 * (value - from) / (to - from),
-                };
-                watch.report(share)
-            };
-            let starts = start.map_or(OrbitStarts::Scene, OrbitStarts::At);
-            add_orbits(&plan, starts, &mut found, &mut report)?;
-        }
-        Ok::<_, BranchError>(found)
+        let new = |steady| Branch::new(&plan, steady);
+        branches_of(&plan.range(), orbits.then_some(starts), watch, new)
     })?;
-    result(py, &found)
+    let fields = Fields::of(py, &found)?;
+    let name = plan.scene.name;
+    let figures = move || {
+        let modes = (!found.equilibria.is_empty()).then(|| modes_figure(&name, &found));
+        let orbits = (!found.points.is_empty()).then(|| branch_figure(&name, &found, &[]));
+        modes.into_iter().chain(orbits).collect()
+    };
+    fields.drawn(figures)?.finish::<Branch>()
+}
+
+/// The equilibria over a range of the parameter, and the periodic orbits if they are wanted.
+fn branches_of(
+    range: &BranchRange,
+    starts: Option<OrbitStarts<'_>>,
+    watch: &Watch,
+    new: impl FnOnce(EquilibriumBranch) -> Branch,
+) -> Result<Branch, BranchError> {
+    let [from, to] = range.interval;
+    if let Some(OrbitStarts::At(start)) = starts {
+        range.check_start(start)?;
+    }
+    let steady = match equilibria_of(range, &mut |share| watch.report(0.1 * share)) {
+        // A system driven in time has no equilibria, but periodic orbits.
+        Err(BranchError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {
+            EquilibriumBranch::default()
+        }
+        steady => steady?,
+    };
+    let mut found = new(steady);
+    if let Some(starts) = starts {
+        let mut report = |update: OrbitProgress<'_>| {
+            let share = match update {
+                OrbitProgress::Settling(_) => 0.1,
+                OrbitProgress::Branch(_) => 1.0,
+                OrbitProgress::Orbit { value, .. } => 0.2 + 0.8 * (value - from) / (to - from),
+            };
+            watch.report(share)
+        };
+        add_orbits_of(range, starts, &mut found, &mut report)?;
+    }
+    Ok(found)
 }
 
 /// Compute Lyapunov exponents with 95 % intervals, and classify the attractor.
@@ -234,7 +286,10 @@ pub fn lyapunov<'py>(
             watch.report(progress.share)
         })
     })?;
-    Fields::of(py, &LyapunovResult::new(request.goal, found))?.finish::<SceneExponents>()
+    let found = LyapunovResult::new(request.goal, found);
+    Fields::of(py, &found)?
+        .drawn(move || vec![lyapunov_figure(&scene.name, &found.found)])?
+        .finish::<SceneExponents>()
 }
 
 /// Measure what accuracy and effects cost, and find the cheapest settings.
@@ -261,5 +316,7 @@ pub fn cost<'py>(
     let found = long_call(py, progress.as_ref(), |watch| {
         cost_study::cost(&scene, None, &mut |(_, share)| watch.report(share))
     })?;
-    result(py, &found)
+    Fields::of(py, &found)?
+        .drawn(move || vec![cost_figure(&scene.name, &found)])?
+        .finish::<cost_study::Cost>()
 }

@@ -4,19 +4,52 @@ use std::num::NonZero;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use squeakscope::plot::{Figure, basins_figure, sweep_figures};
+use squeakscope::scene::Scene;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::response::ResponsePlan;
 use squeakscope::study::sweep::{
-    self as sweep_study, Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress,
-    SweepResult,
+    Axis, Grid, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
+    sweep as sweep_scene, sweep_subject,
 };
 use squeakscope::study::{ThreadSpawnError, threads};
 
-use crate::array::{choice, optional, positive, vector, whole};
+use crate::array::{check_names, choice, optional, options, positive, vector, whole};
 use crate::call::{Watch, long_call};
 use crate::error::{input, raise};
-use crate::result::{Fields, result};
-use crate::scene::SceneOrName;
+use crate::own::{OwnSystems, SEED, Studied};
+use crate::result::Fields;
+
+options! {
+    /// How each response settles and is measured.
+    Options {
+        min_transient: Option<f64> = None,
+        max_transient: Option<f64> = None,
+        measure: Option<f64> = None,
+        exponents: i64 = 3,
+        threads: Option<i64> = None,
+    }
+}
+
+impl Options {
+    /// A plan of responses without what only pictures need. Times of own systems are in periods.
+    fn response(&self, is_own: bool) -> PyResult<ResponsePlan> {
+        let [least, most, measure] = if is_own {
+            [80.0, 1600.0, 1000.0]
+        } else {
+            [0.05, 1.0, 0.6]
+        };
+        Ok(ResponsePlan {
+            min_transient: positive("min_transient", self.min_transient.unwrap_or(least))?,
+            max_transient: positive("max_transient", self.max_transient.unwrap_or(most))?,
+            measurement_time: positive("measure", self.measure.unwrap_or(measure))?,
+            exponents: whole("exponents", self.exponents, 0)?,
+            orbits: true,
+            portrait: false,
+            max_rhs_evals: None,
+        })
+    }
+}
 
 /// Collects the points of a sweep.
 struct Points<'a> {
@@ -37,40 +70,123 @@ impl SweepObserver for Points<'_> {
     }
 }
 
-/// Computes a shard of a sweep; returns its points in ascending order of index.
-fn points(
-    py: Python<'_>,
-    plan: &SweepPlan,
-    shard: Shard,
-    number_of_threads: Option<i64>,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Vec<SweepPoint>> {
-    let number_of_threads = optional("threads", number_of_threads, 1)?.and_then(NonZero::new);
-    long_call(py, progress, |watch| {
-        let mut found = Points {
-            points: Vec::new(),
-            watch,
-        };
-        sweep_study::sweep(plan, shard, &[], threads(number_of_threads), &mut found)?;
-        found.points.sort_by_key(|point| point.place.index);
-        Ok::<_, ThreadSpawnError>(found.points)
-    })
+/// What is swept over one or two parameters.
+struct Swept {
+    names: Vec<String>,
+    labels: Vec<String>,
+    /// Values of each parameter, ascending.
+    values: Vec<Vec<f64>>,
+    of: Of,
 }
 
-/// A plan of responses without what only pictures need.
-fn response(
-    [min_transient, max_transient, measure]: [f64; 3],
-    exponents: i64,
-) -> PyResult<ResponsePlan> {
-    Ok(ResponsePlan {
-        min_transient: positive("min_transient", min_transient)?,
-        max_transient: positive("max_transient", max_transient)?,
-        measurement_time: positive("measure", measure)?,
-        exponents: whole("exponents", exponents, 0)?,
-        orbits: true,
-        portrait: false,
-        max_rhs_evals: None,
-    })
+enum Of {
+    Scene(Box<Scene>, Vec<Axis>),
+    Systems(OwnSystems),
+}
+
+impl Swept {
+    fn new(py: Python<'_>, studied: Studied, given: Vec<(String, Vec<f64>)>) -> PyResult<Self> {
+        match studied {
+            Studied::Scene(scene) => {
+                let scene = scene.load(None)?;
+                let axes = given.into_iter().map(|(key, values)| {
+                    let parameter = scene.parameter(&key).map_err(|error| raise(&error))?;
+                    Ok(Axis::new(parameter, values))
+                });
+                let axes = axes.collect::<PyResult<Vec<_>>>()?;
+                Ok(Self {
+                    names: axes
+                        .iter()
+                        .map(|axis| axis.parameter().path().to_owned())
+                        .collect(),
+                    labels: axes.iter().map(Axis::label).collect(),
+                    values: axes.iter().map(|axis| axis.values().to_vec()).collect(),
+                    of: Of::Scene(Box::new(scene), axes),
+                })
+            }
+            Studied::Systems(function) => {
+                let (names, mut values): (Vec<_>, Vec<_>) = given.into_iter().unzip();
+                for values in &mut values {
+                    values.sort_by(f64::total_cmp);
+                    values.dedup();
+                }
+                Ok(Self {
+                    labels: names.clone(),
+                    of: Of::Systems(OwnSystems::new(py, function, names.clone())?),
+                    names,
+                    values,
+                })
+            }
+        }
+    }
+
+    fn is_own(&self) -> bool {
+        matches!(self.of, Of::Systems(_))
+    }
+
+    fn grid<'a>(&'a self, starts: &'a [Start]) -> Grid<'a> {
+        Grid {
+            axes: self.values.iter().map(Vec::as_slice).collect(),
+            starts,
+        }
+    }
+
+    /// The points of a shard in ascending order of index.
+    fn points(
+        &self,
+        py: Python<'_>,
+        (starts, shard): (&[Start], Shard),
+        options: &Options,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<SweepPoint>> {
+        let number = optional("threads", options.threads, 1)?.and_then(NonZero::new);
+        let response = options.response(self.is_own())?;
+        let collect =
+            |watch: &Watch, sweep: &dyn Fn(&mut Points<'_>) -> Result<bool, ThreadSpawnError>| {
+                let mut found = Points {
+                    points: Vec::new(),
+                    watch,
+                };
+                sweep(&mut found)?;
+                found.points.sort_by_key(|point| point.place.index);
+                Ok::<_, ThreadSpawnError>(found.points)
+            };
+        match &self.of {
+            Of::Scene(scene, axes) => {
+                let plan = SweepPlan {
+                    scene: (**scene).clone(),
+                    axes: axes.clone(),
+                    starts: starts.to_vec(),
+                    response,
+                };
+                long_call(py, progress, |watch| {
+                    collect(watch, &|found| {
+                        sweep_scene(&plan, shard, &[], threads(number), found)
+                    })
+                })
+            }
+            Of::Systems(systems) => {
+                let (grid, number) = (self.grid(starts), number.map_or(1, NonZero::get));
+                systems.call(py, progress, |watch| {
+                    collect(watch, &|found| {
+                        sweep_subject(systems, &grid, &response, shard, number, found)
+                    })
+                })
+            }
+        }
+    }
+
+    /// A result, with its figures. Those of own systems have no units, and no figures.
+    fn answer<'py>(
+        self,
+        fields: Fields<'py>,
+        figures: impl Fn(&Scene, &[Axis]) -> Vec<Figure> + Send + Sync + 'static,
+    ) -> PyResult<Fields<'py>> {
+        match self.of {
+            Of::Systems(_) => fields.unitless(&self.names),
+            Of::Scene(scene, axes) => fields.drawn(move || figures(&scene, &axes)),
+        }
+    }
 }
 
 /// Compute the settled response over one or two parameters.
@@ -79,22 +195,24 @@ fn response(
 ///
 /// Parameters
 /// ----------
-/// scene : Scene, str or os.PathLike
-///     The scene, or its name or path.
+/// scene : Scene, str, os.PathLike or callable
+///     The scene, or its name or path; or a function of the parameters that returns a :class:`System`.
 /// values : dict
-///     One or two keys of the scene, each with its values, in the unit of the scene file.
+///     One or two keys of the scene, or names of arguments, each with its values, in the unit of the scene file.
 /// starts : sequence of {"fresh", "upward", "downward"}
 ///     Initial states: the kick of the scene, or the state at the next lower or higher value of the first key.
-/// min_transient, max_transient : float
-///     Shortest and longest time for the motion to settle, s.
-/// measure : float
-///     Time of the measurement, s; a quarter of it for a motion that follows a stable periodic orbit.
+/// min_transient, max_transient : float, optional
+///     Shortest and longest time for the motion to settle, by default 0.05 and 1 s; of own systems in periods, by default
+///     80 and 1600.
+/// measure : float, optional
+///     Time of the measurement, by default 0.6 s; of own systems in periods, by default 1000. A quarter of it for a motion
+///     of a scene that follows a stable periodic orbit.
 /// exponents : int
 ///     Number of largest Lyapunov exponents; 0 for none.
 /// shard : tuple of int, optional
 ///     Part to compute, and number of parts, such as (3, 8). By default (1, 1), the whole.
 /// threads : int, optional
-///     Number of threads. By default the number of cores.
+///     Number of threads. By default the number of cores, and one for own systems.
 /// progress : callable, optional
 ///     Called with the share of the work that is done, 0 to 1.
 ///
@@ -102,35 +220,28 @@ fn response(
 /// -------
 /// Result
 ///     ``points``, a row each, which has the values of the parameters by their keys, as ``row["load.tilt_deg"]``;
-///     ``regime_intervals``, ``transitions``, ``hysteresis``.
+///     ``regime_intervals``, ``transitions``, ``hysteresis``. Displacements of own systems are the first component of the
+///     state.
 #[pyfunction]
-#[pyo3(signature = (scene, values, *, starts=None, min_transient=0.05, max_transient=1.0, measure=0.6, exponents=3,
-    shard=None, threads=None, progress=None))]
+#[pyo3(signature = (scene, values, *, starts=None, shard=None, progress=None, **options), text_signature = "(scene, values, \
+    *, starts=None, min_transient=None, max_transient=None, measure=None, exponents=3, shard=None, threads=None, \
+    progress=None)")]
 pub fn sweep<'py>(
     py: Python<'py>,
-    scene: SceneOrName,
+    scene: Studied,
     values: &Bound<'py, PyDict>,
     starts: Option<Vec<String>>,
-    min_transient: f64,
-    max_transient: f64,
-    measure: f64,
-    exponents: i64,
     shard: Option<(usize, usize)>,
-    threads: Option<i64>,
     progress: Option<Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.load(None)?;
-    let axes = values.iter().map(|(key, values)| {
-        let parameter = scene.parameter(&key.extract::<String>()?);
-        let parameter = parameter.map_err(|error| raise(&error))?;
-        let name = format!("values of {}", parameter.path());
-        Ok(Axis::new(
-            parameter,
-            vector(&name, &values)?.as_slice()?.to_vec(),
-        ))
+    let given = values.iter().map(|(key, values)| {
+        let key = key.extract::<String>()?;
+        let name = format!("values of {key}");
+        Ok((key, vector(&name, &values)?.as_slice()?.to_vec()))
     });
-    let axes = axes.collect::<PyResult<Vec<_>>>()?;
-    if !(1..=2).contains(&axes.len()) {
+    let swept = Swept::new(py, scene, given.collect::<PyResult<_>>()?)?;
+    if !(1..=2).contains(&swept.names.len()) {
         return Err(input("values: give one or two keys"));
     }
     let known = Start::ALL.map(|start| (start.to_string(), start));
@@ -145,13 +256,8 @@ pub fn sweep<'py>(
             chosen.push(start);
         }
     }
-    let plan = SweepPlan {
-        scene,
-        axes,
-        starts: chosen,
-        response: response([min_transient, max_transient, measure], exponents)?,
-    };
-    if plan.is_empty() {
+    let grid = swept.grid(&chosen);
+    if grid.is_empty() {
         return Err(input("values, starts: there is no point to compute"));
     }
     let (number, of) = shard.unwrap_or((1, 1));
@@ -161,25 +267,31 @@ pub fn sweep<'py>(
         ));
     }
     let shard = Shard { number, of };
-    let found = points(py, &plan, shard, threads, progress.as_ref())?;
-    let answer = Fields::of(py, &SweepResult::new(&plan, found, shard, false))?;
-    answer
-        .name_values(
-            &plan
-                .axes
-                .iter()
-                .map(|axis| axis.parameter().path())
-                .collect::<Vec<_>>(),
-        )?
-        .finish::<SweepResult>()
+    check_names(options, &[Options::NAMES])?;
+    let options = Options::of(options)?;
+    let found = swept.points(py, (&chosen, shard), &options, progress.as_ref())?;
+    let axes = swept.names.iter().cloned().zip(swept.labels.clone());
+    let all = SweepResult::of(axes.collect(), &grid, found, (shard, false));
+    let fields = Fields::of(py, &all)?;
+    let figures = move |scene: &Scene, axes: &[Axis]| {
+        let plan = SweepPlan {
+            scene: scene.clone(),
+            axes: axes.to_vec(),
+            starts: chosen.clone(),
+            response: ResponsePlan::default(),
+        };
+        sweep_figures(&plan, &all.points)
+    };
+    swept.answer(fields, figures)?.finish::<SweepResult>()
 }
 
 /// Find coexisting attractors, and the share of random kicks that reach each.
 ///
 /// Parameters
 /// ----------
-/// scene : Scene, str or os.PathLike
-///     The scene, or its name or path.
+/// scene : Scene, str, os.PathLike or callable
+///     The scene, or its name or path; or a function of ``seed`` that returns a :class:`System` with an initial state of
+///     its own, as in ``lambda seed: System(rhs, numpy.random.default_rng(seed).uniform(-2, 2, 2), period)``.
 /// kicks : int
 ///     Number of random kicks.
 /// seed : int
@@ -192,30 +304,34 @@ pub fn sweep<'py>(
 /// Result
 ///     ``attractors`` in descending order of their share.
 #[pyfunction]
-#[pyo3(signature = (scene, kicks=20, *, seed=1, min_transient=0.05, max_transient=1.0, measure=0.6, exponents=3,
-    threads=None, progress=None))]
+#[pyo3(signature = (scene, kicks=20, *, seed=1, progress=None, **options), text_signature = "(scene, kicks=20, *, seed=1, \
+    min_transient=None, max_transient=None, measure=None, exponents=3, threads=None, progress=None)")]
 pub fn basins<'py>(
     py: Python<'py>,
-    scene: SceneOrName,
+    scene: Studied,
     kicks: i64,
     seed: i64,
-    min_transient: f64,
-    max_transient: f64,
-    measure: f64,
-    exponents: i64,
-    threads: Option<i64>,
     progress: Option<Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (kicks, first) = (whole("kicks", kicks, 1)?, whole("seed", seed, 0)?);
-    let seeds = (first..first + kicks).map(|seed| seed as f64);
-    let scene = scene.load(None)?;
-    let seed = scene.parameter("start.seed");
-    let plan = SweepPlan {
-        axes: vec![Axis::new(seed.map_err(|error| raise(&error))?, seeds)],
-        scene,
-        starts: vec![Start::Fresh],
-        response: response([min_transient, max_transient, measure], exponents)?,
+    let seeds = (first..first + kicks).map(|seed| seed as f64).collect();
+    let key = match scene {
+        Studied::Scene(_) => "start.seed",
+        Studied::Systems(_) => SEED,
     };
-    let found = points(py, &plan, Shard::WHOLE, threads, progress.as_ref())?;
-    result(py, &Basins::new(&plan, &found, false))
+    let swept = Swept::new(py, scene, vec![(key.to_owned(), seeds)])?;
+    check_names(options, &[Options::NAMES])?;
+    let options = Options::of(options)?;
+    let starts = (&[Start::Fresh][..], Shard::WHOLE);
+    let points = swept.points(py, starts, &options, progress.as_ref())?;
+    let mut found = Basins::of(kicks, &points, false);
+    if let Of::Scene(scene, _) = &swept.of {
+        found.tilt = scene.joint().ok().map(|joint| joint.tilt.at(0.0));
+    }
+    let fields = Fields::of(py, &found)?;
+    let figures = move |scene: &Scene, _: &[Axis]| {
+        vec![basins_figure(&scene.name, &points, &found.attractors)]
+    };
+    swept.answer(fields, figures)?.finish::<Basins>()
 }

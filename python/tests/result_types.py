@@ -1,13 +1,20 @@
 """Prints the types of the results, ``squeakscope/results.pyi``, from the schemas of the extension."""
 
 import keyword
+import re
 from typing import Any
 
 from squeakscope._result import definitions, properties, referred
 
-# Times without a rate have no unit.
-UNITS = ("_per_s", "_s", "_hz")
-TIMED = {"Quantified", "MeasuresAt", "Section", "Divergence", "ScalingRegion", "Verdict", "OwnExponents"}
+# Times without a rate, and results of own systems, have no unit.
+UNITS = ("_m_per_s", "_per_s", "_s", "_hz", "_m")
+TIMED = ("Quantified", "MeasuresAt", "Section", "Divergence", "Verdict", "OwnExponents", "Branch", "SweepResult", "Basins")
+
+
+def related(names: set[str]) -> set[str]:
+    """The names of results, and of those that they contain."""
+    found = set(re.findall(r"#/\$defs/(\w+)", str([definitions()[name] for name in names])))
+    return names if found <= names else related(names | found)
 
 
 def kind(schema: dict[str, Any]) -> str:
@@ -50,11 +57,12 @@ def main() -> None:
     print("import numpy as np\nfrom numpy.typing import NDArray\n")
     print("from ._result import Estimates, Result, Results\n")
     print("Array: TypeAlias = NDArray[Any]\n")
+    timed = related(set(TIMED))
     for name, schema in sorted(definitions().items()):
         if not is_class(schema):
             continue
         fields = {field: kind(value) for field, value in properties(name).items() if not keyword.iskeyword(field)}
-        for field in list(fields) if name in TIMED else ():
+        for field in list(fields) if name in timed else ():
             bare = next((field.removesuffix(unit) for unit in UNITS if field.endswith(unit)), field)
             if not keyword.iskeyword(bare):
                 fields.setdefault(bare, fields[field])

@@ -32,7 +32,7 @@ use crate::scene::SceneError;
 pub use batch::IDENTITY;
 pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
-pub use result::{HysteresisEnd, NamedPoint, RegimeInterval, SweepResult};
+pub use result::{HysteresisEnd, NamedPoints, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
 pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 pub use transition::{Transition, transitions};

@@ -1,8 +1,7 @@
 //! Result of a sweep: the points, and the parameter intervals of each regime.
 
-use std::collections::BTreeMap;
-
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Deref;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
