@@ -39,47 +39,40 @@ fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
 }
 
 #[pymodule]
-fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", squeakscope::VERSION)?;
-    module.add_class::<integrate::System>()?;
-    module.add_class::<scene::Scene>()?;
-    module.add_class::<run::Run>()?;
-    module.add_class::<samples::Samples>()?;
-    module.add_class::<samples::Contact>()?;
-    module.add_class::<simulation::Simulation>()?;
-    for function in [
-        wrap_pyfunction!(main, module)?,
-        wrap_pyfunction!(run::run, module)?,
-        wrap_pyfunction!(scene::scenes, module)?,
-        wrap_pyfunction!(recording::analyse, module)?,
-        wrap_pyfunction!(signal::choose_delay, module)?,
-        wrap_pyfunction!(signal::embed, module)?,
-        wrap_pyfunction!(signal::false_neighbours, module)?,
-        wrap_pyfunction!(signal::largest_exponent, module)?,
-        wrap_pyfunction!(signal::mutual_information, module)?,
-        wrap_pyfunction!(signal::poincare_section, module)?,
-        wrap_pyfunction!(recording::read_signal_file, module)?,
-        wrap_pyfunction!(signal::regime, module)?,
-        wrap_pyfunction!(spectra::spectrogram, module)?,
-        wrap_pyfunction!(spectra::spectrum, module)?,
-        wrap_pyfunction!(spectra::tonal_events, module)?,
-        wrap_pyfunction!(signal::zero_one_test, module)?,
-        wrap_pyfunction!(recurrence::recurrence_plot, module)?,
-        wrap_pyfunction!(recurrence::rqa, module)?,
-        wrap_pyfunction!(recurrence::rqa_windowed, module)?,
-        wrap_pyfunction!(sweep::basins, module)?,
-        wrap_pyfunction!(study::branch, module)?,
-        wrap_pyfunction!(study::cost, module)?,
-        wrap_pyfunction!(study::lyapunov, module)?,
-        wrap_pyfunction!(model::model, module)?,
-        wrap_pyfunction!(schema::schemas, module)?,
-        wrap_pyfunction!(study::sensitivities, module)?,
-        wrap_pyfunction!(study::stability, module)?,
-        wrap_pyfunction!(sweep::sweep, module)?,
-        wrap_pyfunction!(integrate::exponents, module)?,
-        wrap_pyfunction!(integrate::integrate, module)?,
-    ] {
-        module.add_function(function)?;
-    }
-    Ok(())
+mod _squeakscope {
+    #[pymodule_export]
+    use crate::integrate::{System, exponents, integrate};
+    #[pymodule_export]
+    use crate::main;
+    #[pymodule_export]
+    use crate::model::model;
+    #[pymodule_export]
+    use crate::recording::{analyse, read_signal_file};
+    #[pymodule_export]
+    use crate::recurrence::{recurrence_plot, rqa, rqa_windowed};
+    #[pymodule_export]
+    use crate::run::{Run, run};
+    #[pymodule_export]
+    use crate::samples::{Contact, Samples};
+    #[pymodule_export]
+    use crate::scene::{Scene, scenes};
+    #[pymodule_export]
+    use crate::schema::schemas;
+    #[pymodule_export]
+    use crate::signal::{
+        choose_delay, embed, false_neighbours, largest_exponent, mutual_information,
+        poincare_section, regime, zero_one_test,
+    };
+    #[pymodule_export]
+    use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::spectra::{spectrogram, spectrum, tonal_events};
+    #[pymodule_export]
+    use crate::study::{branch, cost, lyapunov, sensitivities, stability};
+    #[pymodule_export]
+    use crate::sweep::{basins, sweep};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "the name is that of Python")]
+    const __version__: &str = squeakscope::VERSION;
 }

@@ -20,10 +20,17 @@ pub fn analysed<'py, R: Serialize + JsonSchema + Send>(
     signal: &Bound<'py, PyAny>,
     work: impl FnOnce(&[f64]) -> Result<R, AnalysisError> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
+    result(signal.py(), &computed(signal, work)?)
+}
+
+/// What follows from the samples of a signal.
+pub fn computed<R: Send>(
+    signal: &Bound<'_, PyAny>,
+    work: impl FnOnce(&[f64]) -> Result<R, AnalysisError> + Send,
+) -> PyResult<R> {
     let samples = vector("signal", signal)?;
     let samples = samples.as_slice()?;
-    let found = long_call(signal.py(), None, |_| work(samples))?;
-    result(signal.py(), &found)
+    long_call(signal.py(), None, |_| work(samples))
 }
 
 /// Mutual information of a signal with its delayed copy.
@@ -184,26 +191,22 @@ pub fn poincare_section<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (lag, dimension) = (whole("lag", lag, 1)?, whole("dimension", dimension, 2)?);
     let per_second = positive("rate", rate.unwrap_or(1.0))?;
-    let direction = choice(
-        "direction",
-        direction,
-        &[
-            ("rising", Direction::Rising),
-            ("falling", Direction::Falling),
-            ("both", Direction::Both),
-        ],
-    )?;
-    let samples = vector("signal", &signal)?;
-    let samples = samples.as_slice()?;
-    let level = level.unwrap_or_else(|| library::mean(samples));
-    let crossings = long_call(py, None, |_| {
-        library::delay_section(samples, lag, dimension, level, direction)
+    let (rising, falling) = (
+        ("rising", Direction::Rising),
+        ("falling", Direction::Falling),
+    );
+    let both = ("both", Direction::Both);
+    let direction = choice("direction", direction, &[rising, falling, both])?;
+    let (level, crossings) = computed(&signal, |samples| {
+        let level = level.unwrap_or_else(|| library::mean(samples));
+        Ok((
+            level,
+            library::delay_section(samples, lag, dimension, level, direction)?,
+        ))
     })?;
-    let times = crossings
-        .iter()
-        .map(|crossing| crossing.sample / per_second);
-    let times: Vec<f64> = times.collect();
-    let points = crossings.into_iter().flat_map(|crossing| crossing.point);
+    let times = crossings.iter().map(|found| found.sample / per_second);
+    let times = times.collect::<Vec<f64>>();
+    let points = crossings.into_iter().flat_map(|found| found.point);
     Fields::new(py)
         .array("time_s", times)?
         .matrix("points", points.collect::<Vec<f64>>(), dimension)?
@@ -262,13 +265,11 @@ pub fn largest_exponent<'py>(
         ("kantz", kantz),
     ];
     let method = choice("method", method, &methods)?;
-    let samples = vector("signal", &signal)?;
-    let samples = samples.as_slice()?;
-    let mut search = DivergenceSearch::for_delay(lag, dimension, theiler, samples.len());
-    search.horizon = horizon.unwrap_or(search.horizon);
-    search.method = method;
-    let found = long_call(py, None, |_| {
-        Ok::<_, AnalysisError>(library::divergence(samples, &search)?.in_seconds(per_second))
+    let found = computed(&signal, |samples| {
+        let mut search = DivergenceSearch::for_delay(lag, dimension, theiler, samples.len());
+        search.horizon = horizon.unwrap_or(search.horizon);
+        search.method = method;
+        Ok(library::divergence(samples, &search)?.in_seconds(per_second))
     })?;
     timed(py, &found, rate)
 }
@@ -343,8 +344,6 @@ pub fn regime<'py>(
         silence,
         background: background.transpose()?.unwrap_or(0.0),
     };
-    let samples = vector("signal", &signal)?;
-    let samples = samples.as_slice()?;
-    let found = long_call(py, None, |_| library::classify(samples, &search))?;
+    let found = computed(&signal, |samples| library::classify(samples, &search))?;
     timed(py, &found, rate)
 }

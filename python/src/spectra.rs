@@ -7,12 +7,11 @@ use squeakscope::analysis::{
 };
 use squeakscope::study::signal::SpectralLines;
 
-use crate::array::{choice, positive, vector, whole};
-use crate::call::long_call;
+use crate::array::{choice, positive, whole};
 use crate::error::input;
 use crate::result::Fields;
 use crate::schema::{Spectrogram, Spectrum};
-use crate::signal::analysed;
+use crate::signal::{analysed, computed};
 
 const WINDOWS: [(&str, Window); 2] = [
     ("hann", Window::Hann),
@@ -44,14 +43,12 @@ pub fn spectrum<'py>(
     window: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (rate, window) = (positive("rate", rate)?, choice("window", window, &WINDOWS)?);
-    let samples = vector("signal", &signal)?;
-    let samples = samples.as_slice()?;
-    let (spectrum, lines) = long_call(py, None, |_| {
+    let (spectrum, lines) = computed(&signal, |samples| {
         let spectrum = SpectrumAnalyser::new(window, rate).analyse(samples)?;
         let lines = spectrum.lines(&LineCriterion::default());
         let naming = identify_lines(&lines, 0.25 * spectrum.bin);
         let lines = SpectralLines::new(&spectrum, &lines, naming);
-        Ok::<_, AnalysisError>((spectrum, lines))
+        Ok((spectrum, lines))
     })?;
     let frequency = (0..spectrum.amplitude.len()).map(|k| k as f64 * spectrum.bin);
     Fields::of(py, &lines)?
@@ -92,15 +89,13 @@ pub fn spectrogram<'py>(
     let (rate, window) = (positive("rate", rate)?, choice("window", window, &WINDOWS)?);
     let length = whole("length", length, 16)?;
     let hop = positive("hop", hop.unwrap_or(0.25 * length as f64))?;
-    let samples = vector("signal", &signal)?;
-    let samples = samples.as_slice()?;
-    if samples.len() < length {
-        let have = samples.len();
+    let have = signal.len().unwrap_or(length);
+    if have < length {
         return Err(input(format!(
             "signal: {have} samples are shorter than the window; give at least {length}"
         )));
     }
-    let (times, bin, amplitude) = long_call(py, None, |_| {
+    let (times, bin, amplitude) = computed(&signal, |samples| {
         let (mut times, mut bin, mut amplitude) = (Vec::new(), 0.0, Vec::new());
         Stft::new(window, length, hop, rate).push(samples, |column| {
             times.push(column.centre / rate);
@@ -108,7 +103,7 @@ pub fn spectrogram<'py>(
             amplitude.extend(column.amplitude);
             Ok::<(), AnalysisError>(())
         })?;
-        Ok::<_, AnalysisError>((times, bin, amplitude))
+        Ok((times, bin, amplitude))
     })?;
     let bins = length / 2 + 1;
     let frequency = (0..bins).map(|k| k as f64 * bin).collect::<Vec<f64>>();

@@ -71,6 +71,15 @@ def test_an_exception_of_the_progress_ends_the_run() -> None:
     assert time.perf_counter() - began < 20
 
 
+def test_a_bar_ends_full_and_without_warnings(capfd, recwarn) -> None:
+    shares: list[float] = []
+    s.run("doubled-torus-3deg", duration=0.02, samples=False, progress=shares.append)
+    assert shares[-1] == 1.0 and shares == sorted(shares)
+    s.run("doubled-torus-3deg", duration=0.02, samples=False, progress=True)
+    assert "100 %" in capfd.readouterr().err
+    assert not [warning for warning in recwarn if "clamping" in str(warning.message)]
+
+
 def test_ctrl_c_ends_a_run() -> None:
     # A shell starts background processes with SIGINT ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

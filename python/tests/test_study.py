@@ -1,5 +1,6 @@
 import math
 import os
+import pickle
 import signal
 import threading
 
@@ -58,6 +59,9 @@ def test_a_branch_of_equilibria_finds_the_hopf_point() -> None:
     assert len(found.equilibria) >= 5 and found.parameter == "load.tilt_deg"
     unstable = [point.unstable_modes for point in found.equilibria]
     assert (len(found.bifurcations) > 0) == (unstable[0] != unstable[-1])
+    # A notebook shows the figure, and the table that a copy has, too.
+    shown, table = found._repr_html_(), pickle.loads(pickle.dumps(found))._repr_html_()
+    assert shown.startswith("<svg") and shown.endswith(table) and table.startswith("<table")
     with pytest.raises(s.InputError):
         s.branch("torus-birth", interval=(0.0, 95.0), orbits=False)
 
