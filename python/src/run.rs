@@ -59,6 +59,11 @@ impl Run {
         Ok(names)
     }
 
+    /// The table of the summary, for notebooks.
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.summary.bind(py).call_method0("_repr_html_")
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let scene = &self.scene.get().0;
         let simulated: f64 = self.summary.bind(py).getattr("simulated_s")?.extract()?;
