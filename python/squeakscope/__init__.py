@@ -4,8 +4,8 @@ A scene describes a run: ``squeakscope.run("torus-1.75deg")`` simulates it with 
 many runs or the linearised system; functions of signals take arrays. All numbers are in SI units unless a name
 contains another unit, such as ``tilt_deg``; keys of scenes have the units of the scene file.
 
-Long calls release the interpreter's lock, end after Ctrl-C, and take ``progress``, a function that receives the
-share of the work that is done. Errors are :class:`Error`, and :class:`InputError` (a ``ValueError``) for what is not
+Long calls release the interpreter's lock, end after Ctrl-C, and take ``progress``: a function that receives the
+share of the work that is done, or True for a bar. Errors are :class:`Error`, and :class:`InputError` (a ``ValueError``) for what is not
 valid.
 """
 
