@@ -161,6 +161,8 @@ impl TableWriter {
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
+    let mut points = points.to_vec();
+    points.sort_by_key(|point| point.place.index);
     let write = || {
         let batches = points.chunks(BATCH).map(|points| batch(plan, points));
         let batches = batches.collect::<io::Result<Vec<_>>>()?;

@@ -66,7 +66,7 @@ fn finished_tables_are_read_back_and_depend_on_the_points_alone() {
         let shuffled = [2, 0, 1].map(|k| points[k].clone());
         write_table(&path, &plan, &shuffled).unwrap();
         let sorted = std::fs::read(&path).unwrap();
-        write_table(&path, &plan, &points.clone()).unwrap();
+        write_table(&path, &plan, &points).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), sorted, "{name}");
         let read = read_table(&path).unwrap();
         assert_eq!(read.points, points, "{name}");
@@ -98,7 +98,7 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.arrow");
-    write_table(&path, &plan, &points.clone()).unwrap();
+    write_table(&path, &plan, &points).unwrap();
     let other = SweepPlan {
         starts: vec![Start::Downward],
         ..plan
@@ -161,7 +161,7 @@ fn a_csv_table_has_the_columns_of_one_value() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.csv");
-    write_table(&path, &plan, &points.clone()).unwrap();
+    write_table(&path, &plan, &points).unwrap();
     let mut csv = csv::Reader::from_path(&path).unwrap();
     let head = csv.headers().unwrap().clone();
     let schema = super::batch::schema(&plan).unwrap();
