@@ -75,8 +75,7 @@ impl Samples {
     }
 
     /// The fields of a response that follow from the samples; the others are left empty. `lag` is that of the section, s. A
-    /// displacement
-    /// amplitude below `silence` (m) counts as silent. `previous` are the base frequencies of the motion
+    /// displacement amplitude below `silence` (m) counts as silent. `previous` are the base frequencies of the motion
     /// from which this one continues.
     pub fn response(
         &self,

@@ -194,18 +194,6 @@ pub(super) fn respond(
     {
         (by_samples.regime, by_samples.confidence) = (Regime::Chaotic, 0.95);
     }
-    run.end_a_period()?;
-    if measured.follows_orbit {
-        (by_samples.regime, by_samples.confidence) = (Regime::Periodic, 1.0);
-    }
-    // A deterministic motion with a positive exponent is no noise.
-    let exponents = measured.exponents.as_ref();
-    if by_samples.regime == Regime::Noise
-        && exponents
-            .is_some_and(|found| !found.exponents.is_empty() && found.sign(0) == Sign::Positive)
-    {
-        by_samples.regime = Regime::Chaotic;
-    }
     Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
