@@ -22,12 +22,7 @@ pub fn check(result: &impl Report, constants: &[f64]) {
     let mut known = constants.to_vec();
     collect(&json, &mut known);
     let text = markdown(&result.blocks("a scene"));
-    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | 'e' | '-' | '+');
-    for token in text.split(|c: char| !is_part(c)) {
-        let token = token.trim_matches(['-', '.', '+', 'e']);
-        let Ok(printed) = token.parse::<f64>() else {
-            continue;
-        };
+    for (token, printed) in numbers(&text) {
         let (digits, power) = token.split_once('e').unwrap_or((token, "0"));
         let decimals = digits
             .split_once('.')
@@ -43,6 +38,8 @@ pub fn check(result: &impl Report, constants: &[f64]) {
         let half = 0.5001 * 10_f64.powi(zeros - decimals + power);
         let agrees = known
             .iter()
+            // A frequency may be printed for a period.
+            .flat_map(|x| [*x, 1.0 / x])
             .flat_map(|x| FACTORS.map(|factor| (factor * x).abs()))
             .any(|x| (x - printed).abs() <= half);
         assert!(
@@ -50,6 +47,14 @@ pub fn check(result: &impl Report, constants: &[f64]) {
             "{token} is no number of the result:\n{text}\n{json:#}"
         );
     }
+}
+
+/// The numbers in a text.
+fn numbers(text: &str) -> impl Iterator<Item = (&str, f64)> {
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | 'e' | '-' | '+');
+    let tokens = text.split(move |c: char| !is_part(c));
+    let tokens = tokens.map(|token| token.trim_matches(['-', '.', '+', 'e']));
+    tokens.filter_map(|token| Some((token, token.parse().ok()?)))
 }
 
 /// The numbers of a value, and the lengths of its lists.
@@ -62,8 +67,7 @@ fn collect(value: &Value, known: &mut Vec<f64>) {
         }
         Value::Object(fields) => fields.values().for_each(|field| collect(field, known)),
         Value::String(text) => {
-            let numbers = text.split(|c: char| !(c.is_ascii_digit() || c == '.'));
-            known.extend(numbers.filter_map(|number| number.parse::<f64>().ok()));
+            known.extend(numbers(text).map(|(_, number)| number));
         }
         Value::Null | Value::Bool(_) => {}
     }
