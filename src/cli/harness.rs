@@ -118,8 +118,7 @@ impl<'a> Outputs<'a> {
     pub fn check(mut self) -> Result<Files<'a>, CliError> {
         let is_recorded = self.files.iter().any(|(_, kind, _)| kind.is_recording());
         if let Some(json) = self.json.filter(|path| !is_stdout(path)) {
-            let json = ("--json", Kind::JSON, json.to_owned());
-            self.files.insert(0, json);
+            self.files.push(("--json", Kind::JSON, json.to_owned()));
         }
         if let Some(figures) = &self.figures
             && figures.single().is_some()

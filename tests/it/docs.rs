@@ -277,6 +277,8 @@ impl Desk {
             fs::write(folder.path().join(name), &output.stdout).unwrap();
         }
         fs::create_dir(folder.path().join("recordings")).unwrap();
+        // A command that is run in a checkout.
+        fs::create_dir_all(folder.path().join("assets/scenes")).unwrap();
         fs::write(folder.path().join("recordings/squeak.wav"), "RIFF").unwrap();
         let law =
             |speed: f64| (1.0 - (-1000.0 * speed).exp()) * (0.25 + 0.3 * (-12.0 * speed).exp());
