@@ -120,18 +120,15 @@ impl<'a> Outputs<'a> {
         if let Some(json) = self.json.filter(|path| !is_stdout(path)) {
             self.files.push(("--json", Kind::JSON, json.to_owned()));
         }
-        if let Some(figures) = &self.figures
-            && figures.single().is_some()
-        {
-            let file = (FIGURES, Kind::FIGURE, figures.path.to_owned());
-            self.files.push(file);
-        }
+        let figures = self.figures.as_ref();
+        let (file, folder) = match figures {
+            Some(figures) if figures.single().is_some() => (Some(figures), None),
+            figures => (None, figures),
+        };
+        let file = file.map(|figures| (FIGURES, Kind::FIGURE, figures.path.to_owned()));
+        self.files.extend(file);
         let files = self.overwrite.check_all(self.input, &self.files)?;
-        if let Some(figures) = self
-            .figures
-            .as_ref()
-            .filter(|figures| figures.single().is_none())
-        {
+        if let Some(figures) = folder {
             let names = figures.drawn.names(&figures.stems);
             self.overwrite
                 .check_directory(figures.path, FIGURES, &names)?;
@@ -240,14 +237,14 @@ impl Files<'_> {
     /// # Errors
     /// A size at which texts have no room; failure while drawing or writing.
     pub fn draw(&mut self, figures: impl FnOnce() -> Vec<Figure>) -> Result<(), CliError> {
-        let Some(Figures { path, drawn, .. }) = self.figures.as_ref() else {
+        let Some(wanted) = &self.figures else {
             return Ok(());
         };
-        let single = self.figures.as_ref().and_then(Figures::single);
-        for path in drawn.write(path, FIGURES, &figures(), single)? {
-            self.add(&path)?;
-        }
-        Ok(())
+        let single = wanted.single();
+        let paths = wanted
+            .drawn
+            .write(wanted.path, FIGURES, &figures(), single)?;
+        paths.iter().try_for_each(|path| Ok(self.add(path)?))
     }
 
     /// Ends a command: clears the progress bar, writes the files of the result and delivers it. The report is printed even

@@ -36,11 +36,11 @@ pub fn send(
                     _ => picture(multipliers),
                 })
             });
-            named(&format!("Branch {}", course.number), screen?)
+            Some(named(&format!("Branch {}", course.number), screen?))
         })
         .collect();
     let about = View::text("About this recording", paths::ABOUT);
-    tabs.extend(named("About", Part::View(about)));
+    tabs.push(named("About", Part::View(about)));
     let mut time_panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_loop_mode(LoopMode::All)

@@ -8,7 +8,7 @@ const LAYOUT: &str = include_str!("layout.txt");
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
 pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
     let (title, screen) = section(key)?;
-    named(title, self::screen(screen, view)?)
+    Some(named(title, self::screen(screen, view)?))
 }
 
 /// The screen of a tab without its title, as [`tab`].
@@ -18,9 +18,9 @@ pub fn screen_of(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Optio
 }
 
 /// A screen as a tab with a title.
-pub fn named(title: &str, screen: Part) -> Option<Part> {
+pub fn named(title: &str, screen: Part) -> Part {
     let screen = Container::column(vec![screen], Vec::new());
-    Some(screen.with_name(title).into())
+    screen.with_name(title).into()
 }
 
 /// Title and lines of a section.

@@ -95,7 +95,7 @@ fn controls_tab(header: &Header) -> Option<Part> {
     });
     let views: Vec<Part> = views.collect();
     let shares = vec![1.0; views.len()];
-    (!views.is_empty()).then(|| named("Controls", Container::column(views, shares).into()))?
+    (!views.is_empty()).then(|| named("Controls", Container::column(views, shares).into()))
 }
 
 /// What the views of a run depend on.

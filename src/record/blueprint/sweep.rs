@@ -47,23 +47,23 @@ pub fn send(
             });
             let rows: Vec<Part> = rows.collect();
             let shares = vec![1.0; rows.len()];
-            tabs.extend(named(title, Container::column(rows, shares).into()));
+            tabs.push(named(title, Container::column(rows, shares).into()));
         }
     }
     for (start, pictures) in &starts {
         let screen = screen_of("start", &mut |view| {
             self::view(*start, pictures, scales, view)
         });
-        tabs.extend(screen.and_then(|screen| named(&sweep::title(*start), screen)));
+        tabs.extend(screen.map(|screen| named(&sweep::title(*start), screen)));
     }
     if let Some(body) = sweep.ball.and_then(|ball| ball.body().ok()) {
-        tabs.extend(named(
+        tabs.push(named(
             "Mode shapes",
             Part::View(mode_shapes(body.families().len())),
         ));
     }
     let about = View::text("About this recording", paths::ABOUT);
-    tabs.extend(named("About", Part::View(about)));
+    tabs.push(named("About", Part::View(about)));
     let time_panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_timeline(scales.timeline.name.as_str())

@@ -42,8 +42,6 @@ impl LyapunovResult {
     /// The conclusions from exponents that were averaged to this goal.
     pub fn new(goal: Goal, found: SceneLyapunov) -> Self {
         let study = &found.study;
-        let earlier = earlier_motion(&study.segments, found.chaotic_transient);
-        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
         Self {
             goal: match goal {
                 Goal::Time(_) => "time",
@@ -53,7 +51,7 @@ impl LyapunovResult {
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
             classification: Classification {
-                description: earlier + &description(study),
+                description: after(&study.segments, found.chaotic_transient) + &description(study),
                 ..study.classification(found.omega_1)
             },
             sum_per_s: study.sum(),
@@ -63,6 +61,12 @@ impl LyapunovResult {
             found,
         }
     }
+}
+
+/// The motion before the present one, as the start of a sentence; empty for one motion.
+fn after(segments: &[MotionSegment], chaotic_transient: Option<f64>) -> String {
+    let earlier = earlier_motion(segments, chaotic_transient);
+    earlier.map_or(String::new(), |earlier| format!("{earlier}, then "))
 }
 
 /// The attractor, and the reason for the classification.
@@ -284,7 +288,8 @@ const RUN_EXPONENTS: usize = 4;
 impl Report for Classified<&Exponents> {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let spectrum = &self.found.spectrum;
-        let since = self.earlier().map_or(String::new(), |earlier| {
+        let earlier = earlier_motion(&self.found.segments, self.found.chaotic_transient);
+        let since = earlier.map_or(String::new(), |earlier| {
             format!(", after a change of the motion ({earlier})")
         });
         let dimension = match &self.classification.kaplan_yorke {
@@ -316,11 +321,6 @@ impl Report for Classified<&Exponents> {
 }
 
 impl Classified<&Exponents> {
-    /// The motion before the present one.
-    fn earlier(&self) -> Option<String> {
-        earlier_motion(&self.found.segments, self.found.chaotic_transient)
-    }
-
     /// The exponents at the end of a run in one line.
     pub fn line(&self) -> String {
         let spectrum = &self.found.spectrum;
@@ -337,8 +337,7 @@ impl Classified<&Exponents> {
         let dimension = dimension.map_or(String::new(), |dimension| {
             format!(", Kaplan-Yorke dimension {}", Measured::from(dimension))
         });
-        let earlier = self.earlier();
-        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
+        let earlier = after(&self.found.segments, self.found.chaotic_transient);
         format!(
             "Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
             shown.join(", "),

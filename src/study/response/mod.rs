@@ -326,15 +326,15 @@ impl<'a> Run<'a> {
 
     /// Velocity of the probe, m/s.
     fn velocity(&self) -> f64 {
-        let mut rate = vec![0.0; self.z.len()];
-        let velocities = match self.system.modes() {
+        let along = |rates: &[f64]| self.probe.iter().zip(rates).map(|(a, b)| a * b).sum();
+        match self.system.modes() {
             0 => {
-                self.system.rhs(self.time(), &self.z, &mut rate);
-                &rate[..]
+                let mut rates = vec![0.0; self.z.len()];
+                self.system.rhs(self.time(), &self.z, &mut rates);
+                along(&rates)
             }
-            modes => &self.z[modes..],
-        };
-        self.probe.iter().zip(velocities).map(|(a, b)| a * b).sum()
+            modes => along(&self.z[modes..]),
+        }
     }
 
     /// Energies of the modes, or the squares of the components of a system without modes.

@@ -35,8 +35,9 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
 }
 
 /// Points as a record batch.
-pub(super) fn batch(plan: &SweepPlan, points: &[SweepPoint]) -> io::Result<RecordBatch> {
-    let rows: Vec<Row> = points.iter().cloned().map(Row::new).collect();
+pub(super) fn batch(plan: &SweepPlan, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
+    let rows = points.iter().map(|point| Row::new((*point).clone()));
+    let rows: Vec<Row> = rows.collect();
     let fields = Row::fields().map_err(io::Error::other)?;
     let results = serde_arrow::to_record_batch(&fields, &rows).map_err(io::Error::other)?;
     let schema = schema(plan)?;

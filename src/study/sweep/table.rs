@@ -115,9 +115,8 @@ impl TableWriter {
             let file = out.get_ref().try_clone()?;
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
-                let point = std::slice::from_ref(point);
                 stream
-                    .write(&batch(plan, point)?)
+                    .write(&batch(plan, &[point])?)
                     .map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
@@ -138,7 +137,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.plan, std::slice::from_ref(point)).and_then(|batch| {
+        let written = batch(&self.plan, &[point]).and_then(|batch| {
             self.stream.write(&batch).map_err(table::unwrapped)?;
             self.stream.flush().map_err(table::unwrapped)
         });
@@ -161,7 +160,7 @@ impl TableWriter {
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
-    let mut points = points.to_vec();
+    let mut points: Vec<&SweepPoint> = points.iter().collect();
     points.sort_by_key(|point| point.place.index);
     let write = || {
         let batches = points.chunks(BATCH).map(|points| batch(plan, points));
