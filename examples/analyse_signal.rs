@@ -27,12 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         start: 0.0,
         samples: (0..24_000).map(sample).collect(),
     };
-    let mut progress = |share: f64, step: &str| {
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut |(step, share)| {
         eprintln!("{:>3.0} % {step}", 100.0 * share);
-        true
-    };
-    let report = analyse_signal(signal, &SignalOptions::default(), &mut progress)?
-        .expect("the analysis is never interrupted");
+        Ok(())
+    })?;
 
     for event in report.events() {
         let (start, end) = (event.start_s, event.end_s);

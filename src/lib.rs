@@ -68,7 +68,7 @@
 //!     tolerance: None,
 //! };
 //! let scene = Scene::load("impact-oscillator")?;
-//! let found = scene_lyapunov(&scene, &request, &mut |_| true)?;
+//! let found = scene_lyapunov(&scene, &request, &mut |_| Ok(()))?;
 //! for exponent in &found.study.spectrum.exponents {
 //!     println!("{:.3} +- {:.3} 1/s", exponent.value, exponent.half_width);
 //! }
@@ -91,7 +91,7 @@
 //!     start: 0.0,
 //!     samples: (0..9600).map(|k| (0.5 * f64::from(k)).sin()).collect(),
 //! };
-//! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true)?;
+//! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()))?;
 //! let report = report.expect("the analysis was not stopped");
 //! assert_eq!(report.verdict.get()?.regime, Regime::Periodic);
 //! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
@@ -104,6 +104,7 @@
 //! ```
 //! use squeakscope::scene::{Parameter, Scene};
 //! use squeakscope::study::response::ResponsePlan;
+//! use squeakscope::study::Stopped;
 //! use squeakscope::study::sweep::{
 //!     SweepObserver, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep,
 //! };
@@ -119,8 +120,8 @@
 //!         Ok(())
 //!     }
 //!
-//!     fn on_progress(&mut self, _: SweepProgress) -> bool {
-//!         true
+//!     fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
+//!         Ok(())
 //!     }
 //! }
 //!

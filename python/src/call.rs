@@ -9,6 +9,8 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
+use squeakscope::study::Stopped;
+
 use crate::error::raise;
 
 /// Interval at which signals are checked and progress is reported.
@@ -32,10 +34,21 @@ impl Watch {
         }
     }
 
-    /// Reports the share of the work that is done, and returns whether to continue.
-    pub fn report(&self, share: f64) -> bool {
+    /// Sets the share of the work that is done.
+    pub fn show(&self, share: f64) {
         self.share.store(share.to_bits(), Ordering::Relaxed);
-        !self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Reports the share of the work that is done.
+    ///
+    /// # Errors
+    /// If the caller has stopped the work.
+    pub fn report(&self, share: f64) -> Result<(), Stopped> {
+        self.show(share);
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Stopped);
+        }
+        Ok(())
     }
 }
 
@@ -78,7 +91,7 @@ pub fn watched_call<T: Send, E: Error + Send + 'static>(
         ended?;
         match result.and_then(|result| result) {
             Ok(Ok(result)) => {
-                watch.report(1.0);
+                watch.show(1.0);
                 poll(py, progress.as_ref(), watch)?;
                 Ok(result)
             }

@@ -337,7 +337,7 @@ pub fn integrate<'py>(
             }
             integrator.sample(&system, time, &mut row)?;
             found.states.extend_from_slice(&row);
-            system.calls.watch.report((time - from) / (to - from));
+            system.calls.watch.show((time - from) / (to - from));
         }
         Ok::<_, DynamicsError>(())
     };

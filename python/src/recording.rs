@@ -107,16 +107,15 @@ pub fn analyse<'py>(
         let calibration = calibration
             .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
             .transpose()?;
-        let watch = &mut |share, _: &str| watch.report(share);
+        let watch = &mut |(_, share)| watch.report(share);
         let found = AnalysedFile::of(path, signal, calibration, &options, watch);
         found.map_err(FileError::from)
     })?;
     let fields = Fields::of(py, &found)?;
     let shown = ["spectrum", "regime"];
     let figures = move || {
-        let report = found.iter().map(|found| &found.report);
-        let figures = report.flat_map(signal_figures);
-        figures
+        signal_figures(&found.report)
+            .into_iter()
             .filter(|figure| shown.contains(&&*figure.name))
             .collect()
     };

@@ -406,7 +406,7 @@ pub fn rqa_windowed<'py>(
     let found = long_call(py, progress.as_ref(), |watch| {
         let mut found = Vec::new();
         for start in (0..=samples - window).step_by(hop) {
-            if !watch.report(start as f64 / samples as f64) {
+            if watch.report(start as f64 / samples as f64).is_err() {
                 break;
             }
             let (measures, ..) = quantification.of(start..start + window, watch)?;

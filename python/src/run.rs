@@ -188,7 +188,7 @@ pub fn run(
         let monitor = Monitor {
             stop: &watch.stop,
             progress: &|time| {
-                watch.report(time / scene.duration);
+                watch.show(time / scene.duration);
             },
         };
         pipeline::drive(

@@ -85,7 +85,7 @@ impl Simulation {
             self.with(|source| {
                 let mut buffer = SampleBuffer::default();
                 let mut left = samples;
-                while left > 0 && watch.report(0.0) {
+                while left > 0 && watch.report(0.0).is_ok() {
                     let shown = DisplayRates {
                         speed: 1.0,
                         pictures,

@@ -12,7 +12,7 @@ use squeakscope::study::sweep::{
     Axis, Grid, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
     sweep as sweep_scene, sweep_subject,
 };
-use squeakscope::study::{ThreadSpawnError, threads};
+use squeakscope::study::{Stopped, ThreadSpawnError, threads};
 
 use crate::array::{check_names, choice, optional, options, positive, vector, whole};
 use crate::call::{Watch, long_call};
@@ -65,7 +65,7 @@ impl SweepObserver for Points<'_> {
         Ok(())
     }
 
-    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
         self.watch.report(progress.share)
     }
 }

@@ -22,8 +22,8 @@ use crate::plot::{SIGNAL_FIGURES, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    AnalysedFile, Label, Score, SignalAnalysis, SignalOptions, highest_frequency, live_analysis,
-    write_events,
+    AnalysedFile, Label, Score, SignalAnalysis, SignalError, SignalOptions, highest_frequency,
+    live_analysis, write_events,
 };
 
 /// Analyses a single file, with all outputs.
@@ -100,14 +100,16 @@ pub(super) fn analyse(
         .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
         .transpose()?;
     let options = options(args);
-    let on_progress = &mut |share, task| watch.update(share, task);
+    let on_progress = &mut |(task, share)| watch.update(share, task);
     let path = Some(file.to_owned());
     let analysed = AnalysedFile::of(path, signal, calibration, &options, on_progress);
-    let analysed = analysed.map_err(|reason| CliError::Signal {
-        path: file.to_owned(),
-        reason,
+    let mut analysed = analysed.map_err(|reason| match reason {
+        SignalError::Stopped(_) => CliError::NoResult,
+        reason => CliError::Signal {
+            path: file.to_owned(),
+            reason,
+        },
     })?;
-    let mut analysed = analysed.ok_or(CliError::NoResult)?;
     analysed.truth = truth.map(|labels| Score::of(analysed.report.events(), &labels));
     Ok(analysed)
 }
@@ -222,7 +224,8 @@ fn play(
     let monitor = Monitor {
         stop,
         progress: &|time| {
-            watch.update((time - start) / duration, "recording");
+            // The run reads `stop` itself.
+            let _ = watch.update((time - start) / duration, "recording");
         },
     };
     drive(playback, &command_line(), &mut sink, monitor).map_err(CliError::during("recording"))

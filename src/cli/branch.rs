@@ -150,7 +150,7 @@ fn compute(
     let [from, to] = plan.interval;
     let name = plan.parameter.name();
     let mut on_orbit = |update: OrbitProgress<'_>| match update {
-        OrbitProgress::Branch(_) => watch.should_continue(),
+        OrbitProgress::Branch(_) => watch.check(),
         OrbitProgress::Settling(value) => {
             watch.update(0.1, format!("settling at {name} = {value}"))
         }
@@ -240,7 +240,7 @@ fn map(
     let map = stability_map(&plan, threads(args.threads), &mut |share| {
         watch.update(share, "stability map")
     });
-    let map = map.map_err(failed)?.ok_or(CliError::NoResult)?;
+    let map = map.map_err(failed)?;
     files.finish(watch, Some(name), &map, |files| {
         files.draw(|| vec![map_figure(name, &map)])
     })

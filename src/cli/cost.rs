@@ -27,10 +27,7 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
     resources::check_memory()?;
     resources::start_thread_pool()?;
     let watch = Watch::new(stop);
-    let study = match measure(&scene, stop, &watch) {
-        Err(CostError::Stopped) => return Err(CliError::NoResult),
-        found => found.map_err(CliError::during("cost study"))?,
-    };
+    let study = measure(&scene, stop, &watch).map_err(CliError::during("cost study"))?;
     files.finish(watch, Some(&scene.name), &study, |files| {
         files.draw(|| vec![cost_figure(&scene.name, &study)])
     })

@@ -16,10 +16,10 @@ use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::sound::NoSurface;
-use crate::study::ThreadSpawnError;
 use crate::study::branch::StartOutside;
 use crate::study::signal::{CalibrationError, SignalError};
 use crate::study::sweep::TableError;
+use crate::study::{Stopped, ThreadSpawnError};
 
 /// An error of another module, as the source of a [`CliError`].
 pub(super) type Cause = Box<dyn Error + Send + Sync>;
@@ -144,9 +144,12 @@ pub enum CliError {
 impl CliError {
     /// Makes the cause of a failure the error of a task, such as `stability analysis`.
     pub(super) fn during<E: Into<Cause>>(task: &'static str) -> impl Fn(E) -> Self + Copy {
-        move |source| Self::Run {
-            task,
-            source: source.into(),
+        move |source| {
+            let source = source.into();
+            if is_stopped(source.as_ref()) {
+                return Self::NoResult;
+            }
+            Self::Run { task, source }
         }
     }
 
@@ -188,6 +191,11 @@ impl CliError {
             _ => 2,
         }
     }
+}
+
+/// Whether the user has interrupted the work.
+fn is_stopped(cause: &(dyn Error + 'static)) -> bool {
+    cause.is::<Stopped>() || cause.source().is_some_and(is_stopped)
 }
 
 /// Whether the input caused a failure: a scene whose numbers are each in range but do not make a valid joint,

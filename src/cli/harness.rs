@@ -21,6 +21,7 @@ use super::{interrupt, resources};
 use crate::number::size;
 use crate::plot::{Figure, Format};
 use crate::report::{Report, terminal};
+use crate::study::Stopped;
 use crate::{VERSION, escape};
 
 /// The JSON of the result, and whether outputs replace files.
@@ -340,11 +341,14 @@ impl<'a> Watch<'a> {
         Self { progress, stop }
     }
 
-    /// Shows the completed share, 0 to 1, and the task; returns whether to continue. From the first call on, an
-    /// interrupt does not end the program, but this work.
-    pub fn update(&self, share: f64, task: impl Into<Cow<'static, str>>) -> bool {
+    /// Shows the completed share, 0 to 1, and the task. From the first call on, an interrupt does not end the program, but
+    /// this work.
+    ///
+    /// # Errors
+    /// If the user has interrupted the work.
+    pub fn update(&self, share: f64, task: impl Into<Cow<'static, str>>) -> Result<(), Stopped> {
         self.progress.update(share, task);
-        self.should_continue()
+        self.check()
     }
 
     /// Returns a function that prints warnings above the progress bar.
@@ -352,9 +356,12 @@ impl<'a> Watch<'a> {
         self.progress.notifier()
     }
 
-    /// Whether the user has not interrupted the work.
-    pub fn should_continue(&self) -> bool {
-        interrupt::should_continue(self.stop)
+    /// Checks for an interrupt.
+    ///
+    /// # Errors
+    /// If the user has interrupted the work.
+    pub fn check(&self) -> Result<(), Stopped> {
+        interrupt::check(self.stop)
     }
 }
 

@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::console;
 use super::error::CliError;
+use crate::study::Stopped;
 
 /// Whether a computation is running that checks the flag. The handler holds the lock while it ends the
 /// program, which prevents work from starting in the meantime.
@@ -49,8 +50,11 @@ pub(super) fn start_work() {
     *WORKING.lock().unwrap_or_else(PoisonError::into_inner) = true;
 }
 
-/// Starts work, and returns whether to continue: the flag of [`install_handler`] is not set.
-pub(super) fn should_continue(flag: &AtomicBool) -> bool {
+/// Starts work, and checks the flag of [`install_handler`].
+pub(super) fn check(flag: &AtomicBool) -> Result<(), Stopped> {
     start_work();
-    !flag.load(Ordering::Relaxed)
+    if flag.load(Ordering::Relaxed) {
+        return Err(Stopped);
+    }
+    Ok(())
 }

@@ -157,7 +157,8 @@ fn simulate(
     let monitor = Monitor {
         stop,
         progress: &|time| {
-            watch.update(time / scene.duration, "simulating");
+            // The run reads `stop` itself.
+            let _ = watch.update(time / scene.duration, "simulating");
         },
     };
     let done = drive(simulation, &command, &mut Tee::new(sinks), monitor);

@@ -103,11 +103,10 @@ fn add_sensitivities(
 ) -> Result<(), CliError> {
     for (k, (tilt_deg, at)) in tilts_deg.iter().zip(&mut result.tilts).enumerate() {
         let tilted = scene.with_values(&[(Parameter::tilt(), *tilt_deg)])?;
-        let found = sensitivities(&tilted, &mut |share| {
+        at.sensitivities = sensitivities(&tilted, &mut |share| {
             watch.update((k as f64 + share) / tilts_deg.len() as f64, "sensitivities")
-        });
-        let found = found.map_err(CliError::during("study of sensitivities"))?;
-        at.sensitivities = found.ok_or(CliError::NoResult)?;
+        })
+        .map_err(CliError::during("study of sensitivities"))?;
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ use crate::study::sweep::{
     Axis, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult, SweepTable,
     TableError, TableWriter, read_table, sweep, write_table,
 };
-use crate::study::threads;
+use crate::study::{Stopped, threads};
 
 /// Default tilts, degrees: first, last, step, as in Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
@@ -197,7 +197,7 @@ impl SweepObserver for Recorder<'_> {
         Ok(())
     }
 
-    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
         let SweepProgress { done, all, share } = progress;
         self.watch.update(share, format!("{done} of {all} points"))
     }

@@ -90,7 +90,7 @@ impl<R: Read + Seek> Npz<R> {
         let mut columns = 0;
         for index in 0..zip.len() {
             let entry = zip.by_index(index).map_err(archive)?;
-            let entry_name = entry.name().map_err(archive)?.into_owned();
+            let entry_name = entry.name().to_owned();
             drop(entry);
             let Some(name) = entry_name.strip_suffix(".npy") else {
                 continue;

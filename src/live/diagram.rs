@@ -8,9 +8,10 @@ use super::panel::StatusStore;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
+use crate::study::Stopped;
 use crate::study::branch::{
-    DiagramBifurcation, DiagramBifurcationKind, DiagramProgress, OrbitProgress, TiltDiagram,
-    shipped_diagram, tilt_diagram,
+    BranchError, DiagramBifurcation, DiagramBifurcationKind, DiagramProgress, OrbitProgress,
+    TiltDiagram, shipped_diagram, tilt_diagram,
 };
 
 /// The store of the diagram of the present scene.
@@ -108,22 +109,18 @@ impl DiagramStore {
         };
         let found = tilt_diagram(scene, interval, 1, &mut |progress| {
             if stop.load(Ordering::Relaxed) {
-                return false;
+                return Err(Stopped);
             }
             change(&mut |present| match (progress, words(&progress)) {
                 (DiagramProgress::Part(diagram), _) => present.set(Shown::of(diagram.clone())),
                 (_, words) => present.note = computing(&words),
             });
-            true
+            Ok(())
         });
         let time = store.read(None, 0).time_s;
         let (note, message) = match found {
-            Ok(Some(diagram)) => {
-                change(&mut |present| present.set(Shown::of(diagram.clone())));
-                let message = "the branch diagram is complete".to_owned();
-                (String::new(), message)
-            }
-            Ok(None) => return,
+            Ok(_) => (String::new(), "the branch diagram is complete".to_owned()),
+            Err(BranchError::Stopped(_)) => return,
             Err(fault) => {
                 let note = format!("no branch diagram: {fault}");
                 (note.clone(), note)

@@ -64,7 +64,7 @@ impl Npz {
     pub fn names(&self) -> Vec<String> {
         let entries = self.zip.file_names();
         entries
-            .filter_map(|entry| Some(entry.ok()?.strip_suffix(".npy")?.to_owned()))
+            .filter_map(|entry| Some(entry.strip_suffix(".npy")?.to_owned()))
             .collect()
     }
 

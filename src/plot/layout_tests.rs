@@ -18,7 +18,7 @@ use crate::study::signal::{SignalOptions, analyse_signal};
 use crate::study::sweep::{
     Axis as SweptAxis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
 };
-use crate::study::{ThreadSpawnError, growth_causes, stability};
+use crate::study::{Stopped, ThreadSpawnError, growth_causes, stability};
 use crate::test_signals::{noise, sines};
 
 /// Sizes that are tried besides the default, mm.
@@ -35,8 +35,8 @@ impl SweepObserver for Points {
         Ok(())
     }
 
-    fn on_progress(&mut self, _: SweepProgress) -> bool {
-        true
+    fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
+        Ok(())
     }
 }
 
@@ -75,9 +75,9 @@ fn branch(scene: &str, key: &str, interval: [f64; 2], start: Option<f64>) -> Bra
         interval,
         points: 20,
     };
-    let mut branch = Branch::new(&plan, equilibria(&plan, &mut |_| true).unwrap());
+    let mut branch = Branch::new(&plan, equilibria(&plan, &mut |_| Ok(())).unwrap());
     if let Some(start) = start {
-        add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_| true).unwrap();
+        add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_| Ok(())).unwrap();
     }
     branch
 }
@@ -161,7 +161,7 @@ fn studies() -> Vec<Figure> {
             tolerance: Some(1e-5),
         };
         let scene = Scene::load(scene).unwrap().with_duration(20.0).unwrap();
-        let found = scene_lyapunov(&scene, &request, &mut |_| true).unwrap();
+        let found = scene_lyapunov(&scene, &request, &mut |_| Ok(())).unwrap();
         figures.push(lyapunov_figure(&scene.name, &found));
     }
     for name in ["torus-1.75deg", "which-mode-wins"] {
@@ -171,7 +171,7 @@ fn studies() -> Vec<Figure> {
         let causes = growth_causes(&ball, &tilt).unwrap();
         let at = stability(&ball, &tilt).unwrap();
         figures.push(causes_figure(name, &at[0], &causes[0]));
-        let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+        let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
         figures.push(sensitivities_figure(
             name,
             &modes.iter().collect::<Vec<_>>(),
@@ -203,12 +203,12 @@ fn studies() -> Vec<Figure> {
         size: [12, 12],
         orbits: false,
     };
-    let map = stability_map(&map, 2, &mut |_| true).unwrap().unwrap();
+    let map = stability_map(&map, 2, &mut |_| Ok(())).unwrap();
     figures.push(map_figure("torus-1.75deg", &map));
     let belt = Scene::load("mass-on-belt").unwrap();
     figures.push(cost_figure(
         "mass-on-belt",
-        &cost(&belt, None, &mut |_| true).unwrap(),
+        &cost(&belt, None, &mut |_| Ok(())).unwrap(),
     ));
     figures
 }
@@ -238,8 +238,8 @@ fn signals() -> Vec<Figure> {
             start: 0.0,
             samples,
         };
-        let found = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true);
-        signal_figures(&found.unwrap().unwrap())
+        let found = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()));
+        signal_figures(&found.unwrap())
     });
     let report = signal_figures(&super::tests::report("probe/displacement"));
     analysed.concat().into_iter().chain(report).collect()

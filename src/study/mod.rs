@@ -15,8 +15,13 @@ pub mod sweep;
 #[cfg(feature = "table")]
 mod table;
 
-/// Callback on the progress of a study; it returns whether to continue.
-pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;
+/// The caller of a study has stopped it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("stopped")]
+pub struct Stopped;
+
+/// Callback on the progress of a study, which stops the study with an error.
+pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> Result<(), Stopped>;
 
 pub use pool::{ThreadSpawnError, threads};
 pub use stability::{ModesAt, StabilityAt, StabilityResult, StudyError, growth_causes, stability};

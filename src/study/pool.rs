@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
+use super::Stopped;
+
 /// Number of threads: as requested, or the number of cores.
 pub fn threads(asked: Option<NonZero<usize>>) -> usize {
     let cores = || thread::available_parallelism().ok();
@@ -57,12 +59,15 @@ pub(super) struct ResultSender<'a, R> {
 impl<R> ResultSender<'_, R> {
     /// Sends a result; returns whether to continue.
     pub fn send(&self, result: R) -> bool {
-        self.sender.send(result).is_ok() && self.should_continue()
+        self.sender.send(result).is_ok() && self.check().is_ok()
     }
 
-    /// Whether to continue.
-    pub fn should_continue(&self) -> bool {
-        !self.stop.load(Ordering::Relaxed)
+    /// Whether the study is stopped.
+    pub fn check(&self) -> Result<(), Stopped> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Stopped);
+        }
+        Ok(())
     }
 }
 
@@ -95,7 +100,7 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<ThreadSpawnError>>(
                     stop,
                 };
                 let mut kept = K::default();
-                while sender.should_continue() {
+                while sender.check().is_ok() {
                     let place = next.fetch_add(1, Ordering::Relaxed);
                     if place >= jobs {
                         break;
@@ -197,7 +202,7 @@ mod tests {
     #[test]
     fn the_pool_stops_on_request_and_on_an_error() {
         let job = |(): &mut (), _, place: usize, sender: &ResultSender<'_, usize>| {
-            while !sender.send(place) && sender.should_continue() {}
+            while !sender.send(place) && sender.check().is_ok() {}
         };
         let mut events = 0;
         let stopped = run_jobs(1000, 2, job, |_| {

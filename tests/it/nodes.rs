@@ -135,8 +135,7 @@ fn settled(
         portrait: false,
         ..ResponsePlan::default()
     };
-    let found = response(&scene, from, &plan, ball, &mut |_| true);
-    found.unwrap().expect("not stopped")
+    response(&scene, from, &plan, ball, &mut |_| Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.

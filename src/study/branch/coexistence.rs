@@ -9,7 +9,7 @@ use crate::study::sweep::{HysteresisEnd, SweepPlan, SweepPoint};
 
 /// The bifurcations at which a periodic motion that coexists with another one ends or loses its stability: those of the
 /// branches through the periodic motions of a sweep over one parameter, within or next to the values at which upward and
-/// downward continuation differ. `watch` returns whether to continue. The list is empty for a sweep without such values,
+/// downward continuation differ. The list is empty for a sweep without such values,
 /// and where continuation finds none.
 ///
 /// # Errors

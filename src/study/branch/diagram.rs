@@ -15,11 +15,11 @@ use super::result::{Branch, BranchBifurcation};
 use crate::analysis::Regime;
 use crate::dynamics::continuation::{BifurcationKind, PeriodicOrbit};
 use crate::scene::{Parameter, Scene, preset};
-use crate::study::ThreadSpawnError;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
 };
+use crate::study::{OnProgress, Stopped, ThreadSpawnError};
 
 /// Number of points of steady sliding.
 const EQUILIBRIA: usize = 81;
@@ -165,36 +165,31 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `watch` returns whether to continue; `None` if it stopped the computation.
+/// number.
 ///
 /// # Errors
-/// If the joint cannot be built, or has no steady sliding, or no thread can be started.
+/// [`BranchError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
-    watch: &mut dyn FnMut(DiagramProgress<'_>) -> bool,
-) -> Result<Option<TiltDiagram>, BranchError> {
+    watch: &mut dyn FnMut(DiagramProgress<'_>) -> Result<(), Stopped>,
+) -> Result<TiltDiagram, BranchError> {
     let plan = BranchPlan {
         scene: scene.clone(),
         parameter: Parameter::tilt(),
         interval,
         points: EQUILIBRIA,
     };
-    let mut stopped = false;
-    let mut watch = |progress: DiagramProgress<'_>| {
-        stopped |= !watch(progress);
-        !stopped
-    };
     let steady = equilibria(&plan, &mut |share| {
         watch(DiagramProgress::Equilibria(share))
     })?;
     let mut branch = Branch::new(&plan, steady);
-    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &[])));
+    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &[])))?;
     let settled = settled_responses(&plan, threads, &mut |share| {
         watch(DiagramProgress::Responses(share))
     })?;
-    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &settled)));
+    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &settled)))?;
     let starts = OrbitStarts::Settled(&settled);
     add_orbits(&plan, starts, &mut branch, &mut |progress| match progress {
         OrbitProgress::Branch(branch) => {
@@ -202,19 +197,21 @@ pub fn tilt_diagram(
         }
         progress => watch(DiagramProgress::Orbits(progress)),
     })?;
-    Ok((!stopped).then(|| TiltDiagram::new(&branch, &settled)))
+    let diagram = TiltDiagram::new(&branch, &settled);
+    watch(DiagramProgress::Part(&diagram))?;
+    Ok(diagram)
 }
 
 /// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
-/// the tilt of the scene, as the tilt of its run rises. `watch` receives the share of the work that is done, and returns whether
-/// to continue.
+/// the tilt of the scene, as the tilt of its run rises. `watch` receives the share of the work that is done; if it stops the
+/// study, the rest is missing.
 ///
 /// # Errors
 /// If no thread can be started.
 pub fn settled_responses(
     plan: &BranchPlan,
     threads: usize,
-    watch: &mut dyn FnMut(f64) -> bool,
+    watch: OnProgress<'_, f64>,
 ) -> Result<Vec<SweepPoint>, ThreadSpawnError> {
     let own = plan.scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
     let all = f64::NEG_INFINITY;
@@ -260,7 +257,7 @@ fn sweep_plan(plan: &BranchPlan, starts: Vec<Start>, lowest: f64) -> SweepPlan {
 }
 
 /// Collects the points of a sweep, with the function that receives its progress.
-struct Points<'a>(Vec<SweepPoint>, &'a mut dyn FnMut(f64) -> bool);
+struct Points<'a>(Vec<SweepPoint>, OnProgress<'a, f64>);
 
 impl SweepObserver for Points<'_> {
     type Error = ThreadSpawnError;
@@ -270,7 +267,7 @@ impl SweepObserver for Points<'_> {
         Ok(())
     }
 
-    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
         (self.1)(progress.share)
     }
 }
@@ -398,13 +395,13 @@ mod tests {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
             ..sweep_plan(&plan, vec![Start::Fresh], 0.0)
         };
-        let mut on_progress = |_| true;
+        let mut on_progress = |_| Ok(());
         let mut points = Points(Vec::new(), &mut on_progress);
         assert!(sweep(&responses, Shard::WHOLE, &[], 1, &mut points).unwrap());
-        let steady = equilibria(&plan, &mut |_| true).unwrap();
+        let steady = equilibria(&plan, &mut |_| Ok(())).unwrap();
         let mut branch = Branch::new(&plan, steady);
         let starts = OrbitStarts::Settled(&points.0);
-        add_orbits(&plan, starts, &mut branch, &mut |_| true).unwrap();
+        add_orbits(&plan, starts, &mut branch, &mut |_| Ok(())).unwrap();
         TiltDiagram::new(&branch, &points.0)
     }
 
@@ -464,7 +461,7 @@ mod tests {
                     starts: vec![start],
                     response: ResponsePlan::default(),
                 };
-                let mut on_progress = |_| true;
+                let mut on_progress = |_| Ok(());
                 let mut points = Points(Vec::new(), &mut on_progress);
                 assert!(sweep(&plan, Shard::WHOLE, &[], 1, &mut points).unwrap());
                 points.0.sort_by_key(|point| point.place.index);

@@ -13,6 +13,7 @@ use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
+use crate::study::OnProgress;
 use crate::study::subject::{SceneSubject, Subject};
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
@@ -139,14 +140,14 @@ struct Solved {
     tracked: Vec<Tracked>,
 }
 
-/// The equilibria of a plan. `on_progress` receives the share of the work that is done, and returns whether to
-/// continue; otherwise the branch ends at the last point.
+/// The equilibria of a plan. `on_progress` receives the share of the work that is done; if it stops the study, the branch
+/// ends at the last point.
 ///
 /// # Errors
 /// If the system has no equilibrium at the start of the interval, or cannot be built there.
 pub fn equilibria(
     plan: &BranchPlan,
-    on_progress: &mut dyn FnMut(f64) -> bool,
+    on_progress: OnProgress<'_, f64>,
 ) -> Result<EquilibriumBranch, BranchError> {
     equilibria_of(&plan.range(), on_progress)
 }
@@ -157,7 +158,7 @@ pub fn equilibria(
 /// As [`equilibria`].
 pub fn equilibria_of(
     range: &BranchRange,
-    on_progress: &mut dyn FnMut(f64) -> bool,
+    on_progress: OnProgress<'_, f64>,
 ) -> Result<EquilibriumBranch, BranchError> {
     let [from, to] = range.interval;
     let name = range.subject.name(0);
@@ -173,7 +174,7 @@ pub fn equilibria_of(
         let mut next = target;
         let mut halvings = 0;
         while last.value < target {
-            if !on_progress((last.value - from) / (to - from)) {
+            if on_progress((last.value - from) / (to - from)).is_err() {
                 ended = Some(INTERRUPTED.to_owned());
                 break 'branch;
             }
@@ -207,7 +208,7 @@ pub fn equilibria_of(
     }
     let mut bifurcations = Vec::new();
     for bracket in &brackets {
-        if !on_progress(1.0) {
+        if on_progress(1.0).is_err() {
             ended = Some(INTERRUPTED.to_owned());
             break;
         }

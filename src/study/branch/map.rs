@@ -11,8 +11,8 @@ use super::torus_curve::{Plane, TorusCurve, torus_curves};
 use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
-use crate::study::ThreadSpawnError;
 use crate::study::pool::{Event, ResultSender, run_jobs};
+use crate::study::{OnProgress, Stopped, ThreadSpawnError};
 
 /// A plan of a stability map.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,24 +83,23 @@ impl MapPlan {
     }
 }
 
-/// Computes the map on `threads` threads. `on_progress` receives the share of the work that is done, and returns
-/// whether to continue; `None` if it stopped the study. The result does not depend on the number of threads.
+/// Computes the map on `threads` threads. `on_progress` receives the share of the work that is done. The result does not
+/// depend on the number of threads.
 ///
 /// # Errors
-/// If no thread can be started, or the system cannot be built at any point.
+/// [`BranchError::Stopped`]; if no thread can be started, or the system cannot be built at any point.
 pub fn stability_map(
     plan: &MapPlan,
     threads: usize,
-    on_progress: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<StabilityMap>, BranchError> {
+    on_progress: OnProgress<'_, f64>,
+) -> Result<StabilityMap, BranchError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
     let mut rows: Vec<Option<Vec<Solved>>> = ys.iter().map(|_| None).collect();
     let job = |kept: &mut Option<SteadyFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
         let family = kept.get_or_insert_with(|| plan.family());
         let points = xs.iter().map_while(|&x| {
-            sender
-                .should_continue()
-                .then(|| solve(family, [x, ys[row]]))
+            sender.check().ok()?;
+            Some(solve(family, [x, ys[row]]))
         });
         let points: Vec<Solved> = points.collect();
         if points.len() == xs.len() {
@@ -115,11 +114,11 @@ pub fn stability_map(
             rows[row] = Some(points);
             done += 1;
         }
-        Ok::<bool, ThreadSpawnError>(on_progress(share(done)))
+        Ok::<bool, ThreadSpawnError>(on_progress(share(done)).is_ok())
     })?;
     let solved: Vec<Solved> = rows.into_iter().flatten().flatten().collect();
     if !complete || solved.len() != xs.len() * ys.len() {
-        return Ok(None);
+        return Err(Stopped.into());
     }
     if solved.iter().all(Result::is_err) {
         let first = solved.into_iter().next();
@@ -130,9 +129,7 @@ pub fn stability_map(
     let edges = edges([xs.len(), ys.len()]);
     let mut curves: Vec<HopfCurve> = Vec::new();
     for (k, [from, to]) in edges.iter().enumerate() {
-        if !on_progress(0.5 + 0.5 * k as f64 / edges.len() as f64) {
-            return Ok(None);
-        }
+        on_progress(0.5 + 0.5 * k as f64 / edges.len() as f64)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
             continue;
         };
@@ -157,14 +154,14 @@ pub fn stability_map(
         };
         torus_curves(&plane, &mut || on_progress(1.0))?
     } else {
-        Some(Vec::new())
+        Vec::new()
     };
-    Ok(torus_curves.map(|torus_curves| StabilityMap {
+    Ok(StabilityMap {
         axes: [axis(0, &xs), axis(1, &ys)],
         grid,
         curves,
         torus_curves,
-    }))
+    })
 }
 
 /// Pairs of neighbouring grid points, along both parameters.

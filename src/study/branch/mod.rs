@@ -29,7 +29,7 @@ use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::pipeline::PipelineError;
 use crate::scene::SceneError;
-use crate::study::ThreadSpawnError;
+use crate::study::{Stopped, ThreadSpawnError};
 
 pub use at::At;
 #[cfg(feature = "table")]
@@ -81,4 +81,10 @@ pub enum BranchError {
     /// A map without points.
     #[error("the map has no points; widen its intervals")]
     NoPoint,
+    /// No periodic orbit can be found at a start; why.
+    #[error("{0}")]
+    NoOrbit(String),
+    /// The caller stopped it.
+    #[error("stopped")]
+    Stopped(#[from] Stopped),
 }

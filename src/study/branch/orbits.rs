@@ -12,7 +12,10 @@ use crate::dynamics::continuation::{
     Family, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
     settled_orbit, switched_orbit,
 };
-use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
+use crate::study::Stopped;
+use crate::study::response::{
+    InitialState, ResponseError, ResponsePlan, SLOWEST, SettledResponse, respond,
+};
 use crate::study::sweep::SweepPoint;
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
@@ -59,8 +62,8 @@ pub enum OrbitProgress<'a> {
     Branch(&'a Branch),
 }
 
-/// A function that is called on progress of a study of periodic orbits; it returns whether to continue.
-pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> bool;
+/// Callback on the progress of a study of periodic orbits, which stops the study with an error.
+pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> Result<(), Stopped>;
 
 /// A study of periodic orbits.
 struct Study<'a> {
@@ -68,11 +71,10 @@ struct Study<'a> {
     family: SubjectFamily,
     options: ContinuationOptions,
     watch: OnOrbitProgress<'a>,
-    stopped: bool,
 }
 
 /// Adds the branches of periodic orbits to a result that has the equilibria: those of `starts`, those born at the Hopf
-/// points, and those of the first period doublings. `watch` returns whether to continue.
+/// points, and those of the first period doublings. If `watch` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If the start is outside the interval, or the system cannot be built. Branches that cannot be followed are reported in the result.
@@ -104,40 +106,39 @@ pub fn add_orbits_of(
         family: SubjectFamily::of(range),
         options: ContinuationOptions::new(range.interval, max_step),
         watch,
-        stopped: false,
     };
-    match starts {
-        OrbitStarts::Scene => study.add_first(&study.values(), result)?,
-        OrbitStarts::At(value) => {
-            range.check_start(value)?;
-            study.add_first(&[value], result)?;
-        }
-        OrbitStarts::Settled(points) => study.add_settled(points, result),
+    match study.add(starts, result) {
+        Err(BranchError::Stopped(_)) => Ok(()),
+        ended => ended,
     }
-    study.add_hopf_branches(result)?;
-    study.add_doublings(result);
-    Ok(())
 }
 
 impl Study<'_> {
+    fn add(&mut self, starts: OrbitStarts<'_>, result: &mut Branch) -> Result<(), BranchError> {
+        match starts {
+            OrbitStarts::Scene => self.add_first(&self.values(), result)?,
+            OrbitStarts::At(value) => {
+                self.range.check_start(value)?;
+                self.add_first(&[value], result)?;
+            }
+            OrbitStarts::Settled(points) => self.add_settled(points, result)?,
+        }
+        self.add_hopf_branches(result)?;
+        self.add_doublings(result)
+    }
+
     /// The branch through the first of the settled motions at some values that is periodic and attracts, or else through the
     /// first orbit found: a chaotic motion of a driven system also returns, next to an orbit that repels.
     fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), BranchError> {
         let mut reasons: Vec<String> = Vec::new();
         let mut repelling = None;
         for &value in values {
-            if self.stopped || !(self.watch)(OrbitProgress::Settling(value)) {
-                self.stopped = true;
-                return Ok(());
-            }
-            match self.settled(value)? {
-                Ok(orbit) if orbit.stable => {
-                    self.follow(&orbit.into(), result);
-                    return Ok(());
-                }
+            (self.watch)(OrbitProgress::Settling(value))?;
+            match self.settled(value) {
+                Ok(orbit) if orbit.stable => return self.follow(&orbit.into(), result),
                 Ok(orbit) => repelling = repelling.or(Some(orbit)),
-                Err(_) if self.stopped => return Ok(()),
-                Err(reason) => reasons.push(reason),
+                Err(BranchError::NoOrbit(reason)) => reasons.push(reason),
+                Err(error) => return Err(error),
             }
         }
         match repelling {
@@ -146,29 +147,31 @@ impl Study<'_> {
                 let reasons = reasons.join("; ");
                 let reason = format!("no periodic motion to start from: {reasons}");
                 result.ended.push(reason);
+                Ok(())
             }
         }
-        Ok(())
     }
 
     /// The branches through the periodic motions of a sweep.
-    fn add_settled(&mut self, points: &[SweepPoint], result: &mut Branch) {
+    fn add_settled(
+        &mut self,
+        points: &[SweepPoint],
+        result: &mut Branch,
+    ) -> Result<(), BranchError> {
         let [low, high] = self.range.interval;
         for point in points {
             let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
                 continue;
             };
-            if self.stopped {
-                return;
-            }
             if found.regime != Regime::Periodic || !(low..=high).contains(value) {
                 continue;
             }
             match self.orbit(*value, found) {
-                Ok(orbit) => self.follow(&orbit.into(), result),
-                Err(reason) => result.ended.push(reason),
+                Ok(orbit) => self.follow(&orbit.into(), result)?,
+                Err(error) => result.ended.push(error.to_string()),
             }
         }
+        Ok(())
     }
 
     /// Values of the parameter at which a settled motion is tried.
@@ -180,8 +183,8 @@ impl Study<'_> {
         own.into_iter().chain(shares).collect()
     }
 
-    /// The orbit of the settled motion at a value, or the reason why there is none.
-    fn settled(&mut self, value: f64) -> Result<Result<PeriodicOrbit, String>, BranchError> {
+    /// The orbit of the settled motion at a value.
+    fn settled(&mut self, value: f64) -> Result<PeriodicOrbit, BranchError> {
         let name = self.range.subject.name(0);
         let trial = self.family.steady().trial(&[value])?;
         let plan = ResponsePlan {
@@ -195,34 +198,24 @@ impl Study<'_> {
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let watch = &mut *self.watch;
-        let mut stopped = false;
         let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_| {
-            stopped |= !watch(OrbitProgress::Settling(value));
-            !stopped
-        });
-        self.stopped |= stopped;
-        let found = match found {
-            Ok(Some(found)) => found,
-            Ok(None) => return Ok(Err("interrupted".to_owned())),
-            Err(error) => {
-                return Ok(Err(format!(
-                    "at {name} = {value}: {}",
-                    chain_of_causes(&error)
-                )));
-            }
-        };
+            watch(OrbitProgress::Settling(value))
+        })
+        .map_err(|error| match error {
+            ResponseError::Stopped(stopped) => stopped.into(),
+            error => no_orbit(name, value, &error),
+        })?;
         // Whether a driven motion repeats is seen at the period of the drive.
         if found.regime != Regime::Periodic && self.family.drive_period(value).is_none() {
             let kind = found.motion();
-            return Ok(Err(format!(
-                "at {name} = {value} the settled motion is {kind}"
-            )));
+            let reason = format!("at {name} = {value} the settled motion is {kind}");
+            return Err(BranchError::NoOrbit(reason));
         }
-        Ok(self.orbit(value, &found))
+        self.orbit(value, &found)
     }
 
-    /// The orbit of a settled response at a value, or the reason why there is none.
-    fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, String> {
+    /// The orbit of a settled response at a value.
+    fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, BranchError> {
         let [settle_s, max_period_s] = match self.family.drive_period(value) {
             // The response ended at another phase of the drive than that at time zero, where the search begins.
             Some(drive) => DRIVES.map(|count| count * drive),
@@ -237,8 +230,7 @@ impl Study<'_> {
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        let name = self.range.subject.name(0);
-        orbit.map_err(|error| format!("at {name} = {value}: {}", chain_of_causes(&error)))
+        orbit.map_err(|error| no_orbit(self.range.subject.name(0), value, &error))
     }
 
     /// The branches born at the Hopf points that no branch has reached.
@@ -249,21 +241,19 @@ impl Study<'_> {
             .cloned()
             .collect();
         for found in points {
-            if self.stopped {
-                return Ok(());
-            }
             if self.is_known(&found, result) {
                 continue;
             }
             let at = format!("{} = {}", found.at.name, found.at.value);
-            match self.born(&found)? {
+            match self.born(&found) {
                 Ok(start) => {
                     fit_birth(&found, &start.orbit, result);
-                    self.follow(&start, result);
+                    self.follow(&start, result)?;
                 }
-                Err(reason) => result
+                Err(BranchError::NoOrbit(reason)) => result
                     .ended
                     .push(format!("no branch from the Hopf point at {at}: {reason}")),
+                Err(error) => return Err(error),
             }
         }
         Ok(())
@@ -281,11 +271,8 @@ impl Study<'_> {
         })
     }
 
-    /// The first orbit of the branch born at a Hopf point, or the reason why there is none.
-    fn born(
-        &mut self,
-        found: &SteadyBifurcation,
-    ) -> Result<Result<BranchStart, String>, BranchError> {
+    /// The first orbit of the branch born at a Hopf point.
+    fn born(&mut self, found: &SteadyBifurcation) -> Result<BranchStart, BranchError> {
         let value = found.at.value;
         let state = self.family.steady().at(&[value])?;
         let omega = std::f64::consts::TAU * found.frequency_hz;
@@ -295,7 +282,7 @@ impl Study<'_> {
         };
         let mode = modes.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         let Some(mode) = mode else {
-            return Ok(Err("the mode is lost".to_owned()));
+            return Err(BranchError::NoOrbit("the mode is lost".to_owned()));
         };
         let parts = mode.vector.iter().zip(&state.linearised.scale);
         let (real, imaginary) = parts.map(|(x, scale)| (x.re / scale, x.im / scale)).unzip();
@@ -308,24 +295,21 @@ impl Study<'_> {
         };
         let size = self.range.subject.hopf_size(omega, &point.state);
         let amplitude = HOPF_SHARE * size;
-        let start = hopf_orbit(&self.family, &point, amplitude, &self.options);
-        Ok(start.map_err(|error| chain_of_causes(&error)))
+        hopf_orbit(&self.family, &point, amplitude, &self.options)
+            .map_err(|error| BranchError::NoOrbit(chain_of_causes(&error)))
     }
 
     /// The branches of twice the period at the period doublings found so far.
-    fn add_doublings(&mut self, result: &mut Branch) {
+    fn add_doublings(&mut self, result: &mut Branch) -> Result<(), BranchError> {
         let doublings: Vec<_> = result
             .orbit_bifurcations()
             .filter(|found| found.bifurcation.kind == BifurcationKind::PeriodDoubling)
             .cloned()
             .collect();
         for found in doublings {
-            if self.stopped {
-                return;
-            }
             let start = switched_orbit(&self.family, &found.bifurcation, SWITCH, &self.options);
             match start {
-                Ok(start) => self.follow(&start, result),
+                Ok(start) => self.follow(&start, result)?,
                 Err(error) => result.ended.push(format!(
                     "no branch from the period doubling at {} = {}: {}",
                     found.at.name,
@@ -334,29 +318,29 @@ impl Study<'_> {
                 )),
             }
         }
+        Ok(())
     }
 
     /// Follows a branch and adds it to the result, with the reasons of its ends, unless its start lies on another branch.
-    fn follow(&mut self, start: &BranchStart, result: &mut Branch) {
+    fn follow(&mut self, start: &BranchStart, result: &mut Branch) -> Result<(), BranchError> {
         if has_orbit(result, &start.orbit) {
-            return;
+            return Ok(());
         }
         let branch = result.orbit_branches();
         let watch = &mut *self.watch;
-        let (mut orbits, mut stopped) = (0, false);
+        let (mut orbits, mut progress) = (0, Ok(()));
         let followed = continue_orbits(&self.family, start, &self.options, &mut |update| {
             if let BranchUpdate::Point(orbit) = update {
                 orbits += 1;
                 let value = orbit.parameter;
-                stopped |= !watch(OrbitProgress::Orbit {
+                progress = progress.and(watch(OrbitProgress::Orbit {
                     branch,
                     orbits,
                     value,
-                });
+                }));
             }
-            !stopped
+            progress.is_ok()
         });
-        self.stopped |= stopped;
         match followed {
             Ok(orbits) => {
                 let name = self.range.subject.name(0);
@@ -368,11 +352,17 @@ impl Study<'_> {
                     )
                 }));
                 result.add_orbits(orbits);
-                self.stopped |= !(self.watch)(OrbitProgress::Branch(result));
+                progress = progress.and((self.watch)(OrbitProgress::Branch(result)));
             }
             Err(error) => result.ended.push(chain_of_causes(&error)),
         }
+        Ok(progress?)
     }
+}
+
+/// The error of a start at a value that leads to no orbit.
+fn no_orbit(name: &str, value: f64, error: &dyn std::error::Error) -> BranchError {
+    BranchError::NoOrbit(format!("at {name} = {value}: {}", chain_of_causes(error)))
 }
 
 /// Whether an orbit lies on a branch of a result, between two neighbouring points.

@@ -13,6 +13,7 @@ use super::steady::{STEP, SteadyFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
 use crate::joint::{BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
+use crate::study::OnProgress;
 
 /// A derivative of the matrix is zero if it is within this multiple of its error.
 const ZERO: f64 = 10.0;
@@ -154,14 +155,14 @@ impl Number {
 }
 
 /// The sensitivities of all oscillating modes of steady sliding, in ascending order of frequency. `on_progress`
-/// receives the share of the work that is done, and returns whether to continue; `None` if it stopped the study.
+/// receives the share of the work that is done.
 ///
 /// # Errors
-/// If the system cannot be built or has no equilibrium.
+/// [`BranchError::Stopped`]; if the system cannot be built or has no equilibrium.
 pub fn sensitivities(
     scene: &Scene,
-    on_progress: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<Vec<ModeSensitivities>>, BranchError> {
+    on_progress: OnProgress<'_, f64>,
+) -> Result<Vec<ModeSensitivities>, BranchError> {
     let mut family = SteadyFamily::new(scene.clone(), Vec::new(), Vec::new());
     let state = family.at_scene(scene)?;
     let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
@@ -181,9 +182,7 @@ pub fn sensitivities(
         })
         .collect();
     for (which, number) in numbers.iter().enumerate() {
-        if !on_progress(which as f64 / numbers.len() as f64) {
-            return Ok(None);
-        }
+        on_progress(which as f64 / numbers.len() as f64)?;
         let slope = difference(STEP * number.size(), |step| {
             let moved = number.changed(scene, step)?;
             let state = family.at_scene(&moved)?;
@@ -216,7 +215,7 @@ pub fn sensitivities(
             by_percent.then(b.growth_per_unit.abs().total_cmp(&a.growth_per_unit.abs()))
         });
     }
-    Ok(Some(found))
+    Ok(found)
 }
 
 /// Largest change of the eigenvalue for a matrix entry of size 1.

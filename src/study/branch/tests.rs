@@ -12,7 +12,7 @@ fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPla
 }
 
 fn branch(plan: &BranchPlan) -> EquilibriumBranch {
-    equilibria(plan, &mut |_| true).unwrap()
+    equilibria(plan, &mut |_| Ok(())).unwrap()
 }
 
 fn belt() -> Scene {
@@ -66,7 +66,7 @@ fn a_driven_system_has_orbits_of_multiples_of_the_period_of_its_drive() {
     let plan = plan(scene, key, [300.0, 420.0], 2);
     let mut result = Branch::new(&plan, EquilibriumBranch::default());
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
     assert!(!result.points.is_empty(), "{:?}", result.ended);
     for point in &result.points {
         let count = f64::from(point.orbit.drive_periods.unwrap());
@@ -85,7 +85,7 @@ fn the_branch_of_the_belt_follows_the_closed_form_over_a_decade_of_speeds() {
     let plan = plan(scene, "mass_on_belt.belt_speed_mm_per_s", [5.0, 50.0], 2);
     let mut result = Branch::new(&plan, branch(&plan));
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
     let omega = std::f64::consts::TAU * 400.0;
     let elongation = 0.3 * 210.0 / omega.powi(2);
     let ends = [result.points.first(), result.points.last()];
@@ -118,7 +118,7 @@ fn the_first_cycle_tells_how_it_is_born_where_the_normal_form_does_not() {
     let cycle = hopf.cycle.as_mut().unwrap();
     cycle.criticality = Criticality::Undetermined;
     let start = OrbitStarts::Settled(&[]);
-    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
     let hopf = result.steady_bifurcations().next().unwrap();
     let cycle = hopf.cycle.as_ref().unwrap();
     assert_eq!(cycle.method, CriticalityMethod::FittedBranch);
@@ -207,7 +207,7 @@ fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
 #[test]
 fn sensitivities_are_the_derivatives_of_the_eigenvalues() {
     let scene = joint();
-    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
     let unstable: Vec<_> = modes.iter().filter(|mode| mode.mode.unstable).collect();
     assert!(unstable.len() >= 3, "{}", unstable.len());
     let mode = unstable[1];
@@ -255,7 +255,7 @@ fn growth_near(scene: &Scene, frequency: f64) -> f64 {
 #[test]
 fn the_clearance_counts_and_so_does_absent_damping() {
     let scene = joint().with_overrides(&[("damping", "absent")]).unwrap();
-    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
     let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
     let of = |name: &str| mode.parameters.iter().find(|one| one.parameter == name);
     assert!(of("socket.diameter_mm").is_none() && of("body.ball_diameter_mm").is_none());
@@ -293,7 +293,7 @@ fn a_measured_friction_curve_has_a_level_and_a_slope() {
             ("friction.points", curve),
         ])
         .unwrap();
-    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
     let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
     let of = |name: &str| {
         let found = mode.parameters.iter().find(|one| one.parameter == name);
@@ -386,7 +386,7 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         size: [9, 8],
         orbits: false,
     };
-    let map = stability_map(&plan, 2, &mut |_| true).unwrap().unwrap();
+    let map = stability_map(&plan, 2, &mut |_| Ok(())).unwrap();
     assert_eq!(map.grid.len(), 72);
     let [curve] = &map.curves[..] else {
         panic!("{} curves", map.curves.len());
@@ -436,8 +436,7 @@ fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
         parameters: [Parameter::tilt(), slope],
         intervals: [[2.0, 7.5], [8.0, 14.0]],
     };
-    let curves = torus_curve::torus_curves(&plane, &mut || true).unwrap();
-    let curves = curves.unwrap();
+    let curves = torus_curve::torus_curves(&plane, &mut || Ok(())).unwrap();
     let [curve] = &curves[..] else {
         panic!("{} curves", curves.len());
     };

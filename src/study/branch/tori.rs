@@ -21,6 +21,7 @@ use crate::dynamics::continuation::{
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
+use crate::study::OnProgress;
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
 const BEATS: [f64; 2] = [128.0, 32.0];
@@ -50,7 +51,7 @@ const TOLERANCE: f64 = 1e-8;
 const LEAST_ERROR: f64 = 1e-8;
 
 /// Adds the tori of the supercritical Neimark-Sacker points of attracting orbits to a result, each at `count` values of the
-/// parameter between the point and the end of the interval. `watch` returns whether to continue.
+/// parameter between the point and the end of the interval.
 pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrbitProgress<'_>) {
     let family = SubjectFamily::new(plan);
     let max_step = plan.scene.integrator.max_step;
@@ -124,16 +125,16 @@ struct TorusStudy<'a> {
 }
 
 impl TorusStudy<'_> {
-    /// Follows a torus over some values of the parameter. `watch` receives each value, and returns whether to continue.
+    /// Follows a torus over some values of the parameter. `watch` receives each value.
     fn follow(
         &self,
         mut start: TorusStart,
         values: &[f64],
         torus: &mut Torus,
-        watch: &mut dyn FnMut(f64) -> bool,
+        watch: OnProgress<'_, f64>,
     ) {
         for &value in values {
-            if !watch(value) {
+            if watch(value).is_err() {
                 torus.ended = Some("interrupted".to_owned());
                 return;
             }

@@ -19,6 +19,7 @@ use crate::dynamics::continuation::{
     continue_orbits,
 };
 use crate::scene::{Parameter, Scene};
+use crate::study::Stopped;
 
 /// Half the length of the piece of the branch around the expected point, relative to the interval of its parameter.
 const REACH: f64 = 0.05;
@@ -89,17 +90,16 @@ enum End {
     Closed,
     /// With the reason.
     Lost(String),
-    Stopped,
 }
 
-/// The curves of Neimark-Sacker points of a map. `should_continue` is asked before each piece; `None` if it stops the study.
+/// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
 ///
 /// # Errors
-/// If a value of a parameter is invalid, or a system cannot be built.
+/// [`BranchError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
 pub(super) fn torus_curves(
     plane: &Plane<'_>,
-    should_continue: &mut dyn FnMut() -> bool,
-) -> Result<Option<Vec<TorusCurve>>, BranchError> {
+    check: &mut dyn FnMut() -> Result<(), Stopped>,
+) -> Result<Vec<TorusCurve>, BranchError> {
     let [_, second] = plane.parameters;
     let [from, to] = plane.intervals[1];
     let own = plane.scene.value_of(second);
@@ -107,9 +107,7 @@ pub(super) fn torus_curves(
     let start = own.unwrap_or(0.5 * (from + to));
     let first = plane.branch_over(0, start)?;
     let mut branch = Branch::new(&first, EquilibriumBranch::default());
-    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_| {
-        should_continue()
-    })?;
+    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_| check())?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
     let mut curves: Vec<TorusCurve> = Vec::new();
@@ -130,7 +128,7 @@ pub(super) fn torus_curves(
             if curve.closed {
                 break;
             }
-            let (traced, end) = plane.trace(&found, way, should_continue)?;
+            let (traced, end) = plane.trace(&found, way, check)?;
             // The first direction is the beginning of the curve, in reverse.
             curve.points.reverse();
             curve.points.extend(traced);
@@ -138,12 +136,12 @@ pub(super) fn torus_curves(
                 End::Border => {}
                 End::Closed => curve.closed = true,
                 End::Lost(reason) => curve.ended.push(reason),
-                End::Stopped => return Ok(None),
             }
         }
         curves.push(curve);
     }
-    Ok(should_continue().then_some(curves))
+    check()?;
+    Ok(curves)
 }
 
 fn located(found: &Bifurcation, values: [f64; 2]) -> Located {
@@ -202,7 +200,7 @@ impl Plane<'_> {
         &self,
         start: &Located,
         way: f64,
-        should_continue: &mut dyn FnMut() -> bool,
+        check: &mut dyn FnMut() -> Result<(), Stopped>,
     ) -> Result<(Vec<TorusCurvePoint>, End), BranchError> {
         let mut points: Vec<TorusCurvePoint> = Vec::new();
         let mut now = start.clone();
@@ -213,9 +211,7 @@ impl Plane<'_> {
             let Some((axis, length)) = step_within(here, direction, step) else {
                 return Ok((points, End::Border));
             };
-            if !should_continue() {
-                return Ok((points, End::Stopped));
-            }
+            check()?;
             let expected = [0, 1].map(|k| {
                 let [from, to] = self.intervals[k];
                 let share = (here[k] + length * direction[k]).clamp(0.0, 1.0);

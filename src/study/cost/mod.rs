@@ -18,8 +18,8 @@ mod tests;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::OnProgress;
 use super::response::ResponseError;
+use super::{OnProgress, Stopped};
 use crate::dynamics::DynamicsError;
 use crate::pipeline::PipelineError;
 use crate::scene::{FixedAt, LoadedJoint, Scene, SceneError};
@@ -85,9 +85,9 @@ pub enum CostError {
     /// A complete run failed.
     #[error("a run failed")]
     Run(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The study was stopped.
+    /// The caller stopped it.
     #[error("stopped")]
-    Stopped,
+    Stopped(#[from] Stopped),
 }
 
 /// Progress of a study: the task, and the completed share of the whole.
@@ -104,16 +104,13 @@ impl Watch<'_> {
     }
 
     /// Reports the progress, often enough for an interrupt.
-    fn check(&mut self) -> Result<(), CostError> {
-        if (self.watch)((self.task, self.share)) {
-            return Ok(());
-        }
-        Err(CostError::Stopped)
+    fn check(&mut self) -> Result<(), Stopped> {
+        (self.watch)((self.task, self.share))
     }
 }
 
 /// Runs a cost study on the calling thread, so that times are comparable. `run_all` runs a scene with everything that
-/// it records, for the price of the recording; without it, there is none. If `watch` returns `false`, the result has what
+/// it records, for the price of the recording; without it, there is none. If it is stopped, the result has what
 /// is complete.
 ///
 /// # Errors
@@ -151,7 +148,7 @@ pub fn cost(
         .and_then(|()| choice::choose(scene, &mut runner, &mut study, &mut watch))
         .and_then(|()| effects::price(scene, &mut runner, run_all, &mut study, &mut watch));
     match done {
-        Err(CostError::Stopped) if !study.settings.is_empty() => study.stopped = true,
+        Err(CostError::Stopped(_)) if !study.settings.is_empty() => study.stopped = true,
         done => done?,
     }
     Ok(study)

@@ -10,7 +10,9 @@ use crate::dynamics::Exponent;
 use crate::joint::BallJoint;
 use crate::pipeline::{Prepared, prepare, prepare_reusing_body};
 use crate::scene::Scene;
-use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use crate::study::response::{
+    InitialState, ResponseError, ResponsePlan, SettledResponse, response,
+};
 
 /// Settling time of each run and its measurement, periods of the slowest mode.
 const SETTLING: f64 = 50.0;
@@ -148,9 +150,12 @@ impl Runner {
         plan: &ResponsePlan,
         watch: &mut Watch<'_>,
     ) -> Result<SettledResponse, CostError> {
-        let should_continue = &mut |_| watch.check().is_ok();
-        let found = response(scene, from, plan, &mut self.ball, should_continue)?;
-        found.ok_or(CostError::Stopped)
+        response(scene, from, plan, &mut self.ball, &mut |_| watch.check()).map_err(|error| {
+            match error {
+                ResponseError::Stopped(stopped) => stopped.into(),
+                error => error.into(),
+            }
+        })
     }
 
     /// The motion of a scene from the settled state.

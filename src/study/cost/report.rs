@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_report_has_the_numbers_of_the_result() {
         let scene = Scene::load("mass-on-belt").unwrap();
-        let study = cost(&scene, None, &mut |_| true).unwrap();
+        let study = cost(&scene, None, &mut |_| Ok(())).unwrap();
         agreement::check(&study, &[]);
         let json = serde_json::to_value(&study).unwrap();
         assert_eq!(json["choices"][0]["error"], study.choices[0].error);

@@ -16,7 +16,7 @@ fn unwatched<'a>(watch: OnProgress<'a, (&'static str, f64)>) -> Watch<'a> {
 #[test]
 fn the_error_falls_with_the_tolerance() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let mut go_on = |_| true;
+    let mut go_on = |_| Ok(());
     let watch = &mut unwatched(&mut go_on);
     let mut runner = Runner::settle(&scene, watch).unwrap();
     let mut motion = |tolerance: f64| {
@@ -40,7 +40,7 @@ fn the_error_falls_with_the_tolerance() {
 #[test]
 fn a_small_system_is_studied() {
     let scene = Scene::load("mass-on-belt").unwrap();
-    let study = cost(&scene, None, &mut |_| true).unwrap();
+    let study = cost(&scene, None, &mut |_| Ok(())).unwrap();
     assert_eq!(study.settings.len(), 6);
     assert!(
         study
@@ -63,7 +63,7 @@ fn a_small_system_is_studied() {
 #[test]
 fn the_verified_error_is_that_of_a_finer_run() {
     let scene = Scene::load("impact-oscillator").unwrap();
-    let mut go_on = |_| true;
+    let mut go_on = |_| Ok(());
     let watch = &mut unwatched(&mut go_on);
     let mut runner = Runner::settle(&scene, watch).unwrap();
     let settings = Settings {
@@ -91,8 +91,8 @@ fn the_verified_error_is_that_of_a_finer_run() {
             ..ResponsePlan::default()
         };
         let start = InitialState::State(&runner.state);
-        let found = response(&scene, start, &plan, &mut None, &mut |_| true);
-        found.unwrap().unwrap()
+        let found = response(&scene, start, &plan, &mut None, &mut |_| Ok(()));
+        found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);
     let mut errors = vec![(coarse.rms_velocity / fine.rms_velocity - 1.0).abs()];
@@ -141,16 +141,19 @@ fn a_scene_at_rest_has_one_clear_error() {
     let scene = Scene::load("doubled-torus-3deg")
         .unwrap()
         .with_overrides(&set);
-    let refused = cost(&scene.unwrap(), None, &mut |_| true).unwrap_err();
+    let refused = cost(&scene.unwrap(), None, &mut |_| Ok(())).unwrap_err();
     assert!(matches!(refused, CostError::AtRest), "{refused}");
 }
 
 #[test]
 fn a_stopped_study_has_what_is_complete() {
     let scene = Scene::load("mass-on-belt").unwrap();
-    let stopped = cost(&scene, None, &mut |_| false).unwrap_err();
-    assert!(matches!(stopped, CostError::Stopped));
-    let part = cost(&scene, None, &mut |(_, share)| share < 0.5).unwrap();
+    let stopped = cost(&scene, None, &mut |_| Err(Stopped)).unwrap_err();
+    assert!(matches!(stopped, CostError::Stopped(_)));
+    let part = cost(&scene, None, &mut |(_, share)| {
+        if share < 0.5 { Ok(()) } else { Err(Stopped) }
+    })
+    .unwrap();
     assert!(part.stopped && !part.settings.is_empty() && part.effects.is_empty());
 }
 
@@ -183,7 +186,7 @@ fn the_accuracy_rule_holds_in_every_scene() {
     let mut missed = Vec::new();
     for preset in PRESETS {
         let scene = preset.scene().unwrap();
-        let mut go_on = |_| true;
+        let mut go_on = |_| Ok(());
         let watch = &mut unwatched(&mut go_on);
         let mut runner = match Runner::settle(&scene, watch) {
             Err(CostError::AtRest) => continue,

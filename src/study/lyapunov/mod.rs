@@ -233,6 +233,16 @@ pub struct LyapunovProgress {
     pub largest: Option<Exponent>,
 }
 
+impl LyapunovProgress {
+    pub(crate) fn transient(share: f64) -> Self {
+        Self {
+            phase: Phase::Transient,
+            share,
+            largest: None,
+        }
+    }
+}
+
 /// Ratio of successive times at which running estimates are kept.
 const SPACING: f64 = 1.03;
 /// The first of these times, in sampling intervals.
@@ -240,8 +250,7 @@ const FIRST: f64 = 16.0;
 
 /// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
 /// the goal is reached, after a settling time. An average never contains a change of attractor: it starts again
-/// there, see [`LyapunovStudy::segments`]. `watch` is called every 50 ms; the study stops when it returns
-/// `false`.
+/// there, see [`LyapunovStudy::segments`]. `watch` is called every 50 ms.
 ///
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
@@ -277,11 +286,12 @@ pub fn lyapunov(
         begun: 0.0,
         trace: MeanTrace::new(sys, width),
     };
-    let should_continue = run.settle()?;
+    let stopped = run.settle()?;
     let settled = run.time() - start;
-    let ending = match should_continue {
-        true => run.average()?,
-        false => Ending::Stopped,
+    let ending = if stopped {
+        Ending::Stopped
+    } else {
+        run.average()?
     };
     let simulated = run.time() - start;
     run.update_segments();
@@ -413,28 +423,31 @@ impl StudyRun<'_> {
         self.start + self.samples as f64 * self.plan.sample_interval
     }
 
-    fn should_continue(&mut self, phase: Phase, share: f64) -> bool {
+    /// Reports the progress; returns whether the study is stopped.
+    fn is_stopped(&mut self, phase: Phase, share: f64) -> bool {
+        let largest = self.largest;
         (self.watch)(LyapunovProgress {
             phase,
             share,
-            largest: self.largest,
+            largest,
         })
+        .is_err()
     }
 
-    /// Lets the tangent vectors align. Returns whether to continue.
+    /// Lets the tangent vectors align; returns whether the study is stopped.
     fn settle(&mut self) -> Result<bool, DynamicsError> {
         let plan = self.plan;
-        let mut should_continue = true;
+        let mut stopped = false;
         for sample in 0..(plan.settle / plan.sample_interval).ceil() as u64 {
             self.advance()?;
             let share = (sample + 1) as f64 * plan.sample_interval / (plan.settle + self.needed);
-            should_continue = !self.timer.is_due() || self.should_continue(Phase::Settling, share);
-            if !should_continue {
+            stopped = self.timer.is_due() && self.is_stopped(Phase::Settling, share);
+            if stopped {
                 break;
             }
         }
         self.integrator.reset_growth();
-        Ok(should_continue)
+        Ok(stopped)
     }
 
     /// Averages the growth until the goal is reached.
@@ -475,7 +488,7 @@ impl StudyRun<'_> {
             }
             let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
             let is_due = ending.is_some() || self.timer.is_due();
-            if is_due && !self.should_continue(Phase::Averaging, share) {
+            if is_due && self.is_stopped(Phase::Averaging, share) {
                 ending = ending.or(Some(Ending::Stopped));
             }
             if let Some(ending) = ending {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
+use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
 use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
@@ -129,11 +129,8 @@ pub fn scene_lyapunov(
     let mut stopped = false;
     while !stopped && let Some(reached) = run.advance()? {
         transient = reached;
-        stopped = !watch(LyapunovProgress {
-            phase: Phase::Transient,
-            share: before * (transient / scene.duration).min(1.0),
-            largest: None,
-        });
+        let share = before * (transient / scene.duration).min(1.0);
+        stopped = watch(LyapunovProgress::transient(share)).is_err();
     }
 
     if !stopped {

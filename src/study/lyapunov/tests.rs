@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, MethodName};
+use crate::study::Stopped;
 use std::time::Duration;
 
 #[path = "../../../crates/dynamics/tests/it/known/lorenz.rs"]
@@ -80,7 +81,7 @@ fn integrator<Y: System>(sys: &Y, width: usize, start: &[f64]) -> Integrator {
 
 #[test]
 fn a_fixed_averaging_time_is_exact() {
-    let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_| true);
+    let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
     assert!((found.simulated - 120.0).abs() < 1e-9);
@@ -96,13 +97,13 @@ fn a_fixed_averaging_time_is_exact() {
 
 #[test]
 fn all_exponents_add_up_to_the_mean_trace() {
-    let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_| true);
+    let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_| Ok(()));
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     assert!((trace + 41.0 / 3.0).abs() < 1e-9, "{trace}");
     assert!((sum - trace).abs() < 1e-5, "{sum} {trace}");
 
     let long = plan(Goal::Time(1000.0));
-    let found = study(&VanDerPol, 2, &long, &mut |_| true);
+    let found = study(&VanDerPol, 2, &long, &mut |_| Ok(()));
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     // The two averages may end one orthonormalisation interval apart.
     assert!(
@@ -114,7 +115,7 @@ fn all_exponents_add_up_to_the_mean_trace() {
 #[test]
 fn a_study_is_reproducible() {
     let [one, two] = [0, 1].map(|_| {
-        let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_| true);
+        let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_| Ok(()));
         LyapunovStudy {
             busy_seconds: 0.0,
             ..found
@@ -129,9 +130,11 @@ fn a_stop_keeps_the_exponents_so_far() {
     let mut stopped = None;
     let found = study(&LORENZ, 1, &plan(Goal::Time(1e8)), &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
-        let should_continue = progress.phase != Phase::Averaging;
-        stopped = stopped.or((!should_continue).then(|| began.elapsed()));
-        should_continue
+        if progress.phase != Phase::Averaging {
+            return Ok(());
+        }
+        stopped = stopped.or_else(|| Some(began.elapsed()));
+        Err(Stopped)
     });
     assert_eq!(found.ending, Ending::Stopped);
     // The callback is called soon, by the clock, and its answer takes effect immediately.
@@ -145,7 +148,7 @@ fn a_stop_keeps_the_exponents_so_far() {
     assert_eq!(last.time, found.spectrum.time);
     assert_eq!(last.exponents, found.spectrum.exponents);
 
-    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_| false);
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_| Err(Stopped));
     assert_eq!(found.ending, Ending::Stopped);
     assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
     assert_eq!(found.settled, 0.02);
@@ -159,7 +162,7 @@ fn an_integrator_without_tangent_vectors_has_no_exponents() {
         &LORENZ,
         &mut integrator,
         &plan(Goal::Classification),
-        &mut |_| true,
+        &mut |_| Ok(()),
     );
     assert!(matches!(
         found,
@@ -170,7 +173,7 @@ fn an_integrator_without_tangent_vectors_has_no_exponents() {
 #[test]
 fn averaging_ends_at_the_target_half_width() {
     let wanted = 0.05;
-    let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_| true);
+    let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     let exponents = &found.spectrum.exponents;
     assert!(
@@ -187,16 +190,16 @@ fn averaging_ends_at_the_target_half_width() {
         max_time: 60.0,
         ..plan(Goal::HalfWidth(1e-6))
     };
-    let found = study(&LORENZ, 2, &short, &mut |_| true);
+    let found = study(&LORENZ, 2, &short, &mut |_| Ok(()));
     assert_eq!(found.ending, Ending::MaxTimeReached);
 }
 
 #[test]
 fn averaging_ends_at_a_clear_classification() {
-    let found = study(&LORENZ, 3, &plan(Goal::Classification), &mut |_| true);
+    let found = study(&LORENZ, 3, &plan(Goal::Classification), &mut |_| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Chaos);
-    let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_| true);
+    let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Cycle);
 }
@@ -235,7 +238,7 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
             continue;
         }
         let mut integrator = integrator(&PRETURBULENT, 3, &start);
-        let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_| true).unwrap();
+        let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_| Ok(())).unwrap();
         let attractors: Vec<Attractor> = found.segments.iter().map(|s| s.attractor).collect();
         println!("ends at {end}: {attractors:?} {:?}", found.segments);
         let last = found.segments.last().unwrap();
@@ -264,7 +267,7 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
 fn the_averages_of_one_motion_are_not_divided() {
     for (rho, goal) in [(28.0, 100.0), (28.0, 400.0), (60.0, 200.0)] {
         let lorenz = Lorenz { rho, ..LORENZ };
-        let found = study(&lorenz, 3, &plan(Goal::Time(goal)), &mut |_| true);
+        let found = study(&lorenz, 3, &plan(Goal::Time(goal)), &mut |_| Ok(()));
         assert_eq!(
             found.segments.len(),
             1,
@@ -273,6 +276,6 @@ fn the_averages_of_one_motion_are_not_divided() {
         );
         assert!(MotionSegment::chaotic_transient(&found.segments, 0.0).is_none());
     }
-    let found = study(&VanDerPol, 2, &plan(Goal::Time(1000.0)), &mut |_| true);
+    let found = study(&VanDerPol, 2, &plan(Goal::Time(1000.0)), &mut |_| Ok(()));
     assert_eq!(found.segments.len(), 1, "{:?}", found.segments);
 }

@@ -25,7 +25,7 @@ use crate::scene::Scene;
 
 use super::pool::PollTimer;
 use super::subject::{SILENCE, Trial};
-use super::{OnProgress, StudyError, stability};
+use super::{OnProgress, Stopped, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
 pub use settled::{PhasePortrait, SettledResponse};
@@ -120,17 +120,15 @@ const PERIODIC_PERIODS: f64 = 250.0;
 ///
 /// `ball` caches the joint between calls, so the body's modes are computed once.
 ///
-/// Returns `None` if `watch` returns `false`.
-///
 /// # Errors
-/// If the scene's system cannot be built, or its integration or an analysis fails.
+/// [`ResponseError::Stopped`]; if the scene's system cannot be built, or its integration or an analysis fails.
 pub fn response(
     scene: &Scene,
     from: InitialState<'_>,
     plan: &ResponsePlan,
     ball: &mut Option<BallJoint>,
     watch: OnProgress<'_, ResponseProgress>,
-) -> Result<Option<SettledResponse>, ResponseError> {
+) -> Result<SettledResponse, ResponseError> {
     let trial = Trial::of_scene(scene, ball)?;
     let linear = match (scene.joint(), &ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
@@ -141,21 +139,21 @@ pub fn response(
         orbit::stable_orbit(scene, ball, &*run.system, motion, run.period, SILENCE)
     };
     let found = respond(trial, from, plan, find_orbit, watch)?;
-    Ok(found.map(|found| SettledResponse { linear, ..found }))
+    Ok(SettledResponse { linear, ..found })
 }
 
 /// [`response`] of any system, without its linear modes. `find_orbit` finds the stable orbit of a settled motion, if it has
 /// one and it is wanted.
 ///
 /// # Errors
-/// If the integration or an analysis fails.
+/// [`ResponseError::Stopped`]; if the integration or an analysis fails.
 pub(super) fn respond(
     mut trial: Trial,
     from: InitialState<'_>,
     plan: &ResponsePlan,
     find_orbit: impl FnOnce(&Run<'_>) -> Option<PeriodicOrbit>,
     watch: OnProgress<'_, ResponseProgress>,
-) -> Result<Option<SettledResponse>, ResponseError> {
+) -> Result<SettledResponse, ResponseError> {
     let (lag, seed, silence) = (trial.lag, trial.seed, trial.silence);
     let (state, bases) = match from {
         InitialState::Fresh => (None, Bases::None),
@@ -169,18 +167,14 @@ pub(super) fn respond(
         trial.prepared.state[..common].copy_from_slice(&z[..common]);
     }
     let mut run = Run::new(trial, plan, watch)?;
-    let Some(settled) = run.settle()? else {
-        return Ok(None);
-    };
+    let settled = run.settle()?;
     let transient = run.time();
     let orbit = if settled && plan.orbits && plan.exponents > 0 {
         find_orbit(&run)
     } else {
         None
     };
-    let Some(measured) = run.measure_motion(transient, orbit.as_ref(), seed)? else {
-        return Ok(None);
-    };
+    let measured = run.measure_motion(transient, orbit.as_ref(), seed)?;
     let mut by_samples = measured.samples.response(lag, silence, bases)?;
     run.end_a_period()?;
     if measured.follows_orbit {
@@ -194,7 +188,7 @@ pub(super) fn respond(
     {
         (by_samples.regime, by_samples.confidence) = (Regime::Chaotic, 0.95);
     }
-    Ok(Some(SettledResponse {
+    Ok(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
         exponents: measured.exponents,
@@ -202,7 +196,7 @@ pub(super) fn respond(
         state: run.z[..run.system.tangent_dim()].to_vec(),
         stats: run.integrator.stats(),
         ..by_samples
-    }))
+    })
 }
 
 /// Error of a response.
@@ -232,6 +226,9 @@ pub enum ResponseError {
     /// An analysis rejected the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
+    /// The caller stopped it.
+    #[error("stopped")]
+    Stopped(#[from] Stopped),
 }
 
 /// One simulation in progress.
@@ -307,8 +304,8 @@ impl<'a> Run<'a> {
         (BLOCK * self.period * self.rate).round().min(1e9) as usize
     }
 
-    /// Advances by one sample; returns whether to continue.
-    fn advance(&mut self) -> Result<bool, ResponseError> {
+    /// Advances by one sample.
+    fn advance(&mut self) -> Result<(), ResponseError> {
         self.samples += 1;
         let time = self.time();
         self.integrator.sample(&*self.system, time, &mut self.z)?;
@@ -316,7 +313,13 @@ impl<'a> Run<'a> {
         if self.plan.max_rhs_evals.is_some_and(|max| rhs_evals > max) {
             return Err(ResponseError::TooManyEvaluations { rhs_evals, time });
         }
-        Ok(!self.timer.is_due() || self.should_continue())
+        if self.timer.is_due() {
+            (self.watch)(ResponseProgress {
+                simulated: time,
+                expected: self.expected.max(time),
+            })?;
+        }
+        Ok(())
     }
 
     /// Displacement of the probe, m.
@@ -367,24 +370,14 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn should_continue(&mut self) -> bool {
-        let simulated = self.time();
-        (self.watch)(ResponseProgress {
-            simulated,
-            expected: self.expected.max(simulated),
-        })
-    }
-
-    /// Runs until the transient has ended; returns whether it has, or `None` if stopped by the caller.
-    fn settle(&mut self) -> Result<Option<bool>, ResponseError> {
+    /// Runs until the transient has ended; returns whether it has.
+    fn settle(&mut self) -> Result<bool, ResponseError> {
         let plan = self.plan;
         let mut detector = self.detector();
         let mut largest: f64 = 0.0;
         let mut next_check = 0;
         while self.time() < plan.max_transient {
-            if !self.advance()? {
-                return Ok(None);
-            }
+            self.advance()?;
             largest = largest.max(self.displacement().abs());
             if !detector.push(self.energies()) {
                 continue;
@@ -397,16 +390,15 @@ impl<'a> Run<'a> {
             }
             next_check = detector.blocks() + detector.blocks() / 10 + 1;
             if detector.has_ended() || silent {
-                return Ok(Some(true));
+                return Ok(true);
             }
             self.expected = 1.1 * self.time() + plan.measurement_time;
         }
-        Ok(Some(false))
+        Ok(false)
     }
 
-    /// Adds tangent vectors at the current state and lets them align. Returns `false` if stopped by the
-    /// caller.
-    fn start_tangents(&mut self, width: usize, seed: u64) -> Result<bool, ResponseError> {
+    /// Adds tangent vectors at the current state and lets them align.
+    fn start_tangents(&mut self, width: usize, seed: u64) -> Result<(), ResponseError> {
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         let start = self.integrator.state().to_vec();
@@ -418,24 +410,22 @@ impl<'a> Run<'a> {
         self.integrator = with;
         let align = (ALIGN * self.period * self.rate).min(1e9) as u64;
         for _ in 0..align {
-            if !self.advance()? {
-                return Ok(false);
-            }
+            self.advance()?;
         }
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         self.integrator.reset_growth();
-        Ok(true)
+        Ok(())
     }
 
     /// Measures the motion after a transient (s), which follows the given orbit, if any. `seed` is that of the tangent
-    /// vectors of other motions. Returns `None` if stopped by the caller.
+    /// vectors of other motions.
     fn measure_motion(
         &mut self,
         mut transient: f64,
         orbit: Option<&PeriodicOrbit>,
         seed: u64,
-    ) -> Result<Option<Measured>, ResponseError> {
+    ) -> Result<Measured, ResponseError> {
         let plan = self.plan;
         let width = plan.exponents.min(self.system.tangent_dim());
         if let Some(orbit) = orbit {
@@ -443,34 +433,30 @@ impl<'a> Run<'a> {
             let window = window.max(PERIODIC_PERIODS * orbit.period_s);
             let window = window.min(plan.measurement_time);
             self.expected = self.time() + window;
-            let Some(measured) = self.sample_window(transient, window)? else {
-                return Ok(None);
-            };
+            let measured = self.sample_window(transient, window)?;
             if !measured.changed {
-                return Ok(Some(Measured {
+                return Ok(Measured {
                     follows_orbit: true,
                     exponents: Some(orbit::exponents(orbit, width)),
                     ..measured
-                }));
+                });
             }
             transient = self.time();
         }
-        if width > 0 && !self.start_tangents(width, seed)? {
-            return Ok(None);
+        if width > 0 {
+            self.start_tangents(width, seed)?;
         }
         self.measure(transient)
     }
 
-    /// Samples the settled motion after a transient (s). Returns `None` if stopped by the caller.
-    fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
+    /// Samples the settled motion after a transient (s).
+    fn measure(&mut self, mut transient: f64) -> Result<Measured, ResponseError> {
         let window = self.plan.measurement_time;
         loop {
             self.expected = self.time() + window;
-            let Some(measured) = self.sample_window(transient, window)? else {
-                return Ok(None);
-            };
+            let measured = self.sample_window(transient, window)?;
             if !measured.changed || self.time() >= self.plan.max_transient + window {
-                return Ok(Some(measured));
+                return Ok(measured);
             }
             // The motion looked settled but changed: measure the new one.
             transient = self.time();
@@ -478,12 +464,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Samples one window (s) after a transient (s); `None` if stopped by the caller.
-    fn sample_window(
-        &mut self,
-        transient: f64,
-        window: f64,
-    ) -> Result<Option<Measured>, ResponseError> {
+    /// Samples one window (s) after a transient (s).
+    fn sample_window(&mut self, transient: f64, window: f64) -> Result<Measured, ResponseError> {
         let count = (window * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let mut detector = self.detector();
@@ -493,9 +475,7 @@ impl<'a> Run<'a> {
         let mut changes = with_tangents.then_some(changes);
         let mut largest: f64 = 0.0;
         for _ in 0..count {
-            if !self.advance()? {
-                return Ok(None);
-            }
+            self.advance()?;
             if let Some(changes) = &mut changes {
                 changes.push(&*self.system, &self.integrator, &self.z);
             }
@@ -511,12 +491,12 @@ impl<'a> Run<'a> {
         let mut motions = motions.unwrap_or_default();
         let changed = largest >= self.silence && (motions.len() > 1 || detector.has_changed());
         let exponents = motions.pop().map(|motion| motion.spectrum);
-        Ok(Some(Measured {
+        Ok(Measured {
             samples,
             transient,
             changed,
             follows_orbit: false,
             exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
-        }))
+        })
     }
 }

@@ -19,6 +19,7 @@ use crate::analysis::{
 };
 use crate::import::Signal;
 use crate::memory;
+use crate::study::OnProgress;
 
 /// Approximate number of columns of a spectrogram.
 const COLUMNS: usize = 400;
@@ -64,69 +65,20 @@ const MANY_SAMPLES: usize = 50_000;
 /// Peak-to-peak amplitude of the dither of a constant sound that is silent, over full scale: two steps of 8 bits.
 const MAX_DITHER: f64 = 1.0 / 64.0;
 
-/// Analyses a signal. `progress` receives the fraction done, 0 to 1, and the name of the step, and returns
-/// whether to continue; the result is `None` if it returns `false`.
+/// Analyses a signal. `progress` receives the name of the step and the fraction done, 0 to 1.
 ///
 /// # Errors
-/// [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
+/// [`SignalError::Stopped`]; [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
 /// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`],
 /// [`AnalysisError::SampleRange`] for samples whose squares overflow or underflow, [`AnalysisError::Memory`] if the
 /// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold.
 pub fn analyse_signal(
     signal: Signal,
     search: &SignalOptions,
-    progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<Option<SignalAnalysis>, SignalError> {
-    match run(signal, search, progress) {
-        Ok(report) => Ok(Some(report)),
-        Err(End::Stopped) => Ok(None),
-        Err(End::Failed(error)) => Err(error),
-    }
-}
-
-/// Reason why an analysis ends early.
-enum End {
-    Stopped,
-    Failed(SignalError),
-}
-
-impl<E: Into<SignalError>> From<E> for End {
-    fn from(error: E) -> Self {
-        Self::Failed(error.into())
-    }
-}
-
-/// Checks that the samples can be analysed.
-fn check(samples: &[f64]) -> Result<(), AnalysisError> {
-    if samples.len() < MIN_SAMPLES {
-        return Err(AnalysisError::TooShort {
-            what: "signal analysis",
-            have: samples.len(),
-            need: MIN_SAMPLES,
-        });
-    }
-    let [low, high] = range(samples.iter().copied());
-    let can_be_squared = samples.iter().all(|x| x.abs() <= MAX_SAMPLE);
-    if !can_be_squared || (low < high && high - low < MIN_RANGE) {
-        return Err(AnalysisError::SampleRange);
-    }
-    let buffers = SpectrumAnalyser::bytes(samples.len().min(MAX_SPECTRUM_SAMPLES));
-    memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
-        samples: samples.len(),
-        shortage,
-    })
-}
-
-fn run(
-    signal: Signal,
-    search: &SignalOptions,
-    progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<SignalAnalysis, End> {
+    progress: OnProgress<'_, (&'static str, f64)>,
+) -> Result<SignalAnalysis, SignalError> {
     check(&signal.samples)?;
-    let mut step = |share, name| match progress(share, name) {
-        true => Ok(()),
-        false => Err(End::Stopped),
-    };
+    let mut step = |share, name| progress((name, share));
     step(0.0, "tonal events")?;
     let silent_below = silence(&signal);
     let silence = silent_below.map(|_| SkipReason::Silent);
@@ -155,7 +107,7 @@ fn run(
         let mut recurrence = plan.quantify(studied, newest, period)?;
         step(0.55, "recurrence along the signal")?;
         recurrence.along = plan.along(studied)?;
-        Ok::<_, End>(recurrence)
+        Ok::<_, SignalError>(recurrence)
     })?;
     step(0.65, "section")?;
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
@@ -200,6 +152,27 @@ fn run(
         sound,
         part,
         signal,
+    })
+}
+
+/// Checks that the samples can be analysed.
+fn check(samples: &[f64]) -> Result<(), AnalysisError> {
+    if samples.len() < MIN_SAMPLES {
+        return Err(AnalysisError::TooShort {
+            what: "signal analysis",
+            have: samples.len(),
+            need: MIN_SAMPLES,
+        });
+    }
+    let [low, high] = range(samples.iter().copied());
+    let can_be_squared = samples.iter().all(|x| x.abs() <= MAX_SAMPLE);
+    if !can_be_squared || (low < high && high - low < MIN_RANGE) {
+        return Err(AnalysisError::SampleRange);
+    }
+    let buffers = SpectrumAnalyser::bytes(samples.len().min(MAX_SPECTRUM_SAMPLES));
+    memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
+        samples: samples.len(),
+        shortage,
     })
 }
 

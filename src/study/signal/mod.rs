@@ -39,6 +39,7 @@ use crate::analysis::{
     ZeroOne,
 };
 use crate::import::Signal;
+use crate::study::{OnProgress, Stopped};
 
 pub use analyse::analyse_signal;
 pub use calibration::{
@@ -97,6 +98,9 @@ pub enum SignalError {
     /// An analysis failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// The caller stopped it.
+    #[error("stopped")]
+    Stopped(#[from] Stopped),
     /// The requested event does not exist.
     #[error("there is no event {number}: {}", available(*found))]
     NoEvent {
@@ -399,8 +403,8 @@ impl AnalysedFile {
         mut signal: Signal,
         calibration: Option<Calibration>,
         options: &SignalOptions,
-        progress: &mut dyn FnMut(f64, &'static str) -> bool,
-    ) -> Result<Option<Self>, SignalError> {
+        progress: OnProgress<'_, (&'static str, f64)>,
+    ) -> Result<Self, SignalError> {
         let sound_levels = match calibration {
             Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),
             // What is in Pa need not be a sound.
@@ -410,11 +414,11 @@ impl AnalysedFile {
             None => None,
         };
         let report = analyse_signal(signal, options, progress)?;
-        Ok(report.map(|report| Self {
+        Ok(Self {
             file,
             report,
             sound_levels,
             truth: None,
-        }))
+        })
     }
 }

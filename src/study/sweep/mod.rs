@@ -23,7 +23,7 @@ use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
 use super::response::{
     InitialState, ResponseError, ResponsePlan, ResponseProgress, SettledResponse, respond, response,
 };
-use super::{OnProgress, Subject};
+use super::{OnProgress, Stopped, Subject};
 use crate::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::pipeline::PipelineError;
@@ -84,8 +84,11 @@ pub trait SweepObserver {
     /// An error ends the sweep.
     fn on_point(&mut self, point: SweepPoint) -> Result<(), Self::Error>;
 
-    /// Takes the progress, at least every 50 ms, and returns whether to continue.
-    fn on_progress(&mut self, progress: SweepProgress) -> bool;
+    /// Takes the progress, at least every 50 ms.
+    ///
+    /// # Errors
+    /// To stop the sweep.
+    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped>;
 }
 
 /// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
@@ -141,14 +144,14 @@ pub fn sweep_subject<A: SweepObserver>(
     sweep_of(grid, (&respond, &enter), shard, &[], threads, observer)
 }
 
-/// Computes the response at a place, from an initial state; `None` if the callback stops it.
+/// Computes the response at a place, from an initial state.
 type Respond<'a> = &'a (
         dyn Fn(
     &Place,
     InitialState<'_>,
     &mut Option<BallJoint>,
     OnProgress<'_, ResponseProgress>,
-) -> Result<Option<SettledResponse>, PointError>
+) -> Result<SettledResponse, PointError>
             + Sync
     );
 
@@ -200,11 +203,12 @@ fn sweep_of<A: SweepObserver>(
             done += 1;
             observer.on_point(point)?;
         }
-        Ok::<_, A::Error>(observer.on_progress(SweepProgress {
+        let progress = SweepProgress {
             done,
             all,
             share: share(done).min(1.0),
-        }))
+        };
+        Ok::<_, A::Error>(observer.on_progress(progress).is_ok())
     })?;
     Ok(done == all)
 }
@@ -234,11 +238,11 @@ impl Worker<'_> {
             let found = (self.respond)(&place, from, ball, &mut |progress| {
                 let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
                 self.share.store(share.to_bits(), Ordering::Relaxed);
-                self.sender.should_continue()
+                self.sender.check()
             });
             let outcome = match found {
-                Ok(Some(found)) => Ok(found),
-                Ok(None) => return,
+                Ok(found) => Ok(found),
+                Err(PointError::Response(ResponseError::Stopped(_))) => return,
                 // A failed run is kept as a point.
                 Err(error) => Err(chain_of_causes(&error)),
             };
@@ -259,5 +263,5 @@ enum PointError {
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
     #[error(transparent)]
-    SettledResponse(#[from] ResponseError),
+    Response(#[from] ResponseError),
 }

@@ -28,9 +28,13 @@ impl SweepObserver for Notes {
         Ok(())
     }
 
-    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
         assert!(progress.done <= progress.all && (0.0..=1.0).contains(&progress.share));
-        self.points.len() < self.stop_after
+        if self.points.len() < self.stop_after {
+            Ok(())
+        } else {
+            Err(Stopped)
+        }
     }
 }
 
@@ -132,8 +136,8 @@ fn an_error_of_the_observer_ends_the_sweep() {
         fn on_point(&mut self, _: SweepPoint) -> Result<(), Fault> {
             Err(Fault("no space"))
         }
-        fn on_progress(&mut self, _: SweepProgress) -> bool {
-            true
+        fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
+            Ok(())
         }
     }
     let ended = sweep(&plan(), Shard::WHOLE, &[], 2, &mut Full);

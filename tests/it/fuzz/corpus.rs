@@ -255,7 +255,7 @@ fn entries(archive: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut entries = Vec::new();
     for index in 0..zip.len() {
         let mut entry = zip.by_index(index).expect("a file");
-        let name = entry.name().expect("text").to_string();
+        let name = entry.name().to_string();
         let mut bytes = Vec::new();
         entry.read_to_end(&mut bytes).expect("read");
         entries.push((name, bytes));
