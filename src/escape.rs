@@ -103,9 +103,10 @@ pub(crate) fn markdown(name: &str) -> String {
 pub(crate) fn code(name: &str) -> String {
     let name = line(name);
     let ticks = fence(&name, 1);
-    match name.starts_with('`') || name.ends_with('`') {
-        true => format!("{ticks} {name} {ticks}"),
-        false => format!("{ticks}{name}{ticks}"),
+    if name.starts_with('`') || name.ends_with('`') {
+        format!("{ticks} {name} {ticks}")
+    } else {
+        format!("{ticks}{name}{ticks}")
     }
 }
 

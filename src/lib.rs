@@ -70,7 +70,7 @@
 //! let scene = Scene::load("impact-oscillator")?;
 //! let found = scene_lyapunov(&scene, &request, &mut |_| Ok(()))?;
 //! for exponent in &found.study.spectrum.exponents {
-//!     println!("{:.3} +- {:.3} 1/s", exponent.value, exponent.half_width);
+//!     println!("{:.3} ± {:.3} 1/s", exponent.value, exponent.half_width);
 //! }
 //! println!("{}", found.study.attractor());
 //! assert_eq!(found.study.spectrum.exponents.len(), found.study.spectrum.dimension);

@@ -175,9 +175,10 @@ fn options(args: &AnalyseArgs) -> SignalOptions {
         dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
         norm: args.norm.unwrap_or_default(),
-        theiler: match args.line_of_identity {
-            true => Some(0),
-            false => args.theiler.map(|samples| samples as usize),
+        theiler: if args.line_of_identity {
+            Some(0)
+        } else {
+            args.theiler.map(|samples| samples as usize)
         },
         min_diagonal: args.min_diagonal.map(|states| states as usize),
         min_vertical: args.min_vertical.map(|states| states as usize),

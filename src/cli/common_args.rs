@@ -29,9 +29,10 @@ impl SceneArgs {
     /// As [`SceneArgs::load`], with another default scene.
     pub fn load_or(&self, default: &str) -> Result<Scene, SceneError> {
         let scene = Scene::load(self.scene.as_deref().unwrap_or(default))?;
-        match self.set.is_empty() {
-            true => Ok(scene),
-            false => scene.with_overrides(&self.set),
+        if self.set.is_empty() {
+            Ok(scene)
+        } else {
+            scene.with_overrides(&self.set)
         }
     }
 

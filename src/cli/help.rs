@@ -66,9 +66,12 @@ const FIRST_STEPS: [[&str; 2]; 3] = [
 /// The parser of the command line, with the grouped help and the examples.
 pub(super) fn command() -> clap::Command {
     // A negative number is a value, not an option.
-    let negative = |arg: Arg| match arg.is_positional() || !arg.get_action().takes_values() {
-        true => arg,
-        false => arg.allow_negative_numbers(true),
+    let negative = |arg: Arg| {
+        if arg.is_positional() || !arg.get_action().takes_values() {
+            arg
+        } else {
+            arg.allow_negative_numbers(true)
+        }
     };
     let mut command = Args::command().mut_subcommands(|command| command.mut_args(negative));
     let header = *command.get_styles().get_header();

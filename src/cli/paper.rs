@@ -74,9 +74,10 @@ pub(super) fn execute(
     let [points, short] = points;
     let [evidence, short] = [evidence(&points)?, evidence(&short)?];
     // Without simulated points there is nothing to compare.
-    let mut claims = match points.is_empty() {
-        true => Vec::new(),
-        false => compare(&evidence),
+    let mut claims = if points.is_empty() {
+        Vec::new()
+    } else {
+        compare(&evidence)
     };
     let short_average = add_short_averages(&mut claims, &short);
     let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.figure)

@@ -111,9 +111,10 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     {
         print_viewer_command(&recording)?;
     }
-    match summary.interrupted {
-        true => audit::check(&summary, false).and(ended),
-        false => ended.and_then(|()| audit::check(&summary, args.strict)),
+    if summary.interrupted {
+        audit::check(&summary, false).and(ended)
+    } else {
+        ended.and_then(|()| audit::check(&summary, args.strict))
     }
 }
 
@@ -243,9 +244,10 @@ pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
 /// A path as one word of a shell command.
 fn shell_word(path: &Path) -> String {
     let path = escape::path(path);
-    match path.contains(char::is_whitespace) {
-        true => format!("\"{path}\""),
-        false => path,
+    if path.contains(char::is_whitespace) {
+        format!("\"{path}\"")
+    } else {
+        path
     }
 }
 

@@ -344,9 +344,10 @@ impl StatusStore {
         let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
         match tilted.filter(off) {
             Some((tilt, [low, high])) => {
-                let scheduled = match low == high {
-                    true => format!("{low:.2}°"),
-                    false => format!("{low:.2}° to {high:.2}°"),
+                let scheduled = if low == high {
+                    format!("{low:.2}°")
+                } else {
+                    format!("{low:.2}° to {high:.2}°")
                 };
                 format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
             }

@@ -87,13 +87,12 @@ fn a_step_from_rest_excites_an_oscillation_with_the_shift_of_the_equilibrium() {
         let found = frames(&scene);
         for (k, q) in rows(&found).iter().enumerate() {
             let since = k as f64 / 200e3 - 0.5e-3;
-            let expected = match since < -1e-9 {
-                true => DVector::zeros(m),
-                false => {
-                    let swing = |k: usize| (eigen.eigenvalues[k].sqrt() * since).cos();
-                    let modal = DVector::from_fn(m, |k, _| amplitudes[k] * swing(k));
-                    &eigen.eigenvectors * modal
-                }
+            let expected = if since < -1e-9 {
+                DVector::zeros(m)
+            } else {
+                let swing = |k: usize| (eigen.eigenvalues[k].sqrt() * since).cos();
+                let modal = DVector::from_fn(m, |k, _| amplitudes[k] * swing(k));
+                &eigen.eigenvectors * modal
             };
             let error = (DVector::from_column_slice(q) - expected).amax();
             assert!(

@@ -155,9 +155,10 @@ impl InteractiveSource {
         // The speed measured so far no longer applies.
         status.measured_speed = None;
         let (wall, from) = self.anchor;
-        let elapsed = match status.paused {
-            true => 0.0,
-            false => status.speed * (now - wall).as_secs_f64(),
+        let elapsed = if status.paused {
+            0.0
+        } else {
+            status.speed * (now - wall).as_secs_f64()
         };
         let time = self.source.time();
         self.anchor = (now, time.min(from + elapsed));
@@ -245,9 +246,10 @@ impl InteractiveSource {
                 return;
             }
             // The loop checks the reason for the wake-up.
-            let _ = match status.paused {
-                true => self.wake.recv().ok(),
-                false => self.wake.recv_deadline(due).ok(),
+            let _ = if status.paused {
+                self.wake.recv().ok()
+            } else {
+                self.wake.recv_deadline(due).ok()
             };
         }
     }

@@ -171,9 +171,10 @@ impl ChangeDetector {
         let starts = [self.start].into_iter().chain(changes.iter().copied());
         let ends = changes.iter().copied().chain([now]);
         let segment = |(start, end): (f64, f64)| {
-            let from = match start == self.start {
-                true => f64::NEG_INFINITY,
-                false => start + block + self.align,
+            let from = if start == self.start {
+                f64::NEG_INFINITY
+            } else {
+                start + block + self.align
             };
             let to = if end == now {
                 f64::INFINITY

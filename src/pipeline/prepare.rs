@@ -124,9 +124,10 @@ pub(super) fn joint_integrator(scene: &Scene, joint: &Joint) -> Result<Integrato
     }
     let integrator = Integrator::new(method(&scene.integrator), joint)?;
     let jumps = !Switching::is_continuous(joint);
-    match jumps || scene.integrator.events == Events::Exact {
-        true => Ok(integrator.with_events(joint)?),
-        false => Ok(integrator),
+    if jumps || scene.integrator.events == Events::Exact {
+        Ok(integrator.with_events(joint)?)
+    } else {
+        Ok(integrator)
     }
 }
 

@@ -68,9 +68,10 @@ fn stride(sample_rate: f64, rate: f64) -> Option<u64> {
 /// The joint of a model, with the energy audit if the scene records energies.
 fn audited(scene: &Scene, model: &Model) -> Joint {
     let joint = Joint::new(model);
-    match scene.record.energy_rate > 0.0 {
-        true => joint.with_audit(),
-        false => joint,
+    if scene.record.energy_rate > 0.0 {
+        joint.with_audit()
+    } else {
+        joint
     }
 }
 
@@ -157,9 +158,10 @@ impl Simulation {
         let tilted = &self.clock.tilted;
         let spec = &tilted.spec;
         let [min_tilt, max_tilt] = tilted.tilt_span(self.run.scene.duration);
-        let outline = match self.run.scene.record.body_rate > 0.0 {
-            true => self.ball.outline(OUTLINE.0, OUTLINE.1),
-            false => None,
+        let outline = if self.run.scene.record.body_rate > 0.0 {
+            self.ball.outline(OUTLINE.0, OUTLINE.1)
+        } else {
+            None
         };
         let labels = self.ball.mode_labels();
         let rotation = match &tilted.rotation {
@@ -213,9 +215,10 @@ impl Simulation {
     /// its time.
     fn advance_loading(&mut self, time: f64) -> Result<(), PipelineError> {
         self.apply_jumps(time)?;
-        match self.clock.is_due(self.run.next_sample) {
-            true => self.apply_loading(time),
-            false => Ok(()),
+        if self.clock.is_due(self.run.next_sample) {
+            self.apply_loading(time)
+        } else {
+            Ok(())
         }
     }
 
@@ -382,9 +385,12 @@ impl Source for Simulation {
         let first = self.run.next_sample;
         // Data that the scene does not record stay off.
         let is_live = self.run.shown.is_some() && record.patch_rate > 0.0;
-        let is_picture = |index: u64| match is_live {
-            true => DisplayRates::is_snapshot(index - first, count, rate),
-            false => is_due(count_every, index),
+        let is_picture = |index: u64| {
+            if is_live {
+                DisplayRates::is_snapshot(index - first, count, rate)
+            } else {
+                is_due(count_every, index)
+            }
         };
         for index in first..first + count {
             let time = index as f64 / rate;

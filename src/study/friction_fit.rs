@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::dynamics::student;
 use crate::joint::Stribeck;
 use crate::number::significant;
-use crate::report::{Block, Report, Table};
+use crate::report::{Block, Measured, Report, Table};
 
 /// Least number of points: Student's quantile is accurate from seven degrees of freedom on.
 pub const MIN_POINTS: usize = 10;
@@ -144,10 +144,9 @@ pub enum FrictionFitError {
     },
     /// The points are as well described by a constant coefficient.
     #[error(
-        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {} (+- {}), or measure \
+        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {}, or measure \
          with less scatter",
-        significant(.mu.value, 3),
-        significant(.mu.half_width, 2)
+        Measured::new(.mu.value, .mu.half_width)
     )]
     NoDecrease {
         /// The constant coefficient.
@@ -354,9 +353,10 @@ fn runs_score(residuals: &[f64]) -> f64 {
             .count() as f64;
     let mean = 1.0 + 2.0 * above * below / all;
     let variance = (mean - 1.0) * (mean - 2.0) / (all - 1.0);
-    match variance > 0.0 {
-        true => (runs - mean) / variance.sqrt(),
-        false => 0.0,
+    if variance > 0.0 {
+        (runs - mean) / variance.sqrt()
+    } else {
+        0.0
     }
 }
 
@@ -364,10 +364,11 @@ impl Report for FrictionFit {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let mut table = Table::default().left("").right("").right("95 %").left("");
         let row = |name: &str, FittedNumber { value, half_width }: FittedNumber, unit: &str| {
+            let [value, error] = Measured::new(value, half_width).parts();
             [
                 name.to_owned(),
-                significant(value, 4),
-                format!("± {}", significant(half_width, 2)),
+                value,
+                format!("± {error}"),
                 unit.to_owned(),
             ]
         };

@@ -201,9 +201,10 @@ fn lesson_values(lesson: &Lesson) -> Value {
 
 /// The level in words, if it is too small to be heard.
 fn silence(computed: &MechanismPrediction, measured: &Measurements) -> Option<&'static str> {
-    match measured.at_rest {
-        true => Some("at rest"),
-        false => (measured.level < SILENT * computed.sliding_speed).then_some("silent"),
+    if measured.at_rest {
+        Some("at rest")
+    } else {
+        (measured.level < SILENT * computed.sliding_speed).then_some("silent")
     }
 }
 

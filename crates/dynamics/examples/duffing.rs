@@ -60,7 +60,7 @@ fn main() -> Result<(), DynamicsError> {
     integrator.integrate_to(&Duffing, 5000.0)?;
     let spectrum = integrator.exponents().expect("vectors are followed");
     for exponent in &spectrum.exponents {
-        println!("{:7.4} +- {:.4} 1/s", exponent.value, exponent.half_width);
+        println!("{:7.4} ± {:.4} 1/s", exponent.value, exponent.half_width);
     }
     // The exponents sum to the rate at which areas of the state space shrink.
     let sum: f64 = spectrum

@@ -53,9 +53,10 @@ pub fn passes(
     let mut marks = Vec::new();
     for pair in course.windows(2) {
         let [before, now] = [pair[0], pair[1]];
-        let way = match now.tilt < before.tilt {
-            true => TiltDirection::Down,
-            false => TiltDirection::Up,
+        let way = if now.tilt < before.tilt {
+            TiltDirection::Down
+        } else {
+            TiltDirection::Up
         };
         let point = |now: Instant| [now.tilt.to_degrees(), now.growth];
         if found.last().is_none_or(|pass| pass.way != way) {
@@ -78,18 +79,20 @@ pub fn passes(
         }
         pass.largest_growth_per_s = pass.largest_growth_per_s.max(now.growth);
         let changes = (before.growth > 0.0) != (now.growth > 0.0);
-        let limit = match changes {
-            true => limit_of_stability(before, now, &mut at)?,
-            false => now,
+        let limit = if changes {
+            limit_of_stability(before, now, &mut at)?
+        } else {
+            now
         };
         if changes && is_first {
             marks.push([limit.tilt.to_degrees(), 0.0]);
         }
         if changes || now.growth > 0.0 {
             let [first, _] = pass.unstable.unwrap_or([limit.tilt; 2]);
-            let last = match now.growth > 0.0 {
-                true => now.tilt,
-                false => limit.tilt,
+            let last = if now.growth > 0.0 {
+                now.tilt
+            } else {
+                limit.tilt
             };
             pass.unstable = Some([first, last]);
         }

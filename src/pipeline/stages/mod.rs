@@ -83,9 +83,10 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> StageGroups {
     ];
     let mut independent = vec![tones.into_iter().flatten().collect()];
     independent.push(spectrogram.into_iter().collect());
-    match needs_choice(spec) {
-        true => independent.push(unfolded.into_iter().flatten().collect()),
-        false => independent.extend(unfolded.into_iter().flatten().map(|stage| vec![stage])),
+    if needs_choice(spec) {
+        independent.push(unfolded.into_iter().flatten().collect())
+    } else {
+        independent.extend(unfolded.into_iter().flatten().map(|stage| vec![stage]))
     }
     independent.push(regime.into_iter().collect());
     StageGroups::new(independent, last.into_iter().flatten().collect(), rate)

@@ -25,13 +25,15 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, context.bases);
         context.bases = named.naming.bases;
-        context.floor = match long && velocity.len() == length {
-            true => named.floor,
-            false => 1.0,
+        context.floor = if long && velocity.len() == length {
+            named.floor
+        } else {
+            1.0
         };
-        let peaks = match is_at_rest(velocity, rest) {
-            true => Vec::new(),
-            false => named.peaks_above(rest),
+        let peaks = if is_at_rest(velocity, rest) {
+            Vec::new()
+        } else {
+            named.peaks_above(rest)
         };
         emit(Record::Spectrum {
             time: window.time,

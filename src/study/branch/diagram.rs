@@ -151,9 +151,10 @@ impl TiltDiagram {
         let lies_between = |found: &&DiagramBifurcation| {
             let at = found.tilt_deg;
             found.attracts
-                && match from <= to {
-                    true => from < at && at <= to,
-                    false => to <= at && at < from,
+                && if from <= to {
+                    from < at && at <= to
+                } else {
+                    to <= at && at < from
                 }
         };
         let mut passed: Vec<_> = self.bifurcations.iter().filter(lies_between).collect();

@@ -94,9 +94,12 @@ mod tests {
 
     #[test]
     fn the_end_of_a_range_has_one_sided_differences() {
-        let of = |x: f64| match x < 0.0 {
-            true => Err("out of range"),
-            false => Ok(Mat::from_fn(1, 1, |_, _| (1.0 + x).powi(3))),
+        let of = |x: f64| {
+            if x < 0.0 {
+                Err("out of range")
+            } else {
+                Ok(Mat::from_fn(1, 1, |_, _| (1.0 + x).powi(3)))
+            }
         };
         let found = difference(0.1, of).unwrap();
         assert!((found.value[(0, 0)] - 3.0).abs() < 1e-9, "{found:?}");

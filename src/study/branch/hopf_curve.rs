@@ -144,9 +144,10 @@ impl CurveTracer {
                         .err()
                         .unwrap_or_else(|| "it turns too sharply".to_owned());
                     // Beyond the border the parameter may have no valid values.
-                    let end = match near_border(last.at) {
-                        true => End::Border,
-                        false => End::Inside(why),
+                    let end = if near_border(last.at) {
+                        End::Border
+                    } else {
+                        End::Inside(why)
                     };
                     return (points, end);
                 }

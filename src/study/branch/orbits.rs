@@ -407,9 +407,10 @@ fn fit_birth(found: &SteadyBifurcation, orbit: &PeriodicOrbit, result: &mut Bran
     }
     cycle.method = CriticalityMethod::FittedBranch;
     // The growth rate of steady sliding where the cycle exists.
-    cycle.criticality = match offset * speed > 0.0 {
-        true => Criticality::Supercritical,
-        false => Criticality::Subcritical,
+    cycle.criticality = if offset * speed > 0.0 {
+        Criticality::Supercritical
+    } else {
+        Criticality::Subcritical
     };
 }
 

@@ -362,9 +362,10 @@ impl Guess {
         let strongest = lines.first()?.amplitude;
         let [first, second] = self.tones;
         let is_first = |line: &&Line| (line.frequency - first).abs() < STEP * second;
-        let first_hz = match self.is_driven {
-            true => first,
-            false => lines.iter().find(is_first)?.frequency,
+        let first_hz = if self.is_driven {
+            first
+        } else {
+            lines.iter().find(is_first)?.frequency
         };
         // The side lines of all harmonics of the first tone, and of the mean.
         let side = lines.iter().find_map(|line| {

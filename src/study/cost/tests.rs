@@ -199,9 +199,10 @@ fn the_accuracy_rule_holds_in_every_scene() {
             let settings = by_rule(&scene, target);
             let origin = Origin::Accuracy;
             let choice = verified(&scene, &mut runner, target, origin, &settings, watch).unwrap();
-            let bound = match reference.has_lines() {
-                true => target,
-                false => target.max(3.0 * scatter),
+            let bound = if reference.has_lines() {
+                target
+            } else {
+                target.max(3.0 * scatter)
             };
             println!(
                 "| {} | {} | {target:.0e} | {:.1e} | {scatter:.1e} | {:?} |",

@@ -6,6 +6,7 @@ use super::evidence::{Embedding, Evidence};
 use super::verdict::Verdict;
 use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
 use crate::dynamics::{Exponent, Sign};
+use crate::report::Measured;
 use crate::study::response::SettledResponse;
 
 /// Minimum amplitude of a line that counts, relative to the strongest line.
@@ -546,9 +547,5 @@ fn largest(response: &SettledResponse) -> Option<Exponent> {
 }
 
 fn shown(exponent: Option<Exponent>) -> String {
-    exponent.map_or_else(nothing, |e| {
-        // For a small exponent the text must show whether the interval contains zero.
-        let places = if e.half_width < 2.0 { 2 } else { 0 };
-        format!("{:.places$} +- {:.places$} 1/s", e.value, e.half_width)
-    })
+    exponent.map_or_else(nothing, |e| Measured::from(&e).unit("1/s").to_string())
 }

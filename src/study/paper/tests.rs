@@ -83,9 +83,10 @@ fn response(kind: &str, tilt: f64) -> SettledResponse {
     let (signal, exponents) = published(kind);
     let mut response = measured(&scene, RATE, &signal).unwrap();
     let four = [1698.0, 4093.0, 7545.0, 12_448.0];
-    response.linear = Some(match tilt < 3.25 {
-        true => linear(&four),
-        false => linear(&[&four[..], &[4501.0]].concat()),
+    response.linear = Some(if tilt < 3.25 {
+        linear(&four)
+    } else {
+        linear(&[&four[..], &[4501.0]].concat())
     });
     response.exponents = Some(LyapunovSpectrum {
         exponents: exponents

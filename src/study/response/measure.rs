@@ -101,9 +101,10 @@ impl Samples {
             max_lines: MAX_LINES,
             ..LineCriterion::default()
         };
-        let lines = match moves {
-            true => spectrum.lines(&criterion),
-            false => Vec::new(),
+        let lines = if moves {
+            spectrum.lines(&criterion)
+        } else {
+            Vec::new()
         };
         let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
         let lag = ((lag * self.rate).round() as usize).max(1);

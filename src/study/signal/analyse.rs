@@ -185,11 +185,12 @@ fn regime(
 ) -> Result<Outcome<Verdict>, AnalysisError> {
     let verdict = Outcome::unless(obstacle, || classify(samples, search))?;
     let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);
-    Ok(match is_noise && has_events {
-        true => Outcome::Skipped {
+    Ok(if is_noise && has_events {
+        Outcome::Skipped {
             skipped: SkipReason::Noise,
-        },
-        false => verdict,
+        }
+    } else {
+        verdict
     })
 }
 

@@ -215,9 +215,10 @@ impl Part {
         let first = range.start;
         let raw = &signal.samples[range];
         let filtered = band_pass(raw, signal.rate, band);
-        let (band, samples) = match filtered.outside_share > OUTSIDE_SHARE {
-            true => (Some(band), filtered.samples),
-            false => (None, raw.to_vec()),
+        let (band, samples) = if filtered.outside_share > OUTSIDE_SHARE {
+            (Some(band), filtered.samples)
+        } else {
+            (None, raw.to_vec())
         };
         Self {
             band,

@@ -53,9 +53,10 @@ fn doubling(below: &SweepPoint, above: &SweepPoint) -> Option<String> {
         Regime::QuasiPeriodic => "torus",
         _ => "period",
     };
-    let (change, doubled) = match below.doubling < above.doubling {
-        true => ("doubling", above),
-        false => ("reverse doubling", below),
+    let (change, doubled) = if below.doubling < above.doubling {
+        ("doubling", above)
+    } else {
+        ("reverse doubling", below)
     };
     let lines = doubled.doubling_line();
     let lines = lines.map_or_else(String::new, |name| format!(", lines at {name}"));

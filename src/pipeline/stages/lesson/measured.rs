@@ -264,9 +264,10 @@ impl NodeCounts {
             separated: taken.separated[0] as f64 / (instants * nodes),
             most_separated: taken.separated[1] as f64 / nodes,
             all_separated: taken.all_separated as f64 / instants,
-            separations_per_s: match span > 0.0 {
-                true => taken.separations as f64 / (span * nodes),
-                false => 0.0,
+            separations_per_s: if span > 0.0 {
+                taken.separations as f64 / (span * nodes)
+            } else {
+                0.0
             },
         })
     }

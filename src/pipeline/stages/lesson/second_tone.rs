@@ -148,9 +148,10 @@ impl SecondTone {
         }
         let found = self.found.get_or_insert_default();
         found.ratio = measured.ratio;
-        let kept = match grows {
-            true => &mut found.growth,
-            false => &mut found.decay,
+        let kept = if grows {
+            &mut found.growth
+        } else {
+            &mut found.decay
         };
         let span = self.weights.len() as f64 * self.dt;
         *kept = fitted(&self.stretch, grows, span).or(*kept);
@@ -162,9 +163,10 @@ impl SecondTone {
 fn fitted(stretch: &[Measured], grows: bool, span: f64) -> Option<ToneGrowth> {
     let ratios = stretch.iter().enumerate();
     let (largest, top) = ratios.max_by(|a, b| a.1.ratio.total_cmp(&b.1.ratio))?;
-    let part = match grows {
-        true => &stretch[..largest],
-        false => &stretch[largest..],
+    let part = if grows {
+        &stretch[..largest]
+    } else {
+        &stretch[largest..]
     };
     let linear = || part.iter().filter(|at| at.ratio <= LINEAR * top.ratio);
     let (first, last) = (linear().next()?, linear().next_back()?);

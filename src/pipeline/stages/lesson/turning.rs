@@ -32,9 +32,10 @@ impl Turning {
         let Some(before) = self.tilt.replace(tilt).filter(|before| *before != tilt) else {
             return;
         };
-        let way = match tilt < before {
-            true => TiltDirection::Down,
-            false => TiltDirection::Up,
+        let way = if tilt < before {
+            TiltDirection::Down
+        } else {
+            TiltDirection::Up
         };
         if self.passes.last().is_none_or(|pass| pass.way != way) {
             self.passes.push(SqueakPass {
@@ -83,9 +84,10 @@ mod tests {
         let mut turning = Turning::new(1.0);
         for k in 0..=40 {
             let tilt = 10 - (k - 20i32).abs();
-            let way = match k <= 20 {
-                true => TiltDirection::Up,
-                false => TiltDirection::Down,
+            let way = if k <= 20 {
+                TiltDirection::Up
+            } else {
+                TiltDirection::Down
             };
             turning.set_tilt(f64::from(tilt));
             for part in 0..10 {
