@@ -356,8 +356,8 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
             plan.scene.with_values(&[(axis.parameter(), *value)])?;
         }
     }
-    for index in [0, plan.len() - 1] {
-        plan.scene_at(&plan.place(index))?;
+    for index in [0, plan.grid().len() - 1] {
+        plan.scene_at(&plan.grid().place(index))?;
     }
     check_transient(&args.response)?;
     Ok(plan)

@@ -74,7 +74,7 @@ impl Basins {
     pub fn new(plan: &SweepPlan, points: &[SweepPoint], interrupted: bool) -> Self {
         Self {
             tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
-            ..Self::of(plan.len(), points, interrupted)
+            ..Self::of(plan.grid().len(), points, interrupted)
         }
     }
 

@@ -28,7 +28,7 @@ pub fn unit(sweep: &SweepStudy<'_>) -> &'static str {
 
 /// The parameter value whose steady state is the initial state of a point; `None` for the scene's kick.
 fn origin(sweep: &SweepStudy<'_>, point: &SweepPoint) -> Option<f64> {
-    let chains = sweep.plan.chains(Shard::WHOLE);
+    let chains = sweep.plan.grid().chains(Shard::WHOLE);
     let mut pairs = chains.iter().flat_map(|chain| chain.windows(2));
     let before = pairs.find(|pair| pair[1] == point.place.index)?[0];
     // A failed run has no state to continue from.

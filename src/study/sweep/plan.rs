@@ -188,26 +188,6 @@ impl SweepPlan {
         }
     }
 
-    /// Total number of points.
-    pub fn len(&self) -> usize {
-        self.grid().len()
-    }
-
-    /// Whether the sweep has no points.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// [`Grid::place`].
-    pub fn place(&self, index: usize) -> Place {
-        self.grid().place(index)
-    }
-
-    /// [`Grid::chains`].
-    pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
-        self.grid().chains(shard)
-    }
-
     /// The scene at a point.
     ///
     /// # Errors
@@ -318,8 +298,8 @@ mod tests {
     #[test]
     fn places_count_the_first_axis_fastest_and_the_start_slowest() {
         let plan = plan(&[Start::Fresh, Start::Downward]);
-        assert_eq!(plan.len(), 12);
-        let places: Vec<Place> = (0..12).map(|k| plan.place(k)).collect();
+        assert_eq!(plan.grid().len(), 12);
+        let places: Vec<Place> = (0..12).map(|k| plan.grid().place(k)).collect();
         assert_eq!(places[1].values, [2.0, 2.0]);
         assert_eq!(places[3].values, [1.0, 4.0]);
         assert_eq!(
@@ -335,11 +315,13 @@ mod tests {
     #[test]
     fn chains_follow_the_direction_of_their_start() {
         let plan = plan(&[Start::Upward, Start::Downward, Start::Fresh]);
-        let chains = plan.chains(Shard::WHOLE);
+        let chains = plan.grid().chains(Shard::WHOLE);
         assert_eq!(chains[..4], [[0, 1, 2], [3, 4, 5], [8, 7, 6], [11, 10, 9]]);
         assert_eq!(chains[4..], [[12], [13], [14], [15], [16], [17]]);
         // The long chains come first whatever the order of the starts.
-        let chains = self::plan(&[Start::Fresh, Start::Upward]).chains(Shard::WHOLE);
+        let chains = self::plan(&[Start::Fresh, Start::Upward])
+            .grid()
+            .chains(Shard::WHOLE);
         assert_eq!(chains[..3], [vec![6, 7, 8], vec![9, 10, 11], vec![0]]);
     }
 
@@ -348,10 +330,10 @@ mod tests {
         let plan = plan(&Start::ALL);
         for of in 1..12 {
             let mut all: Vec<usize> = (1..=of)
-                .flat_map(|number| plan.chains(Shard { number, of }).concat())
+                .flat_map(|number| plan.grid().chains(Shard { number, of }).concat())
                 .collect();
             all.sort_unstable();
-            assert_eq!(all, (0..plan.len()).collect::<Vec<_>>());
+            assert_eq!(all, (0..plan.grid().len()).collect::<Vec<_>>());
         }
     }
 

@@ -242,7 +242,7 @@ impl SweepTable {
         check_identity(&self.identity, &plan.identity(), path)?;
         let misplaced = self.points.iter().find(|point| {
             let index = point.place.index;
-            index >= plan.len() || plan.place(index) != point.place
+            index >= plan.grid().len() || plan.grid().place(index) != point.place
         });
         match misplaced {
             None => Ok(()),
