@@ -24,7 +24,6 @@ mod guard;
 mod recording;
 mod roles;
 mod second;
-mod shared;
 mod sockets;
 #[cfg(test)]
 mod tests;
@@ -48,11 +47,21 @@ use self::accept::Limits;
 use self::guard::Access;
 use self::roles::Keys;
 use self::second::SecondRun;
-use self::shared::Shared;
 use super::session::Session;
 use super::tour::Tour;
 
 pub use self::recording::RecordingPage;
+
+/// Data shared by all connections of the page.
+struct Shared {
+    session: Arc<Session>,
+    /// Address for an audience that only watches; `None` if only this machine can reach the page.
+    audience_url: Option<String>,
+    /// The bookmarks that ship.
+    bookmarks: Option<Tour>,
+    /// A second run for comparison.
+    second: Option<SecondRun>,
+}
 
 /// A listener bound to an address: a listening socket.
 #[derive(Debug)]

@@ -8,11 +8,6 @@ mod control_tests;
 mod error;
 mod health;
 mod interactive;
-#[cfg_attr(
-    not(feature = "live"),
-    allow(dead_code, reason = "only a live run limits pictures by time")
-)]
-mod latest;
 mod loading;
 pub mod message;
 mod motion_changes;

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, MissedTickBehavior, sleep_until};
 
+use super::Shared;
 use super::accept::Connection;
 use super::client::{Client, Disconnected};
 use super::roles::Role;
-use super::shared::Shared;
 use crate::live::command::{Command, HARD_KICK};
 use crate::live::session::Session;
 use crate::live::views::ViewCursor;

@@ -19,7 +19,6 @@ mod section;
 mod spectrogram;
 mod spectrum;
 mod stage;
-mod subsample;
 mod summary;
 #[cfg(test)]
 pub(super) mod synthetic_tests;

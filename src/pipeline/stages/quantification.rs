@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
-use super::subsample::Subsampler;
 use super::windowed::{Windowed, input};
 use crate::analysis::{DelayVectors, RateBase, RecurrenceCriterion, SlidingWindow, quantify};
 use crate::pipeline::message::Record;
@@ -74,4 +73,45 @@ pub fn quantification(
 /// A delay (samples) in whole steps, at least one.
 fn steps(lag: usize, step: usize) -> usize {
     ((lag + step / 2) / step).max(1)
+}
+
+/// Subsampler of a stream: keeps every n-th sample, including the first one.
+struct Subsampler {
+    step: usize,
+    /// Number of samples to skip before the next one.
+    skip: usize,
+}
+
+impl Subsampler {
+    /// Keeps every `step`-th sample; `step` is at least 1.
+    pub fn new(step: usize) -> Self {
+        Self { step, skip: 0 }
+    }
+
+    /// The kept samples of the next block.
+    pub fn of(&mut self, samples: &[f64]) -> Vec<f64> {
+        let rest = samples.iter().skip(self.skip);
+        let kept: Vec<f64> = rest.step_by(self.step).copied().collect();
+        self.skip = self.skip + kept.len() * self.step - samples.len();
+        kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_result_does_not_depend_on_the_blocks() {
+        let stream: Vec<f64> = (0..100).map(f64::from).collect();
+        let expected: Vec<f64> = (0..100).step_by(7).map(f64::from).collect();
+        for piece in [1, 3, 7, 8, 100] {
+            let mut subsampler = Subsampler::new(7);
+            let mut kept = Vec::new();
+            for piece in stream.chunks(piece) {
+                kept.extend(subsampler.of(piece));
+            }
+            assert_eq!(kept, expected, "pieces of {piece}");
+        }
+    }
 }

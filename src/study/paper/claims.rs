@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
-use super::evidence::Evidence;
-use super::verdict::Verdict;
+use crate::study::response::SettledResponse;
 
 /// The claims as TOML.
 pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
@@ -85,6 +84,119 @@ pub struct ShortAverage {
     /// Verdict on the claim.
     #[serde(flatten)]
     pub verdict: Verdict,
+}
+
+/// Verdict on a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "verdict", rename_all = "snake_case")]
+pub enum Verdict {
+    /// The claim holds at every tilt to which it refers.
+    Met,
+    /// The claim holds at some of these tilts.
+    Partly {
+        /// Share of the tilts at which it holds, between 0 and 1.
+        share: f64,
+    },
+    /// The claim does not hold.
+    NotMet,
+    /// The paper does not state enough to compare, or there is no result to compare with.
+    NotComparable,
+}
+
+impl Verdict {
+    /// Name in text.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Partly { .. } => "partly met",
+            Self::NotMet => "not met",
+            Self::NotComparable => "not comparable",
+        }
+    }
+
+    /// Share to which the claim holds, 0 to 1; zero if it cannot be compared.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::Met => 1.0,
+            Self::Partly { share } => share,
+            Self::NotMet | Self::NotComparable => 0.0,
+        }
+    }
+
+    /// Compares a result, if there is one.
+    pub(super) fn when<T>(found: Option<T>, is_so: impl Fn(T) -> bool) -> Self {
+        match found.map(is_so) {
+            None => Self::NotComparable,
+            Some(true) => Self::Met,
+            Some(false) => Self::NotMet,
+        }
+    }
+
+    /// Compares by counts.
+    pub(super) fn of(holding: usize, all: usize) -> Self {
+        match (holding, all) {
+            (_, 0) => Self::NotComparable,
+            (0, _) => Self::NotMet,
+            (holding, all) if holding == all => Self::Met,
+            (holding, all) => Self::Partly {
+                share: holding as f64 / all as f64,
+            },
+        }
+    }
+}
+
+/// Tilts closer than this are equal, degrees.
+const SAME: f64 = 1e-6;
+
+/// Delay and dimension of an embedding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Embedding {
+    /// Embedding delay, s.
+    pub lag: f64,
+    /// Embedding dimension.
+    pub dimension: usize,
+}
+
+/// Evidence for the claims: settled responses over the tilt, natural frequencies, and the embedding.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Tilt in degrees and response, in ascending order of tilt.
+    responses: Vec<(f64, SettledResponse)>,
+    /// Mode labels and natural frequencies of the finite-element model, Hz.
+    pub natural_frequencies: Vec<(String, f64)>,
+    /// The embedding chosen at a tilt of 5 degrees.
+    pub delay: Option<Embedding>,
+}
+
+impl Evidence {
+    /// Creates the evidence from tilts in degrees and their responses.
+    pub fn new(responses: impl IntoIterator<Item = (f64, SettledResponse)>) -> Self {
+        let mut responses: Vec<_> = responses.into_iter().collect();
+        responses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self {
+            responses,
+            ..Self::default()
+        }
+    }
+
+    /// The response at a tilt in degrees.
+    pub fn at(&self, tilt: f64) -> Option<&SettledResponse> {
+        let mut all = self.responses.iter();
+        let found = all.find(|(there, _)| (there - tilt).abs() < SAME);
+        found.map(|(_, response)| response)
+    }
+
+    /// The responses within a range of tilts in degrees, ends included.
+    pub fn between(&self, from: f64, to: f64) -> Vec<(f64, &SettledResponse)> {
+        let within = |tilt: f64| tilt > from - SAME && tilt < to + SAME;
+        let found = self.responses.iter().filter(|(tilt, _)| within(*tilt));
+        found.map(|(tilt, response)| (*tilt, response)).collect()
+    }
+
+    /// All responses, in ascending order of tilt.
+    pub fn all(&self) -> Vec<(f64, &SettledResponse)> {
+        self.between(f64::NEG_INFINITY, f64::INFINITY)
+    }
 }
 
 /// Compares every claim with the simulation results.

@@ -2,8 +2,7 @@
 
 use serde::Deserialize;
 
-use super::evidence::{Embedding, Evidence};
-use super::verdict::Verdict;
+use super::claims::{Embedding, Evidence, Verdict};
 use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
 use crate::dynamics::{Exponent, Sign};
 use crate::report::Measured;
