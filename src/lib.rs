@@ -92,7 +92,6 @@
 //!     samples: (0..9600).map(|k| (0.5 * f64::from(k)).sin()).collect(),
 //! };
 //! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()))?;
-//! let report = report.expect("the analysis was not stopped");
 //! assert_eq!(report.verdict.get()?.regime, Regime::Periodic);
 //! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
