@@ -1,7 +1,7 @@
 //! Laws that jump at the zeros of guards: the motion crosses them, is reset there, or slides on them (Filippov).
 
 use nalgebra::{DMatrix, DVector};
-use squeakscope::dynamics::Switching;
+use squeakscope::dynamics::{Switching, central_difference};
 
 use crate::system::OwnSystem;
 
@@ -35,7 +35,7 @@ impl OwnSystem {
             self.call(("rhs", &self.rhs), signs, t, z, out);
             let mut rates = vec![0.0; signs.map_or(0, <[i8]>::len)];
             if !sliding.is_empty() {
-                self.difference((t, z), (out, 1.0), &mut rates, |t, z, out| {
+                central_difference((t, z), (out, 1.0), &mut rates, |t, z, out| {
                     self.raw_guards(t, z, out)
                 });
             }
@@ -99,7 +99,7 @@ impl OwnSystem {
         let slope = |c: usize| {
             let mut unit = vec![0.0; z.len()];
             unit[c] = 1.0;
-            self.difference((t, z), (&unit, 0.0), &mut slopes, |t, z, out| {
+            central_difference((t, z), (&unit, 0.0), &mut slopes, |t, z, out| {
                 self.raw_guards(t, z, out)
             });
             slopes[guard]
@@ -200,31 +200,5 @@ impl Switching for OwnSystem {
                 }
             }
         }
-    }
-
-    fn guard_gradient(
-        &self,
-        status: &[u8],
-        guard: usize,
-        t: f64,
-        z: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let mut values = vec![0.0; self.guards()];
-        let mut slope = |vector: &[f64], rate: f64| {
-            self.difference((t, z), (vector, rate), &mut values, |t, z, out| {
-                self.guard_values(status, t, z, out);
-            });
-            values[guard]
-        };
-        for (c, gradient) in gradient.iter_mut().enumerate() {
-            let mut unit = vec![0.0; z.len()];
-            unit[c] = 1.0;
-            *gradient = slope(&unit, 0.0);
-        }
-        // Along the motion, whose speed sets the scale of the time.
-        let mut flow = vec![0.0; z.len()];
-        self.force_in(status, t, z, &mut flow);
-        slope(&flow, 1.0) - gradient.iter().zip(&flow).map(|(h, f)| h * f).sum::<f64>()
     }
 }

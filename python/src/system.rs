@@ -7,7 +7,7 @@ use std::time::Instant;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use squeakscope::dynamics::{Differentiable, DynamicsError, Switching, System, difference_step};
+use squeakscope::dynamics::{Differentiable, DynamicsError, Switching, System, central_difference};
 
 use crate::array::numeric;
 use crate::call::{POLL, Watch, poll};
@@ -211,28 +211,6 @@ impl OwnSystem {
             .then_some(after)
     }
 
-    /// Central differences of a function along a vector, and along the time at a rate of 0 or 1.
-    pub fn difference(
-        &self,
-        (t, z): (f64, &[f64]),
-        (vector, rate): (&[f64], f64),
-        out: &mut [f64],
-        mut at: impl FnMut(f64, &[f64], &mut [f64]),
-    ) {
-        let step = difference_step(z, vector, (rate != 0.0).then_some(t));
-        if !step.is_finite() {
-            return out.fill(0.0);
-        }
-        let moved =
-            |by: f64| -> Vec<f64> { z.iter().zip(vector).map(|(z, v)| z + by * v).collect() };
-        let mut behind = vec![0.0; out.len()];
-        at(t + rate * step, &moved(step), out);
-        at(t - rate * step, &moved(-step), &mut behind);
-        for (out, behind) in out.iter_mut().zip(behind) {
-            *out = (*out - behind) / (2.0 * step);
-        }
-    }
-
     /// Whether a function changes with time alone: compared at states and times that no period divides.
     pub fn depends_on_time(&self, (from, span): (f64, f64), z0: &[f64]) -> bool {
         let mut signs = vec![0; self.status_len()];
@@ -378,7 +356,7 @@ impl Differentiable for OwnSystem {
                         *out = row.iter().zip(&vector).map(|(a, v)| a * v).sum();
                     }
                 }
-                None => self.difference((t, z), (&vector, 0.0), &mut derivative, |t, z, out| {
+                None => central_difference((t, z), (&vector, 0.0), &mut derivative, |t, z, out| {
                     self.force_in(status, t, z, out);
                 }),
             }

@@ -10,7 +10,9 @@
 //!   method of order 4;
 //! * a *form*: the coordinates to which the tableau is applied. The plain form integrates the state. The
 //!   integrating-factor (Lawson) form integrates coordinates from which the linear free vibration has
-//!   been removed exactly. The force alone then limits its step, not the natural frequencies.
+//!   been removed exactly. Without a force its step is unlimited. A force turns in these coordinates as fast as the
+//!   modes that it drives, and this limits the step: a constant force is not integrated exactly, and a fixed point is
+//!   kept to the tolerance only. Subtract the force at the equilibrium.
 //!
 //! A linearly implicit method is available for stiff phases, for example when sliding friction changes
 //! to sticking. It needs the derivative of the force ([`System::differentiable`]).
@@ -40,6 +42,12 @@
 //!   during a step, and the step ends where a guard falls through zero. Kinks and jumps then do not
 //!   reduce the order. The zero is located on the dense output. An event costs one force evaluation and the
 //!   discarded part of the step.
+//!
+//! # Reproducibility
+//!
+//! The same build on the same machine returns the same bits, however the motion is sampled. On machines with other
+//! instruction sets results agree to rounding, which a chaotic motion amplifies: a force may use fused multiply-adds,
+//! and sums in vectors of any length.
 //!
 //! # Example
 //!
@@ -73,6 +81,8 @@
 //! }
 //! # Ok::<(), squeakscope_dynamics::DynamicsError>(())
 //! ```
+//!
+//! A system may also be made of closures ([`system`], [`piecewise_system`]); derivatives are then central differences.
 
 #![cfg_attr(
     test,
@@ -91,6 +101,7 @@ mod events;
 mod integrating_factor;
 mod integrator;
 mod lyapunov;
+mod own;
 mod rosenbrock;
 mod runge_kutta;
 mod simd;
@@ -109,6 +120,7 @@ pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, Stability, student,
 };
+pub use own::{OwnSystem, piecewise_system, system};
 pub use stats::{ErrorEstimate, SolverStats};
 pub use switching::Switching;
-pub use system::{Differentiable, System, difference_step};
+pub use system::{Differentiable, System, central_difference};

@@ -1,6 +1,6 @@
 //! Piecewise smooth systems: guards, statuses and reset maps.
 
-use super::system::difference_step;
+use super::system::{System, add_linear, central_difference, difference_step};
 
 /// A piecewise smooth system. Its discrete *status* describes, for example, which nodes are in contact
 /// or whether a mass sticks. A smooth law holds for each status. A status ends where one of its *guards*
@@ -9,8 +9,22 @@ use super::system::difference_step;
 /// The status is a few bytes that the system defines. The guards belong to the present status: they are
 /// positive or zero while the status is valid, so a guard usually changes its sign with the status.
 /// After [`Switching::cross`] the guard should be zero or positive again. A guard that is still negative
-/// is crossed again. A system whose guards stay negative ends with a chatter error.
-pub trait Switching {
+/// is crossed again.
+///
+/// # Limits
+///
+/// * Events that accumulate at a point in time (a ball that comes to rest) or a motion that slides along a guard
+///   (chattering) are not continued: sticking needs a status of its own. More events than
+///   [`Integrator::with_crossing_limit`](super::Integrator::with_crossing_limit) permits are
+///   [`DynamicsError::Chatter`](super::DynamicsError::Chatter), or, of a system that
+///   [is continuous](Switching::is_continuous), end event location for a while.
+/// * A guard that is not a number is never crossed. Return numbers wherever the state is finite; a force that is not
+///   finite is [`DynamicsError::NonFinite`](super::DynamicsError::NonFinite).
+/// * Two crossings of a guard within a step that its five samples and their parabolas do not show are missed.
+/// * Half a million steps with a mean length below 1e-5 of the maximum step are
+///   [`DynamicsError::Stalled`](super::DynamicsError::Stalled). For a motion that needs such steps, give a maximum step of
+///   its time scale.
+pub trait Switching: System {
     /// Length of the status, bytes.
     fn status_len(&self) -> usize;
 
@@ -49,7 +63,8 @@ pub trait Switching {
     }
 
     /// Eq. (19): writes the gradient `dh/dz` of one guard to `gradient` (length of the state) and
-    /// returns the partial time derivative `dh/dt`.
+    /// returns the partial time derivative `dh/dt`. The default takes central differences of
+    /// [`Switching::guard_values`]; that for the time is taken along the motion, whose speed sets its scale.
     fn guard_gradient(
         &self,
         status: &[u8],
@@ -57,7 +72,29 @@ pub trait Switching {
         t: f64,
         z: &[f64],
         gradient: &mut [f64],
-    ) -> f64;
+    ) -> f64 {
+        let mut values = vec![0.0; self.guards()];
+        let mut slope = |vector: &[f64], rate: f64| {
+            central_difference((t, z), (vector, rate), &mut values, |t, z, out| {
+                self.guard_values(status, t, z, out);
+            });
+            values[guard]
+        };
+        let mut vector = vec![0.0; z.len()];
+        for (c, gradient) in gradient.iter_mut().enumerate() {
+            vector[c] = 1.0;
+            *gradient = slope(&vector, 0.0);
+            vector[c] = 0.0;
+        }
+        self.force_in(status, t, z, &mut vector[self.modes()..]);
+        add_linear(self.omega(), self.damping(), z, &mut vector, 1);
+        slope(&vector, 1.0)
+            - gradient
+                .iter()
+                .zip(&vector)
+                .map(|(h, f)| h * f)
+                .sum::<f64>()
+    }
 
     /// The derivative of the reset map `g(t, z)` at a guard, applied in place: `dg/dz . v + rate dg/dt` of
     /// each tangent vector `v`. They are given with their number (order as in

@@ -118,6 +118,8 @@ pub trait Differentiable: System {
     /// vector `l` is `vectors[c * width + l]`. `out` receives the derivatives of `[f | g]` in the same
     /// order, `(tangent_dim - modes) x width` numbers. The record may be used as scratch space if it
     /// stays valid for further products.
+    ///
+    /// The default, for the default record, takes central differences of the force. It allocates.
     fn product(
         &self,
         status: Option<&[u8]>,
@@ -125,7 +127,23 @@ pub trait Differentiable: System {
         vectors: &[f64],
         width: usize,
         out: &mut [f64],
-    );
+    ) {
+        let mut derivative = vec![0.0; self.dim() - self.modes()];
+        for l in 0..width {
+            let mut vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
+            vector.resize(self.dim(), 0.0);
+            let at = (record[0], &record[1..]);
+            central_difference(at, (&vector, 0.0), &mut derivative, |t, z, out| {
+                match (status, self.switching()) {
+                    (Some(status), Some(switching)) => switching.force_in(status, t, z, out),
+                    _ => self.force(t, z, out),
+                }
+            });
+            for (out, x) in out.iter_mut().skip(l).step_by(width).zip(&derivative) {
+                *out = *x;
+            }
+        }
+    }
 
     /// The partial time derivative `d[f | g]/dt` at a fixed state (length `tangent_dim - modes`), for a
     /// given status if there is one. Implicit methods need it for systems that depend on time
@@ -148,9 +166,30 @@ pub trait Differentiable: System {
     }
 }
 
+/// Writes the central difference of a function of time (s) and state along a vector, and along the time at a rate of 0
+/// or 1, to `out`. It is zero along a zero vector.
+pub fn central_difference(
+    (t, z): (f64, &[f64]),
+    (vector, rate): (&[f64], f64),
+    out: &mut [f64],
+    mut at: impl FnMut(f64, &[f64], &mut [f64]),
+) {
+    let step = difference_step(z, vector, (rate != 0.0).then_some(t));
+    if !step.is_finite() {
+        return out.fill(0.0);
+    }
+    let moved = |by: f64| -> Vec<f64> { z.iter().zip(vector).map(|(z, v)| z + by * v).collect() };
+    let mut behind = vec![0.0; out.len()];
+    at(t + rate * step, &moved(step), out);
+    at(t - rate * step, &moved(-step), &mut behind);
+    for (out, behind) in out.iter_mut().zip(behind) {
+        *out = (*out - behind) / (2.0 * step);
+    }
+}
+
 /// Step of a central difference at a state along a vector, and in time with it if a time (s) is given: a small
 /// part of the largest component, or of the time in which the vector, a slope, passes it.
-pub fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 {
+pub(super) fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 {
     /// The cube root of the rounding error.
     const RELATIVE: f64 = 6e-6;
     /// Least part of the time, which is rounded.

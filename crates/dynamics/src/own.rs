@@ -1,0 +1,203 @@
+//! Systems from closures.
+
+use crate::continuation::{Family, FamilyError};
+use crate::{Differentiable, Switching, System, central_difference};
+
+/// Writes numbers from a status, a time (s), the coordinates and the velocities.
+type Law = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
+
+/// Oscillators whose force is a closure: [`system`], or, with statuses, [`piecewise_system`]. Derivatives are central
+/// differences.
+pub struct OwnSystem {
+    omega: Vec<f64>,
+    damping: Vec<f64>,
+    /// Period of the drive, s; `None` for an autonomous system.
+    drive_period: Option<f64>,
+    force: Law,
+    pieces: Option<Pieces>,
+}
+
+/// The statuses of a piecewise smooth system.
+struct Pieces {
+    status_of: Box<dyn Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync>,
+    guards: usize,
+    guard_values: Law,
+    cross: Box<dyn Fn(u8, usize, &mut [f64], &mut [f64]) -> u8 + Send + Sync>,
+    hold: Box<dyn Fn(u8, &mut [f64], &mut [f64]) + Send + Sync>,
+}
+
+/// Oscillators `q_i'' + omega_i^2 q_i = f_i(t, q, v)` with natural circular frequencies (rad/s) and a closure
+/// `force(t, q, v, out)`. Without more ([`OwnSystem::driven`]) it must not depend on the time.
+pub fn system(
+    omega: impl Into<Vec<f64>>,
+    force: impl Fn(f64, &[f64], &[f64], &mut [f64]) + Send + Sync + 'static,
+) -> OwnSystem {
+    OwnSystem {
+        omega: omega.into(),
+        damping: Vec::new(),
+        drive_period: None,
+        force: Box::new(move |_, t, q, v, out| force(t, q, v, out)),
+        pieces: None,
+    }
+}
+
+/// As [`system`], with a force that depends on a status, too: `status_of(t, q, v)` is that of a state, and
+/// `force(status, t, q, v, out)` its smooth law. A status ends where one of the `guards`, which
+/// `guard_values(status, t, q, v, out)` writes, falls through zero. `cross(status, guard, q, v)` then returns the next
+/// status, and may change the state ([`Switching`]).
+pub fn piecewise_system(
+    omega: impl Into<Vec<f64>>,
+    status_of: impl Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync + 'static,
+    force: impl Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync + 'static,
+    guards: usize,
+    guard_values: impl Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync + 'static,
+    cross: impl Fn(u8, usize, &mut [f64], &mut [f64]) -> u8 + Send + Sync + 'static,
+) -> OwnSystem {
+    OwnSystem {
+        force: Box::new(force),
+        pieces: Some(Pieces {
+            status_of: Box::new(status_of),
+            guards,
+            guard_values: Box::new(guard_values),
+            cross: Box::new(cross),
+            hold: Box::new(|_, _, _| ()),
+        }),
+        ..system(omega, |_, _, _, _| ())
+    }
+}
+
+impl OwnSystem {
+    /// Adds `2 zeta_i omega_i q_i'` to the left side, with damping ratios `zeta_i`.
+    pub fn damped(self, damping: impl Into<Vec<f64>>) -> Self {
+        Self {
+            damping: damping.into(),
+            ..self
+        }
+    }
+
+    /// The force depends on the time, with this period (s).
+    pub fn driven(self, period: f64) -> Self {
+        Self {
+            drive_period: Some(period),
+            ..self
+        }
+    }
+
+    /// Moves states onto the constraint of their status by `hold(status, q, v)`, for example to the velocity of what a mass
+    /// sticks to. It has no effect without statuses.
+    pub fn held(
+        mut self,
+        hold: impl Fn(u8, &mut [f64], &mut [f64]) + Send + Sync + 'static,
+    ) -> Self {
+        if let Some(pieces) = &mut self.pieces {
+            pieces.hold = Box::new(hold);
+        }
+        self
+    }
+
+    /// Coordinates and velocities of a state.
+    fn parts<'z>(&self, z: &'z [f64]) -> (&'z [f64], &'z [f64]) {
+        z.split_at(self.omega.len())
+    }
+
+    fn pieces(&self) -> &Pieces {
+        self.pieces.as_ref().expect("a system with statuses")
+    }
+}
+
+impl System for OwnSystem {
+    fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+
+    fn damping(&self) -> &[f64] {
+        &self.damping
+    }
+
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        let (q, v) = self.parts(z);
+        let status = self
+            .pieces
+            .as_ref()
+            .map(|pieces| (pieces.status_of)(t, q, v));
+        (self.force)(status.unwrap_or(0), t, q, v, out);
+    }
+
+    fn switching(&self) -> Option<&dyn Switching> {
+        self.pieces.as_ref().map(|_| self as &dyn Switching)
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+
+    fn is_autonomous(&self) -> bool {
+        self.drive_period.is_none()
+    }
+}
+
+impl Differentiable for OwnSystem {}
+
+impl Switching for OwnSystem {
+    fn status_len(&self) -> usize {
+        1
+    }
+
+    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
+        let (q, v) = self.parts(z);
+        status[0] = (self.pieces().status_of)(t, q, v);
+    }
+
+    fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
+        let (q, v) = self.parts(z);
+        (self.force)(status[0], t, q, v, out);
+    }
+
+    fn guards(&self) -> usize {
+        self.pieces().guards
+    }
+
+    fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
+        let (q, v) = self.parts(z);
+        (self.pieces().guard_values)(status[0], t, q, v, values);
+    }
+
+    fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
+        let (q, v) = z.split_at_mut(self.omega.len());
+        status[0] = (self.pieces().cross)(status[0], guard, q, v);
+    }
+
+    fn settle(&self, status: &[u8], t: f64, z: &mut [f64], (vectors, width): (&mut [f64], usize)) {
+        let hold = |z: &mut [f64]| {
+            let (q, v) = z.split_at_mut(self.omega.len());
+            (self.pieces().hold)(status[0], q, v);
+        };
+        // What the constraint takes from a vector: nothing where it does not act.
+        let mut taken = vec![0.0; z.len()];
+        for l in 0..width {
+            let vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
+            central_difference((t, z), (&vector, 0.0), &mut taken, |_, z, out| {
+                out.copy_from_slice(z);
+                hold(out);
+                for (out, z) in out.iter_mut().zip(z) {
+                    *out -= z;
+                }
+            });
+            for (x, taken) in vectors.iter_mut().skip(l).step_by(width).zip(&taken) {
+                *x += taken;
+            }
+        }
+        hold(z);
+    }
+}
+
+/// The systems that a closure returns for values of the parameter.
+impl<F: Fn(f64) -> OwnSystem> Family for F {
+    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+        Ok(Box::new(self(parameter)))
+    }
+
+    fn drive_period(&self, parameter: f64) -> Option<f64> {
+        self(parameter).drive_period
+    }
+}
