@@ -197,6 +197,15 @@ impl Auto {
     }
 
     /// The active method.
+    fn active_ref(&self) -> &dyn Stepper {
+        if self.is_implicit {
+            &self.implicit
+        } else {
+            &self.explicit
+        }
+    }
+
+    /// The active method.
     fn active(&mut self) -> &mut dyn Stepper {
         if self.is_implicit {
             &mut self.implicit
@@ -248,11 +257,7 @@ impl Stepper for Auto {
     }
 
     fn step(&self) -> &Step {
-        if self.is_implicit {
-            &self.implicit.step
-        } else {
-            &self.explicit.step
-        }
+        self.active_ref().step()
     }
 
     fn step_mut(&mut self) -> &mut Step {
@@ -260,11 +265,7 @@ impl Stepper for Auto {
     }
 
     fn traits(&self) -> &'static MethodTraits {
-        if self.is_implicit {
-            self.implicit.traits()
-        } else {
-            self.explicit.traits()
-        }
+        self.active_ref().traits()
     }
 
     fn update_linear_part(&mut self, sys: &dyn System) {
@@ -324,11 +325,7 @@ impl Stepper for Auto {
     }
 
     fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
-        if self.is_implicit {
-            self.implicit.error(omega, quadratures)
-        } else {
-            self.explicit.error(omega, quadratures)
-        }
+        self.active_ref().error(omega, quadratures)
     }
 
     fn prepare_dense_output(

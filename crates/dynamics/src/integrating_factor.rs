@@ -10,8 +10,9 @@
 //! A Runge–Kutta method applied to `y` is the integrating-factor method of J. D. Lawson, Generalized
 //! Runge–Kutta processes for stable systems with large Lipschitz constants, SIAM J. Numer. Anal. 4
 //! (1967) 372–380. It is exact without a force and keeps the order of the tableau. The dense output
-//! keeps its order, too, when it is transformed back at the time of the sample. The local error depends
-//! only on the change of the force. For mode `i`, with decay rate `sigma = zeta omega`, damped frequency
+//! keeps its order, too, when it is transformed back at the time of the sample. The local error depends on how fast the
+//! transformed force `exp(-t L) N` turns, at the natural frequencies even if `N` is constant; equilibria with a force are
+//! kept to the tolerance, not exactly. For mode `i`, with decay rate `sigma = zeta omega`, damped frequency
 //! `omega_d = omega sqrt(1 - zeta^2)`, `c = cos(omega_d t)` and `s = sin(omega_d t) / omega_d`,
 //!
 //! ```text
@@ -230,11 +231,6 @@ impl IntegratingFactor {
         }
     }
 
-    /// Number of modes that are integrated exactly.
-    pub fn modes(&self) -> usize {
-        self.modes
-    }
-
     /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
     /// Components that are integrated exactly become zero.
     pub fn add_linear_part(&self, sys: &dyn System, z: &[f64], slope: &mut [f64], width: usize) {
@@ -262,74 +258,6 @@ impl IntegratingFactor {
         if let Some(sample) = self.stages.last_mut() {
             sample.set(&self.linear, offset);
         }
-    }
-
-    /// Length of a row: coordinates, velocities and first-order components, each in whole groups.
-    pub fn row_len(&self, dim: usize) -> usize {
-        2 * self.padded() + (dim - 2 * self.modes).next_multiple_of(LANES)
-    }
-
-    /// Length of the coordinates in a row.
-    fn padded(&self) -> usize {
-        self.modes.next_multiple_of(LANES)
-    }
-
-    /// Position of a component of the state in a row.
-    pub fn position(&self, component: usize) -> usize {
-        let parts = (component / self.modes.max(1)).min(2 * self.modes.min(1));
-        component + parts * (self.padded() - self.modes)
-    }
-
-    /// Writes a state or slope to a row.
-    pub fn pack(&self, z: &[f64], row: &mut [f64]) {
-        let (q, rest) = z.split_at(self.modes);
-        let (v, w) = rest.split_at(self.modes);
-        row[..q.len()].copy_from_slice(q);
-        row[self.padded()..][..v.len()].copy_from_slice(v);
-        row[2 * self.padded()..][..w.len()].copy_from_slice(w);
-    }
-
-    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first to a row.
-    #[inline(always)]
-    pub fn write_slope(&self, stage: usize, force: &[f64], row: &mut [f64]) {
-        let (q, rest) = row.split_at_mut(self.padded());
-        let (v, w) = rest.split_at_mut(self.padded());
-        let slopes = q.as_chunks_mut::<LANES>().0.iter_mut();
-        let slopes = slopes.zip(v.as_chunks_mut::<LANES>().0);
-        let groups = self.stages[stage]
-            .0
-            .iter()
-            .zip(force.as_chunks::<LANES>().0);
-        for ((c, f), (q, v)) in groups.zip(slopes) {
-            *q = std::array::from_fn(|lane| c[4][lane] * f[lane]);
-            *v = std::array::from_fn(|lane| c[5][lane] * f[lane]);
-        }
-        w.copy_from_slice(&force[self.modes..][..w.len()]);
-    }
-
-    /// Transforms a row from `y` to a state `z` at a stage, or, after the last one, at the sample that is prepared.
-    ///
-    /// The last group of the coordinates reaches into the velocities, and that of these beyond their end. Therefore the
-    /// groups are written from the last one to the first one.
-    #[inline(always)]
-    pub fn advance(&self, stage: usize, row: &[f64], z: &mut [f64]) {
-        let (q, rest) = row.split_at(self.padded());
-        let (v, w) = rest.split_at(self.padded());
-        let motion = q
-            .as_chunks::<LANES>()
-            .0
-            .iter()
-            .zip(v.as_chunks::<LANES>().0);
-        for (k, (c, (q, v))) in self.stages[stage].0.iter().zip(motion).enumerate().rev() {
-            let mut next = [[0.0; LANES]; 2];
-            for lane in 0..LANES {
-                let coefficients = std::array::from_fn(|k| c[k][lane]);
-                (next[0][lane], next[1][lane]) = forward(&coefficients, q[lane], v[lane]);
-            }
-            z[k * LANES..][..LANES].copy_from_slice(&next[0]);
-            z[self.modes + k * LANES..][..LANES].copy_from_slice(&next[1]);
-        }
-        z[2 * self.modes..][..w.len()].copy_from_slice(w);
     }
 
     /// Transforms slopes `[. | f | g]` at a stage after the first into slopes of `y`, in place.

@@ -10,7 +10,6 @@
 use super::error_control::{MethodTraits, StateNorm};
 use super::integrating_factor::{IntegratingFactor, LANES};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
-use super::system::add_linear;
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
@@ -24,20 +23,10 @@ pub(super) struct RungeKutta<const S: usize> {
     /// Coordinates of the method.
     pub form: IntegratingFactor,
     pub step: Step,
-    /// Start of the step, as a row.
-    start: Vec<f64>,
-    /// Slopes of `y` at the stages, one row each.
+    /// Slopes of `y` at the stages, `stages x dim`.
     slopes: Vec<f64>,
-    /// A combination of slopes, a row.
-    sum: Vec<f64>,
-    /// A row of zeros, to which differences are added.
-    zero: Vec<f64>,
-    /// Slope of `y` at the start of the step, component by component.
-    start_slope: Vec<f64>,
-    /// State at the present stage. It and the force end with a vector of arbitrary numbers.
+    /// State at the present stage.
     state: Vec<f64>,
-    /// Force `[f | g]` at the present stage; the whole right-hand side if the form integrates no mode exactly.
-    force: Vec<f64>,
     /// The second error estimate, if the tableau has one.
     coarse_error: Vec<f64>,
     /// Whether the dense-output stages belong to the last step.
@@ -50,48 +39,37 @@ impl<const S: usize> RungeKutta<S> {
     /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
     pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
         let dim = sys.dim();
-        let form = IntegratingFactor::new(sys, S, modes);
-        let row = form.row_len(dim);
         Self {
             tableau,
-            form,
+            form: IntegratingFactor::new(sys, S, modes),
             step: Step::new(dim),
-            start: vec![0.0; row],
-            slopes: vec![0.0; S * row],
-            sum: vec![0.0; row],
-            zero: vec![0.0; row],
-            start_slope: vec![0.0; dim],
-            state: vec![0.0; dim + LANES],
-            force: vec![0.0; dim - modes + LANES],
+            slopes: vec![0.0; S * dim],
+            state: vec![0.0; dim],
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
         }
     }
 
-    /// The change of the slope from one stage to another, component by component.
+    /// The change of the slope from one stage to another.
     pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let (from, to) = (self.slope_row(from), self.slope_row(to));
-        for (c, out) in out.iter_mut().enumerate() {
-            let at = self.form.position(c);
-            *out = to[at] - from[at];
+        let pairs = self.slope(to).iter().zip(self.slope(from));
+        for (out, (to, from)) in out.iter_mut().zip(pairs) {
+            *out = to - from;
         }
     }
 
-    /// The change of `y`, divided by the step, from one stage to another, component by component.
+    /// The change of `y`, divided by the step, from one stage to another.
     pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
         let stages = &self.tableau.stages;
         for (c, out) in out.iter_mut().enumerate() {
-            let at = self.form.position(c);
             let weights = stages[to].iter().zip(&stages[from]).enumerate();
-            *out = weights
-                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[at])
-                .sum();
+            *out = weights.map(|(j, (b, a))| (b - a) * self.slope(j)[c]).sum();
         }
     }
 
-    fn slope_row(&self, stage: usize) -> &[f64] {
-        &self.slopes[stage * self.start.len()..][..self.start.len()]
+    fn slope(&self, stage: usize) -> &[f64] {
+        &self.slopes[stage * self.step.dim()..][..self.step.dim()]
     }
 
     /// Exchanges the records at the two ends of the step.
@@ -101,70 +79,46 @@ impl<const S: usize> RungeKutta<S> {
         }
     }
 
-    /// Writes the state at a stage, and before it the slope of the stage `due`, if it is not the first one.
-    fn advance(&mut self, stage: usize, due: usize) {
-        let weights = &self.tableau.stages[stage][..stage];
-        self.combine(due, weights, true, stage);
+    /// Writes the state at a stage.
+    fn advance(&mut self, stage: usize) {
+        self.state.copy_from_slice(&self.step.start);
+        self.combine(&self.tableau.stages[stage][..stage], stage);
     }
 
-    /// Writes a combination of slopes to the state: at a stage, or, for `stage` `S`, at the sample for which the form
-    /// is prepared. It is added to the start of the step, unless it is a difference. The slope of the stage `due` is
-    /// written first; that of the first stage, 0, is known.
-    fn combine(&mut self, due: usize, weights: &[f64], has_start: bool, stage: usize) {
-        let (row, h) = (self.start.len(), self.step.length());
-        let (sum, slopes, state) = (&mut self.sum[..], &mut self.slopes[..], &mut self.state[..]);
-        let (start, force, form) = (&self.start, &self.force, &self.form);
-        let start = if has_start { start } else { &self.zero };
-        vectorised(
-            #[inline(always)]
-            || {
-                if due > 0 {
-                    form.write_slope(due, force, &mut slopes[due * row..][..row]);
-                }
-                // Whole groups: a copy without a call.
-                let groups = sum.as_chunks_mut::<LANES>().0.iter_mut();
-                groups
-                    .zip(start.as_chunks::<LANES>().0)
-                    .for_each(|(sum, start)| *sum = *start);
-                add_combination(sum, h, slopes, weights);
-                form.advance(stage, sum, state);
-            },
-        );
+    /// Adds a combination of slopes to `y` in `state`, and transforms it to a state: at a stage, or, for `stage` `S`, at
+    /// the sample for which the form is prepared.
+    fn combine(&mut self, weights: &[f64], stage: usize) {
+        accumulate(&mut self.state, self.step.length(), &self.slopes, weights);
+        self.form.push_forward(stage, &mut self.state, 1);
     }
 
-    /// Evaluates the force at a stage.
+    /// Evaluates the slope at a stage, which is not yet transformed to that of `y`.
     fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
         let dim = self.step.dim();
-        let modes = self.form.modes();
-        let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
-        let out = &mut slope[sys.modes() - modes..];
+        let (z, slope) = (&self.state, &mut self.slopes[stage * dim..][..dim]);
+        let out = &mut slope[sys.modes()..];
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
             None => force(sys, status, time, z, out),
             Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
         }
-        if modes < sys.modes() {
-            add_linear(sys.omega(), sys.damping(), z, slope, 1);
+        self.form.add_linear_part(sys, z, slope, 1);
+        if stage == self.tableau.end {
+            self.step.end_slope.copy_from_slice(slope);
         }
     }
 
-    /// Writes the slope at the end of the step in the coordinates of the next step.
-    fn write_end_slope(&mut self) {
-        let (q, rest) = self.step.end_slope.split_at_mut(self.form.modes());
-        q.fill(0.0);
-        rest.copy_from_slice(&self.force[..rest.len()]);
+    /// Transforms the slope at a stage to that of `y`.
+    fn pull_back(&mut self, stage: usize) {
+        let dim = self.step.dim();
+        let slope = &mut self.slopes[stage * dim..][..dim];
+        self.form.pull_back(stage, slope, 1);
     }
 
-    /// Writes the error estimates and the slope at the end of the step, which they need.
-    fn estimate_errors(&mut self) {
-        let (tableau, dim) = (self.tableau, self.step.dim());
-        let end = tableau.end;
-        self.combine(end, &tableau.error[..=end], false, end);
-        self.step.error.copy_from_slice(&self.state[..dim]);
-        if let Some(weights) = &tableau.coarse_error {
-            self.combine(0, &weights[..=end], false, end);
-            self.coarse_error.copy_from_slice(&self.state[..dim]);
-        }
+    /// Writes a combination of all slopes of the step to `state`, as a difference at its end.
+    fn difference(&mut self, weights: &[f64]) {
+        self.state.fill(0.0);
+        self.combine(weights, self.tableau.end);
     }
 }
 
@@ -197,27 +151,23 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         stats.rhs_evals += 1;
         self.step.full_end_time = self.step.end_time;
         self.step.start_time = self.step.end_time;
-        let dim = self.step.dim();
-        self.state[..dim].copy_from_slice(&self.step.end);
+        self.state.copy_from_slice(&self.step.end);
         // The record stays at the end; the next step takes it from there.
         self.evaluate(sys, status, self.tableau.end);
-        self.write_end_slope();
         self.step.start_at_end();
-        self.start_slope.copy_from_slice(&self.step.end_slope);
+        self.slopes[..self.step.dim()].copy_from_slice(&self.step.end_slope);
     }
 
     fn begin_step(&mut self) {
         self.step.start_at_end();
-        self.start_slope.copy_from_slice(&self.step.end_slope);
-        let row = self.start.len();
-        self.form.pack(&self.step.start, &mut self.start);
-        self.form.pack(&self.start_slope, &mut self.slopes[..row]);
+        self.slopes[..self.step.dim()].copy_from_slice(&self.step.end_slope);
         self.swap_end_records();
     }
 
     fn reject_step(&mut self) {
         self.step.revert();
-        self.step.end_slope.copy_from_slice(&self.start_slope);
+        let start_slope = &self.slopes[..self.step.dim()];
+        self.step.end_slope.copy_from_slice(start_slope);
         self.swap_end_records();
     }
 
@@ -231,18 +181,23 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.step.end_time = end_time;
         self.step.full_end_time = end_time;
         self.is_dense = false;
-        let (dim, end) = (self.step.dim(), self.tableau.end);
-        self.form.prepare(&self.tableau.nodes, self.step.length());
+        let (tableau, end) = (self.tableau, self.tableau.end);
+        self.form.prepare(&tableau.nodes, self.step.length());
         for stage in 1..=end {
-            self.advance(stage, stage - 1);
+            self.advance(stage);
             if let (true, Some(status)) = (stage == end, status) {
-                switching(sys).settle(status, end_time, &mut self.state[..dim], (&mut [], 0));
+                switching(sys).settle(status, end_time, &mut self.state, (&mut [], 0));
             }
             self.evaluate(sys, status, stage);
+            self.pull_back(stage);
         }
-        self.step.end.copy_from_slice(&self.state[..dim]);
-        self.write_end_slope();
-        self.estimate_errors();
+        self.step.end.copy_from_slice(&self.state);
+        self.difference(&tableau.error[..=end]);
+        self.step.error.copy_from_slice(&self.state);
+        if let Some(weights) = &tableau.coarse_error {
+            self.difference(&weights[..=end]);
+            self.coarse_error.copy_from_slice(&self.state);
+        }
         stats.rhs_evals += end as u64;
     }
 
@@ -266,12 +221,10 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             return;
         }
         self.is_dense = true;
-        let row = self.start.len();
         for stage in tableau.end + 1..S {
-            self.advance(stage, 0);
+            self.advance(stage);
             self.evaluate(sys, status, stage);
-            let slope = &mut self.slopes[stage * row..][..row];
-            self.form.write_slope(stage, &self.force, slope);
+            self.pull_back(stage);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -284,8 +237,9 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         let h = self.step.length();
         let offset = t - self.step.start_time;
         self.form.prepare_sample(offset);
-        self.combine(0, &self.tableau.weights(offset / h), true, S);
-        out.copy_from_slice(&self.state[..out.len()]);
+        self.state.copy_from_slice(&self.step.start);
+        self.combine(&self.tableau.weights(offset / h), S);
+        out.copy_from_slice(&self.state);
     }
 
     fn enable_tangents(&mut self, sys: &dyn System) -> usize {
@@ -356,7 +310,7 @@ pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64])
     );
 }
 
-/// The kernel of [`accumulate`]. Sums are not fused with products: the result is the same on every machine.
+/// The kernel of [`accumulate`].
 #[inline(always)]
 fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64]) {
     // A constant number of terms lets the compiler keep the sum of each component in a register.

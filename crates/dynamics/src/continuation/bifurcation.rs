@@ -123,9 +123,6 @@ pub struct Bifurcation {
     pub orbit: PeriodicOrbit,
 }
 
-/// Natural logarithm of the magnitude above which a multiplier that is not critical is outside the unit circle.
-const OUTSIDE: f64 = 1e-5;
-
 impl Bifurcation {
     /// Whether the motion attracts on one side: no multiplier except the critical ones is outside the unit circle.
     ///
@@ -141,7 +138,7 @@ impl Bifurcation {
         };
         let all = self.orbit.nontrivial_multipliers();
         let mut others = all.filter(|multiplier| !is_critical(multiplier));
-        !others.any(|multiplier| multiplier.ln_magnitude > OUTSIDE)
+        !others.any(|multiplier| multiplier.ln_magnitude > self.orbit.circle_width())
     }
 }
 

@@ -9,56 +9,36 @@ use super::{BifurcationKind, Multiplier, PeriodicOrbit};
 /// the test function vanishes because two real multipliers have the product 1, which is no bifurcation.
 const MAX_PAIR_ERROR: f64 = 1e-3;
 
-/// Values of the test function of pairs that are rounding errors.
-const PAIR_NOISE: f64 = 1e-7;
-
-/// A test function: smooth along the branch, with a simple zero at a bifurcation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Test {
-    /// The parameter's component of the tangent: zero at a fold.
-    Turn,
-    /// A product of `1 - multiplier`: zero at folds and branch points.
-    One,
-    /// A product of `1 + multiplier`: zero at a period doubling.
-    MinusOne,
-    /// Like a product of `multiplier_i multiplier_j - 1`: zero if a pair is on the unit circle.
-    Pair,
-    /// The lowest minimum of a guard of a continuous system.
-    Guard,
-}
-
-impl Test {
-    /// Value at a point.
-    pub fn value(self, point: &Point) -> f64 {
+/// Test functions: smooth along the branch, with a simple zero at a bifurcation.
+impl BifurcationKind {
+    /// Value of the test function at a point.
+    pub(super) fn test(self, point: &Point) -> f64 {
         let orbit = &point.orbit;
         match self {
-            Self::Turn => point.tangent.parameter / point.scale.parameter,
-            Self::One => product(orbit, |m| 1.0 - m.re()),
-            Self::MinusOne => product(orbit, |m| 1.0 + m.re()),
-            Self::Pair => pairs(orbit),
-            Self::Guard => lowest_guard(point).map_or(1.0, |(_, least)| least),
+            Self::Fold => point.tangent.parameter / point.scale.parameter,
+            // Zero at folds, too.
+            Self::BranchPoint | Self::SymmetryBreaking => product(orbit, |m| 1.0 - m.re()),
+            Self::PeriodDoubling => product(orbit, |m| 1.0 + m.re()),
+            Self::NeimarkSacker => pairs(orbit),
+            // The lowest minimum of a guard of a continuous system.
+            Self::Grazing => lowest_guard(point).map_or(1.0, |(_, least)| least),
         }
     }
 
-    /// Whether it changes its sign between two points.
-    pub fn changes(self, from: &Point, to: &Point) -> bool {
-        let [a, b] = [from, to].map(|point| self.value(point));
+    /// Whether the test function changes its sign between two points.
+    fn changes(self, from: &Point, to: &Point) -> bool {
+        let [a, b] = [from, to].map(|point| self.test(point));
         // The pairs of a conservative system stay on the circle to rounding.
-        let is_noise = self == Self::Pair && a.abs().max(b.abs()) < PAIR_NOISE;
+        let width = from.orbit.circle_width().max(to.orbit.circle_width());
+        let is_noise = self == Self::NeimarkSacker && a.abs().max(b.abs()) < width;
         (a < 0.0) != (b < 0.0) && !is_noise
     }
 
-    /// The type of the bifurcation at a located zero; `None` if it is no bifurcation.
-    pub fn kind(self, orbit: &PeriodicOrbit) -> Option<BifurcationKind> {
-        match self {
-            Self::Turn => Some(BifurcationKind::Fold),
-            Self::One => Some(BifurcationKind::BranchPoint),
-            Self::MinusOne => Some(BifurcationKind::PeriodDoubling),
-            Self::Pair => critical_multiplier(BifurcationKind::NeimarkSacker, orbit)
-                .filter(|pair| pair.ln_magnitude.abs() <= MAX_PAIR_ERROR)
-                .map(|_| BifurcationKind::NeimarkSacker),
-            Self::Guard => Some(BifurcationKind::Grazing),
-        }
+    /// Whether a located zero of the test function is a bifurcation.
+    pub(super) fn is_at(self, orbit: &PeriodicOrbit) -> bool {
+        self != Self::NeimarkSacker
+            || critical_multiplier(self, orbit)
+                .is_some_and(|pair| pair.ln_magnitude.abs() <= MAX_PAIR_ERROR)
     }
 }
 
@@ -120,27 +100,25 @@ pub(super) fn lowest_guard(point: &Point) -> Option<(usize, f64)> {
     }
 }
 
-/// The tests that change their sign between two successive points. A branch point is a change of [`Test::One`] without a
-/// fold.
-pub(super) fn changed(from: &Point, to: &Point) -> Vec<Test> {
-    let turns = Test::Turn.changes(from, to);
-    [
-        Test::Turn,
-        Test::One,
-        Test::MinusOne,
-        Test::Pair,
-        Test::Guard,
-    ]
-    .into_iter()
-    .filter(|test| test.changes(from, to) && !(*test == Test::One && turns))
-    .collect()
+/// The bifurcations whose test functions change their sign between two successive points. A branch point is a change of its
+/// function without a fold.
+pub(super) fn changed(from: &Point, to: &Point) -> Vec<BifurcationKind> {
+    use BifurcationKind::{BranchPoint, Fold, Grazing, NeimarkSacker, PeriodDoubling};
+    let turns = Fold.changes(from, to);
+    [Fold, BranchPoint, PeriodDoubling, NeimarkSacker, Grazing]
+        .into_iter()
+        .filter(|kind| kind.changes(from, to) && !(*kind == BranchPoint && turns))
+        .collect()
 }
 
 /// Whether bifurcations between two points explain the change of the number of multipliers outside the unit circle.
-pub(super) fn explains(tests: &[Test], from: &Point, to: &Point) -> bool {
+pub(super) fn explains(kinds: &[BifurcationKind], from: &Point, to: &Point) -> bool {
+    use BifurcationKind::{Grazing, NeimarkSacker};
     let change = to.orbit.unstable_multipliers as i64 - from.orbit.unstable_multipliers as i64;
-    let real = [Test::Turn, Test::One, Test::MinusOne];
-    let single = tests.iter().filter(|test| real.contains(test)).count() as i64;
-    let double = 2 * tests.iter().filter(|test| **test == Test::Pair).count() as i64;
+    let count = |is_counted: fn(&BifurcationKind) -> bool| {
+        kinds.iter().filter(|kind| is_counted(kind)).count() as i64
+    };
+    let single = count(|kind| !matches!(kind, NeimarkSacker | Grazing));
+    let double = 2 * count(|kind| *kind == NeimarkSacker);
     change.abs() <= single + double && (change - single) % 2 == 0
 }

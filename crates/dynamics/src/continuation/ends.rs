@@ -4,12 +4,12 @@ use std::ops::RangeInclusive;
 
 use nalgebra::DVector;
 
-use super::follow::Course;
+use super::follow::BranchState;
 use super::locate::Piece;
 use super::point::Point;
 use super::shape::GuardDistances;
-use super::shot::{Direction, Shot};
-use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError, PeriodicOrbit};
+use super::shooting::Direction;
+use super::{Bifurcation, BifurcationKind, BranchEnd, PeriodicOrbit};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
 const GRAZING: f64 = 1e-2;
@@ -20,10 +20,6 @@ const NEAR_GRAZING: f64 = 1e-4;
 
 /// Amplitude relative to the largest one of a branch below which it is extrapolated to zero.
 const SMALL_AMPLITUDE: f64 = 0.02;
-
-/// Distance of an orbit from itself half a period later, relative to its size, at which it has half the period: at the
-/// point where this happens it grows with the square root of the distance from there.
-const HALVED: f64 = 1e-2;
 
 /// Points of a branch before it may close.
 const MIN_POINTS: usize = 5;
@@ -38,7 +34,7 @@ const CLOSE_ASIDE: f64 = 0.5;
 const CLOSED: f64 = 0.1;
 const MAX_CLOSING: usize = 5;
 
-impl Course<'_, '_> {
+impl BranchState<'_, '_> {
     /// The end of a branch on which no further point was found.
     pub(super) fn end_of_failure(&mut self, message: &str) -> BranchEnd {
         let now = &self.now;
@@ -107,8 +103,9 @@ impl Course<'_, '_> {
         }
     }
 
-    /// The end of the branch at the present point, if it is one.
-    pub(super) fn end(&mut self) -> Option<BranchEnd> {
+    /// The end of the branch at the present point, if it is one. The bifurcations from index `known` on are those of the last
+    /// step.
+    pub(super) fn end(&mut self, known: usize) -> Option<BranchEnd> {
         let orbit = &self.now.orbit;
         if orbit.period_s > self.flow.options.max_period_s {
             return Some(BranchEnd::PeriodTooLong {
@@ -119,11 +116,8 @@ impl Course<'_, '_> {
         if is_small && orbit.is_autonomous() {
             return self.hopf();
         }
-        if self.found.points.len() >= MIN_POINTS && self.is_closed() {
-            return Some(BranchEnd::Closed);
-        }
-        self.halved()
-            .map(|parameter| BranchEnd::PeriodHalved { parameter })
+        let is_closed = self.found.points.len() >= MIN_POINTS && self.is_closed(known);
+        is_closed.then_some(BranchEnd::Closed)
     }
 
     /// The Hopf point at which the amplitude vanishes. The parameter and the period change with the square of the amplitude.
@@ -143,8 +137,9 @@ impl Course<'_, '_> {
 
     /// Whether the last step passed the first point of the branch. Only the parameter, the period and the amplitudes are
     /// compared: the phases of the segments change along the branch. Where the first point is close to the chord of the step,
-    /// the orbit beside it is computed.
-    fn is_closed(&mut self) -> bool {
+    /// the orbit beside it is computed. Bifurcations of the last step beyond the first point are forgotten: the branch has
+    /// passed them before.
+    fn is_closed(&mut self, known: usize) -> bool {
         let (Some(before), Some(next)) = (&self.before, self.found.points.first()) else {
             return false;
         };
@@ -177,68 +172,32 @@ impl Course<'_, '_> {
             };
             let missing = from_to(&place(&point.orbit), &start);
             if scale.norm(&missing) < CLOSED * length {
+                let last = self.found.bifurcations.split_off(known);
+                let is_new =
+                    |found: &Bifurcation| share_of(&from_to(&from, &place(&found.orbit))) < share;
+                self.found
+                    .bifurcations
+                    .extend(last.into_iter().filter(is_new));
                 return true;
             }
             share += share_of(&missing);
         }
         false
     }
-
-    /// The parameter at which the orbit and the same orbit half a period later change places in the last step: both halves
-    /// are equal there.
-    fn halved(&self) -> Option<f64> {
-        let before = self.before.as_ref()?;
-        let now = &self.now;
-        let [a, b] = [halves(&before.shot)?, halves(&now.shot)?];
-        if a.len() != b.len() {
-            return None;
-        }
-        let scale = &now.scale;
-        let dot = |a: &[DVector<f64>], b: &[DVector<f64>]| -> f64 {
-            let terms = a.iter().zip(b);
-            terms.map(|(a, b)| scale.dot_states(a, b)).sum()
-        };
-        let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
-        // Not a number if both halves are equal everywhere.
-        if cosine.is_nan() || cosine > -0.5 {
-            return None;
-        }
-        let [from, to] = [dot(&a, &a), dot(&b, &b)].map(f64::sqrt);
-        let share = from / (from + to);
-        let piece = Piece {
-            from: before,
-            to: now,
-        };
-        Some(piece.guess(share).parameter)
-    }
-
-    /// Whether the orbit at which the branch turns repeats itself after half its period: beyond, the branch consists of the
-    /// same orbits, half a period later. This holds whatever the phases of the segments are.
-    pub(super) fn joins_half(&mut self, turn: &Bifurcation) -> Result<bool, ContinuationError> {
-        let is_half = |distance: f64| distance < HALVED;
-        let [turn, first] = [Shot::of(&turn.orbit), self.first.shot.clone()];
-        Ok(is_half(self.half_distance(&turn)?) && !is_half(self.half_distance(&first)?))
-    }
-
-    /// Distance of an orbit from itself half a period later, relative to its size; infinite if the drive does not repeat
-    /// itself then.
-    fn half_distance(&mut self, shot: &Shot) -> Result<f64, ContinuationError> {
-        if shot.drive_periods.is_some_and(|count| count % 2 == 1) {
-            return Ok(f64::INFINITY);
-        }
-        let [start, half] = self.flow.halves(shot)?;
-        Ok(self.now.scale.norm_state(&(half - start)))
-    }
 }
 
-/// The differences of the states of the first and the second half of an orbit with equal phases in both.
-fn halves(shot: &Shot) -> Option<Vec<DVector<f64>>> {
-    let half = shot.len() / 2;
-    let is_double = shot.len().is_multiple_of(2)
-        && (0..half).all(|k| (shot.phases[k] + 0.5 - shot.phases[half + k]).abs() < 1e-12);
-    is_double.then(|| {
-        (0..half)
-            .map(|k| &shot.states[k] - &shot.states[half + k])
-            .collect()
-    })
+/// The parameter at which both halves of an orbit become equal within a piece: beyond, the branch consists of the same
+/// orbits, half a period later, and the change of the state over half a period is reversed.
+pub(super) fn halved(piece: Piece<'_>) -> Option<f64> {
+    let ends = [piece.from, piece.to];
+    // The drive of an odd number of periods does not repeat itself after half of the time.
+    let is_odd = |point: &Point| point.shot.drive_periods.is_some_and(|count| count % 2 == 1);
+    if ends.into_iter().any(is_odd) {
+        return None;
+    }
+    let scale = &piece.to.scale;
+    let [from, to] = ends.map(|point| scale.norm_state(&point.shape.half));
+    let cosine = scale.dot_states(&piece.from.shape.half, &piece.to.shape.half) / (from * to);
+    // Not a number for orbits whose halves are equal everywhere.
+    (cosine < -0.5).then(|| piece.guess(from / (from + to)).parameter)
 }

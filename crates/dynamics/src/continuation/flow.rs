@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::shot::Shot;
+use super::shooting::ShootingPoint;
 use super::{BranchStats, ContinuationError, ContinuationOptions, Family};
 use crate::system::add_linear;
 use crate::{Integrator, System};
@@ -68,7 +68,7 @@ impl<'a> Flow<'a> {
     }
 
     /// The period of an orbit with unknowns `shot`, s: for a forced system it follows from the parameter.
-    pub fn period(&self, shot: &Shot) -> f64 {
+    pub fn period(&self, shot: &ShootingPoint) -> f64 {
         let drive = shot
             .drive_periods
             .zip(self.family.drive_period(shot.parameter));
@@ -89,7 +89,7 @@ impl<'a> Flow<'a> {
     pub fn segments(
         &mut self,
         sys: &dyn System,
-        shot: &Shot,
+        shot: &ShootingPoint,
         with_maps: bool,
     ) -> Result<SegmentEnds, ContinuationError> {
         self.observed_segments(sys, shot, with_maps, &mut |_, _, _| Ok(()))
@@ -99,7 +99,7 @@ impl<'a> Flow<'a> {
     pub fn observed_segments(
         &mut self,
         sys: &dyn System,
-        shot: &Shot,
+        shot: &ShootingPoint,
         with_maps: bool,
         observer: Observer<'_>,
     ) -> Result<SegmentEnds, ContinuationError> {
@@ -174,7 +174,7 @@ impl<'a> Flow<'a> {
     /// the parameter, too.
     pub fn parameter_slopes(
         &mut self,
-        shot: &Shot,
+        shot: &ShootingPoint,
         ends: &SegmentEnds,
     ) -> Result<Vec<DVector<f64>>, ContinuationError> {
         // Balances the error of the difference, of second order, with that of the integration.
@@ -182,7 +182,7 @@ impl<'a> Flow<'a> {
         let has_jumps = self.has_jumps;
         let mut ends_at = |parameter: f64| {
             let sys = self.system(parameter)?;
-            let shifted = Shot {
+            let shifted = ShootingPoint {
                 parameter,
                 ..shot.clone()
             };

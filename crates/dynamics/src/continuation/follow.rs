@@ -1,12 +1,13 @@
 //! The continuation of a branch.
 
 use super::detect::{changed, explains};
+use super::ends::halved;
 use super::flow::Flow;
 use super::locate::Piece;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
 use super::shape::GuardDistances;
-use super::shot::{Direction, Scale, Shot};
+use super::shooting::{Direction, Scale, ShootingPoint};
 use super::start::BranchStart;
 use super::step::StepControl;
 use super::{
@@ -20,12 +21,6 @@ pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
 /// Share of the largest size of the orbits of a branch below which the scale of the state does not decrease.
 const MIN_SCALE: f64 = 0.3;
 
-/// Distance of the parameters of two passages of the same bifurcation, beside their accuracies, relative to the distance of
-/// the bounds.
-const SAME: f64 = 1e-9;
-/// Relative difference of their frequencies.
-const SAME_FREQUENCY: f64 = 1e-6;
-
 /// Follows a branch of periodic orbits from an orbit: in both directions, or away from the origin of the orbit. It ends at
 /// the bounds of the parameter or for another reason, which is part of the result ([`BranchEnd`]).
 ///
@@ -38,7 +33,7 @@ pub fn continue_orbits(
     watch: OnBranchUpdate<'_>,
 ) -> Result<OrbitBranch, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
-    let shot = Shot::of(&start.orbit);
+    let shot = ShootingPoint::of(&start.orbit);
     let scale = flow.scale(&shot)?;
     let away = start
         .origin
@@ -75,7 +70,7 @@ pub fn continue_orbits(
     if away.is_none() {
         let mut back = first.clone();
         back.tangent = back.tangent.scaled(-1.0);
-        let mut found = Course::new(&mut flow, back).run(watch)?;
+        let mut found = BranchState::new(&mut flow, back).run(watch)?;
         found.points.reverse();
         found.bifurcations.reverse();
         found.unresolved.reverse();
@@ -93,7 +88,7 @@ pub fn continue_orbits(
             return Ok(branch);
         }
     }
-    let mut found = Course::new(&mut flow, first).run(watch)?;
+    let mut found = BranchState::new(&mut flow, first).run(watch)?;
     branch.points.append(&mut found.points);
     branch.bifurcations.append(&mut found.bifurcations);
     branch.unresolved.append(&mut found.unresolved);
@@ -103,7 +98,7 @@ pub fn continue_orbits(
 }
 
 /// One direction of a branch.
-pub(super) struct Course<'a, 'f> {
+pub(super) struct BranchState<'a, 'f> {
     pub flow: &'a mut Flow<'f>,
     pub first: Point,
     pub now: Point,
@@ -114,11 +109,11 @@ pub(super) struct Course<'a, 'f> {
     control: StepControl,
     pub largest_amplitude: f64,
     largest_sizes: [f64; 2],
-    pub found: Found,
+    pub found: BranchPart,
 }
 
 /// What was found in one direction.
-pub(super) struct Found {
+pub(super) struct BranchPart {
     pub points: Vec<PeriodicOrbit>,
     pub bifurcations: Vec<Bifurcation>,
     unresolved: Vec<[f64; 2]>,
@@ -137,14 +132,14 @@ enum Objection {
 
 /// The guess for the next point.
 struct Prediction {
-    shot: Shot,
+    shot: ShootingPoint,
     /// Length of the step.
     step: f64,
     /// The bound on which the parameter is fixed, if the step reaches it.
     ends_at_bound: bool,
 }
 
-impl<'a, 'f> Course<'a, 'f> {
+impl<'a, 'f> BranchState<'a, 'f> {
     fn new(flow: &'a mut Flow<'f>, first: Point) -> Self {
         let control = StepControl::new(flow.options.steps);
         Self {
@@ -156,7 +151,7 @@ impl<'a, 'f> Course<'a, 'f> {
             largest_amplitude: first.orbit.amplitude,
             largest_sizes: first.shape.sizes,
             first,
-            found: Found {
+            found: BranchPart {
                 points: Vec::new(),
                 bifurcations: Vec::new(),
                 unresolved: Vec::new(),
@@ -165,7 +160,7 @@ impl<'a, 'f> Course<'a, 'f> {
         }
     }
 
-    fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<Found, ContinuationError> {
+    fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<BranchPart, ContinuationError> {
         self.found.end = loop {
             if self.found.points.len() >= self.flow.options.max_points {
                 break BranchEnd::MaxPoints;
@@ -204,35 +199,11 @@ impl<'a, 'f> Course<'a, 'f> {
             if let Some(end) = self.accept(&prediction, next, watch)? {
                 break end;
             }
-            if self.forget_repeated(known) {
-                break BranchEnd::Closed;
-            }
-            if let Some(end) = self.end() {
+            if let Some(end) = self.end(known) {
                 break end;
             }
         };
         Ok(self.found)
-    }
-
-    /// Removes the bifurcations from index `known` on that the branch has passed before. Returns whether there are any: a
-    /// branch passes a bifurcation twice only if it is closed.
-    fn forget_repeated(&mut self, known: usize) -> bool {
-        let width = self.flow.width();
-        let (before, last) = self.found.bifurcations.split_at(known);
-        let is_new = |found: &&Bifurcation| {
-            !before.iter().any(|before| {
-                let error = before.accuracy + found.accuracy + SAME * width;
-                before.kind == found.kind
-                    && before.unstable_change == found.unstable_change
-                    && (before.parameter - found.parameter).abs() <= error
-                    && (before.frequency_hz / found.frequency_hz - 1.0).abs() < SAME_FREQUENCY
-            })
-        };
-        let new: Vec<Bifurcation> = last.iter().filter(is_new).cloned().collect();
-        let repeats = new.len() < last.len();
-        self.found.bifurcations.truncate(known);
-        self.found.bifurcations.extend(new);
-        repeats
     }
 
     /// Predicts the next point; `None` if the branch leaves the bounds here.
@@ -354,11 +325,10 @@ impl<'a, 'f> Course<'a, 'f> {
                 Err(_) => is_explained = false,
             }
         }
-        let turns = |found: &&Bifurcation| found.kind == BifurcationKind::Fold;
-        if let Some(turn) = located.iter().find(turns)
-            && self.joins_half(turn)?
-        {
-            let parameter = turn.parameter;
+        if let Some(parameter) = halved(piece) {
+            let turns = |found: &&Bifurcation| found.kind == BifurcationKind::Fold;
+            let turn = located.iter().find(turns);
+            let parameter = turn.map_or(parameter, |turn| turn.parameter);
             return Ok(Some(BranchEnd::PeriodHalved { parameter }));
         }
         if !is_explained {
@@ -366,7 +336,7 @@ impl<'a, 'f> Course<'a, 'f> {
         }
         located.sort_by(|a, b| {
             let along = |bifurcation: &Bifurcation| {
-                let difference = Shot::of(&bifurcation.orbit);
+                let difference = ShootingPoint::of(&bifurcation.orbit);
                 if difference.len() == self.now.shot.len() {
                     self.now
                         .scale

@@ -1,11 +1,13 @@
 //! Location of bifurcations between two points of a branch.
 
+use nalgebra::DVector;
+
 use super::bifurcation::critical_multiplier;
-use super::detect::{Test, lowest_guard};
+use super::detect::lowest_guard;
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
-use super::shot::Shot;
+use super::shooting::ShootingPoint;
 use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonance};
 
 /// Maximum number of orbits for the location of one bifurcation.
@@ -37,7 +39,7 @@ impl Piece<'_> {
     }
 
     /// The cubic through both points with both tangents, at a share of the piece.
-    pub fn guess(self, share: f64) -> Shot {
+    pub fn guess(self, share: f64) -> ShootingPoint {
         let chord = self.to.shot.minus(&self.from.shot);
         let length = self.from.scale.norm(&chord);
         let r = 1.0 - share;
@@ -127,14 +129,14 @@ impl Flow<'_> {
     pub fn locate(
         &mut self,
         piece: Piece<'_>,
-        test: Test,
+        kind: BifurcationKind,
     ) -> Result<Option<Bifurcation>, ContinuationError> {
-        if test == Test::One {
+        if kind == BifurcationKind::BranchPoint {
             return self.locate_branch_point(piece).map(Some);
         }
         let side = |share: f64, point: &Point| Side {
             share,
-            value: test.value(point),
+            value: kind.test(point),
         };
         let mut bracket = Bracket {
             low: side(0.0, piece.from),
@@ -157,20 +159,17 @@ impl Flow<'_> {
                 break;
             }
         }
-        let Some(point) = best else {
-            return Ok(None);
-        };
-        let Some(kind) = test.kind(&point.orbit) else {
-            return Ok(None);
-        };
-        self.bifurcation(piece, kind, point, error).map(Some)
+        match best.filter(|point| kind.is_at(&point.orbit)) {
+            Some(point) => self.bifurcation(piece, kind, point, error).map(Some),
+            None => Ok(None),
+        }
     }
 
     /// Locates a branch point by interpolation between orbits on both sides: the equations are singular at the point itself.
     fn locate_branch_point(&mut self, piece: Piece<'_>) -> Result<Bifurcation, ContinuationError> {
-        let test = Test::One;
+        let kind = BifurcationKind::BranchPoint;
         let target = self.options.bifurcation_accuracy * self.width();
-        let known = |share: f64, point: &Point| [test.value(point), share, point.orbit.parameter];
+        let known = |share: f64, point: &Point| [kind.test(point), share, point.orbit.parameter];
         let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
         let [_, mut parameter] = at_zero(&mut all);
         let mut error = f64::INFINITY;
@@ -194,7 +193,6 @@ impl Flow<'_> {
             }
         }
         let point = closest.unwrap_or_else(|| piece.from.clone());
-        let kind = BifurcationKind::BranchPoint;
         let found = self.bifurcation(piece, kind, point, error)?;
         Ok(Bifurcation { parameter, ..found })
     }
@@ -255,7 +253,7 @@ impl Flow<'_> {
             .zip(crossing_rate)
             .map_or(0.0, |(error, rate)| error / rate.abs());
         let kind = match kind {
-            BifurcationKind::BranchPoint if self.breaks_symmetry(&point)? => {
+            BifurcationKind::BranchPoint if self.breaks_symmetry(&point) => {
                 BifurcationKind::SymmetryBreaking
             }
             kind => kind,
@@ -284,25 +282,14 @@ impl Flow<'_> {
 
     /// Whether an orbit at a branch point is symmetric under the reflection of the family: the branch that crosses then
     /// breaks the symmetry.
-    fn breaks_symmetry(&mut self, point: &Point) -> Result<bool, ContinuationError> {
-        let Some(signs) = self.family.symmetry().map(<[f64]>::to_vec) else {
-            return Ok(false);
-        };
-        let shot = &point.shot;
-        // The state half a period later is the reflected one.
-        let half = Shot {
-            phases: vec![0.0, 0.5],
-            states: vec![shot.states[0].clone()],
-            statuses: Vec::new(),
-            ..shot.clone()
-        };
-        let sys = self.system(shot.parameter)?;
-        let end = self.segments(sys.as_ref(), &half, false)?.ends.remove(0);
-        let reflected = nalgebra::DVector::from_fn(end.len(), |i, _| signs[i] * end[i]);
-        let is_within = |other: &nalgebra::DVector<f64>| {
-            point.scale.norm_state(&(other - &shot.states[0])) < SYMMETRIC
-        };
-        Ok(is_within(&reflected))
+    fn breaks_symmetry(&self, point: &Point) -> bool {
+        let start = &point.shot.states[0];
+        self.family.symmetry().is_some_and(|signs| {
+            // The state half a period later is the reflected one.
+            let reflected =
+                (start + &point.shape.half).component_mul(&DVector::from_column_slice(signs));
+            point.scale.norm_state(&(reflected - start)) < SYMMETRIC
+        })
     }
 }
 

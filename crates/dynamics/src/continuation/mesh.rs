@@ -6,7 +6,7 @@ use super::ContinuationError;
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
-use super::shot::{Scale, Shot};
+use super::shooting::{Scale, ShootingPoint};
 use crate::System;
 
 /// Points of an orbit at which its first division is considered.
@@ -20,34 +20,25 @@ impl Flow<'_> {
     pub fn divide(
         &mut self,
         sys: &dyn System,
-        guess: &Shot,
+        guess: &ShootingPoint,
         scale: &Scale,
-    ) -> Result<Shot, ContinuationError> {
-        let mut shot = Shot {
-            phases: vec![0.0],
-            statuses: Vec::new(),
-            states: vec![guess.states[0].clone()],
-            ..guess.clone()
-        };
+    ) -> Result<ShootingPoint, ContinuationError> {
+        let mut state = guess.states[0].clone();
+        let mut shot = guess.with_segments(vec![0.0], vec![state.clone()]);
         let mut start = 0.0;
         let longest = 1.0 / self.options.min_segments.max(1) as f64;
-        let mut piece = Shot {
-            phases: vec![0.0],
-            statuses: Vec::new(),
-            ..guess.clone()
-        };
-        let mut map = DMatrix::identity(piece.states[0].len(), piece.states[0].len());
+        let mut map = DMatrix::identity(state.len(), state.len());
         for k in 1..CANDIDATES {
             let phase = k as f64 / CANDIDATES as f64;
             let [from, to] = [(k - 1) as f64 / CANDIDATES as f64, phase];
-            let step = self.piece(sys, &piece, [from, to])?;
+            let step = self.piece(sys, guess, state, [from, to])?;
             map = &step.1 * map;
-            piece.states = vec![step.0];
+            state = step.0;
             let ratio = log_ratio(&scale.scaled_map(&map));
             let is_long = phase - start >= longest * (1.0 - 1e-9);
             if ratio >= SHARE * self.options.max_segment_log_ratio || is_long {
                 shot.phases.push(phase);
-                shot.states.push(piece.states[0].clone());
+                shot.states.push(state.clone());
                 start = phase;
                 map.fill_with_identity();
             }
@@ -55,20 +46,16 @@ impl Flow<'_> {
         Ok(shot)
     }
 
-    /// The end and the derivative of the flow between two phases, from the first state of `from`.
+    /// The end and the derivative of the flow between two phases of an orbit, from a state.
     fn piece(
         &mut self,
         sys: &dyn System,
-        from: &Shot,
+        orbit: &ShootingPoint,
+        state: DVector<f64>,
         span: [f64; 2],
     ) -> Result<(DVector<f64>, DMatrix<f64>), ContinuationError> {
         // One segment between the two phases.
-        let whole = Shot {
-            phases: span.to_vec(),
-            states: vec![from.states[0].clone()],
-            statuses: Vec::new(),
-            ..from.clone()
-        };
+        let whole = orbit.with_segments(span.to_vec(), vec![state]);
         let mut ends = self.segments(sys, &whole, true)?;
         Ok((ends.ends.remove(0), ends.maps.remove(0)))
     }
@@ -81,22 +68,14 @@ impl Flow<'_> {
     ) -> Result<Point, ContinuationError> {
         let old = &point.shot;
         let sys = self.system(old.parameter)?;
-        let mut shot = Shot {
-            phases: phases.to_vec(),
-            states: Vec::with_capacity(phases.len()),
-            statuses: Vec::new(),
-            ..old.clone()
-        };
+        let mut shot = old.with_segments(phases.to_vec(), Vec::new());
         for &phase in phases {
             // The segment of the old division that contains the phase.
             let k = old.phases.partition_point(|&start| start <= phase) - 1;
             let mut state = old.states[k].clone();
             if phase > old.phases[k] {
-                let start = Shot {
-                    states: vec![state],
-                    ..old.clone()
-                };
-                state = self.piece(sys.as_ref(), &start, [old.phases[k], phase])?.0;
+                let span = [old.phases[k], phase];
+                state = self.piece(sys.as_ref(), old, state, span)?.0;
             }
             shot.states.push(state);
         }
@@ -111,10 +90,10 @@ impl Flow<'_> {
     /// Divides the segments whose growth ratio is too large; `None` if there are none.
     pub fn refine(
         &mut self,
-        shot: &Shot,
+        shot: &ShootingPoint,
         maps: &[DMatrix<f64>],
         scale: &Scale,
-    ) -> Result<Option<Shot>, ContinuationError> {
+    ) -> Result<Option<ShootingPoint>, ContinuationError> {
         let limit = self.options.max_segment_log_ratio;
         let ratios: Vec<f64> = maps
             .iter()
@@ -124,12 +103,7 @@ impl Flow<'_> {
             return Ok(None);
         }
         let sys = self.system(shot.parameter)?;
-        let mut refined = Shot {
-            phases: Vec::new(),
-            states: Vec::new(),
-            statuses: Vec::new(),
-            ..shot.clone()
-        };
+        let mut refined = shot.with_segments(Vec::new(), Vec::new());
         for (k, ratio) in ratios.iter().enumerate() {
             let [from, to] = shot.span(k);
             refined.phases.push(from);
@@ -139,15 +113,12 @@ impl Flow<'_> {
             }
             let pieces = (ratio / (SHARE * limit)).ceil().max(2.0) as usize;
             let phase = |piece: usize| from + (to - from) * piece as f64 / pieces as f64;
+            let mut state = shot.states[k].clone();
             for piece in 1..pieces {
-                let start = Shot {
-                    states: refined.states.last().cloned().into_iter().collect(),
-                    ..shot.clone()
-                };
-                let (end, _) =
-                    self.piece(sys.as_ref(), &start, [phase(piece - 1), phase(piece)])?;
+                let span = [phase(piece - 1), phase(piece)];
+                state = self.piece(sys.as_ref(), shot, state, span)?.0;
                 refined.phases.push(phase(piece));
-                refined.states.push(end);
+                refined.states.push(state.clone());
             }
         }
         Ok(Some(refined))

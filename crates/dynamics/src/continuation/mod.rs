@@ -52,7 +52,7 @@ mod options;
 mod orbit;
 mod point;
 mod shape;
-mod shot;
+mod shooting;
 mod start;
 mod step;
 

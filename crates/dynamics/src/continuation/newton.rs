@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::ContinuationError;
 use super::cyclic::{Segment, Solution, solve};
 use super::flow::{Flow, SegmentEnds};
-use super::shot::{Direction, Scale, Shot};
+use super::shooting::{Direction, Scale, ShootingPoint};
 use crate::System;
 
 /// Minimum factor by which a Newton correction is damped.
@@ -29,7 +29,7 @@ pub(super) enum Constraint<'a> {
     /// The difference from `target` is orthogonal to `tangent`.
     Arclength {
         tangent: &'a Direction,
-        target: &'a Shot,
+        target: &'a ShootingPoint,
     },
 }
 
@@ -38,14 +38,15 @@ pub(super) enum Constraint<'a> {
 pub(super) enum Precision {
     /// For a point of a branch.
     Branch,
-    /// For the location of a bifurcation: the last correction is below the Newton tolerance.
+    /// For the location of a bifurcation: the last correction is below the Newton tolerance, or, if that is not
+    /// reached, no larger than the errors of the integration, at which corrections do not decrease any more.
     Location,
 }
 
 /// A converged orbit.
 #[derive(Clone, Debug)]
 pub(super) struct Corrected {
-    pub shot: Shot,
+    pub shot: ShootingPoint,
     /// Derivatives of the segment maps before the last correction.
     pub maps: Vec<DMatrix<f64>>,
     /// The tangent of the branch, of norm 1.
@@ -57,7 +58,7 @@ pub(super) struct Corrected {
 
 /// The state of an iteration.
 struct Iterate {
-    shot: Shot,
+    shot: ShootingPoint,
     sys: Box<dyn System + Send>,
     ends: SegmentEnds,
     /// Largest scaled residual of a segment.
@@ -71,7 +72,7 @@ impl Flow<'_> {
     /// [`ContinuationError::NotConverged`], and errors of the family and the integration.
     pub fn correct(
         &mut self,
-        guess: &Shot,
+        guess: &ShootingPoint,
         scale: &Scale,
         constraint: Constraint<'_>,
         precision: Precision,
@@ -125,7 +126,11 @@ impl Flow<'_> {
     }
 
     /// Integrates the segments of a set of unknowns.
-    fn iterate(&mut self, mut shot: Shot, scale: &Scale) -> Result<Iterate, ContinuationError> {
+    fn iterate(
+        &mut self,
+        mut shot: ShootingPoint,
+        scale: &Scale,
+    ) -> Result<Iterate, ContinuationError> {
         shot.period = self.period(&shot);
         let sys = self.system(shot.parameter)?;
         let ends = self.segments(sys.as_ref(), &shot, true)?;
@@ -196,7 +201,7 @@ impl Flow<'_> {
     }
 
     /// Moves the starts of segments onto the constraints of their statuses, such as the velocity of a sticking mass.
-    fn settled(&self, mut shot: Shot, from: &Iterate) -> Shot {
+    fn settled(&self, mut shot: ShootingPoint, from: &Iterate) -> ShootingPoint {
         shot.period = self.period(&shot);
         let Some(switching) = from.sys.switching() else {
             return shot;
@@ -213,7 +218,7 @@ impl Flow<'_> {
 }
 
 /// The distance of the end of each segment from the start of the next one.
-pub(super) fn residuals(shot: &Shot, ends: &SegmentEnds) -> Vec<DVector<f64>> {
+pub(super) fn residuals(shot: &ShootingPoint, ends: &SegmentEnds) -> Vec<DVector<f64>> {
     let next = (1..=shot.len()).map(|k| &shot.states[k % shot.len()]);
     ends.ends
         .iter()
@@ -241,7 +246,7 @@ struct Equations<'a> {
     scale: &'a Scale,
     constraint: Constraint<'a>,
     /// The guess, from which the phase is measured.
-    guess: &'a Shot,
+    guess: &'a ShootingPoint,
     phase: &'a [DVector<f64>],
     /// Derivatives of the segment ends with respect to the parameter.
     slopes: &'a [DVector<f64>],

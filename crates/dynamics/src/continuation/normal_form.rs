@@ -19,7 +19,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::flow::{Flow, slope_in};
 use super::point::Point;
-use super::shot::{Scale, Shot};
+use super::shooting::{Scale, ShootingPoint};
 use super::{ContinuationError, Criticality, MotionBirth, Multiplier};
 
 /// First step of the differences, relative to the size of the orbit.
@@ -67,7 +67,7 @@ impl Flow<'_> {
 /// The return map around an orbit, in orthonormal coordinates of the section in the scaled state.
 struct ReturnMap<'a, 'f> {
     flow: &'a mut Flow<'f>,
-    start: Shot,
+    start: ShootingPoint,
     scale: Scale,
     /// Directions of the section, as columns.
     section: DMatrix<f64>,
@@ -100,12 +100,7 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         }
         Ok(Self {
             derivative: section.transpose() * monodromy * &section,
-            start: Shot {
-                phases: vec![0.0],
-                states: vec![shot.states[0].clone()],
-                statuses: Vec::new(),
-                ..shot.clone()
-            },
+            start: shot.with_segments(vec![0.0], vec![shot.states[0].clone()]),
             flow,
             scale,
             section,
@@ -205,17 +200,14 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
 
     /// Solves `(shift - A) u = right`.
     fn solved(&self, shift: Complex<f64>, right: &Vector) -> Option<Vector> {
-        let n = self.derivative.nrows();
-        let matrix = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal = if i == j {
-                shift
-            } else {
-                Complex::new(0.0, 0.0)
-            };
-            diagonal - self.derivative[(i, j)]
-        });
-        matrix.lu().solve(right)
+        shifted(&self.derivative, shift).lu().solve(right)
     }
+}
+
+/// `shift - A`.
+fn shifted(matrix: &DMatrix<f64>, shift: Complex<f64>) -> DMatrix<Complex<f64>> {
+    let n = matrix.nrows();
+    DMatrix::from_diagonal_element(n, n, shift) - matrix.map(|x| Complex::new(x, 0.0))
 }
 
 /// An orthonormal basis of the directions orthogonal to a vector, as columns.
@@ -236,15 +228,7 @@ fn complement(normal: &Real) -> DMatrix<f64> {
 /// Right and left eigenvector for an eigenvalue on the unit circle: `q` of norm 1, and `p` with `p* q = 1`.
 fn eigenvectors(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<(Vector, Vector)> {
     let n = matrix.nrows();
-    let shifted = DMatrix::from_fn(n, n, |i, j| {
-        let diagonal = if i == j {
-            value
-        } else {
-            Complex::new(0.0, 0.0)
-        };
-        Complex::new(matrix[(i, j)], 0.0) - diagonal
-    });
-    let svd = shifted.svd(true, true);
+    let svd = shifted(matrix, value).svd(true, true);
     let least =
         (0..n).min_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]))?;
     let q: Vector = svd.v_t?.row(least).adjoint();

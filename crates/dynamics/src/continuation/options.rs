@@ -76,44 +76,52 @@ impl ContinuationOptions {
 
     /// Checks the ranges.
     pub(super) fn check(&self) -> Result<(), ContinuationError> {
-        let check = |name, value: f64, ok: bool, allowed| match ok {
-            true => Ok(()),
-            false => Err(ContinuationError::Option {
+        let [low, high] = self.bounds;
+        let width = high - low;
+        let (newton, accuracy) = (self.newton_tolerance, self.bifurcation_accuracy);
+        let StepLimits { initial, min, max } = self.steps;
+        let ordered = min > 0.0 && min <= initial && initial <= max && max.is_finite();
+        let ratio = self.max_segment_log_ratio;
+        let fraction = |x: f64| x > 0.0 && x < 1.0;
+        let checks = [
+            (
+                width > 0.0 && width.is_finite(),
+                "the distance of the parameter's bounds",
+                width,
+                "finite, with the lower bound below the upper one",
+            ),
+            (
+                fraction(newton),
+                "the Newton tolerance",
+                newton,
+                "between 0 and 1",
+            ),
+            (
+                fraction(accuracy),
+                "the accuracy of bifurcations",
+                accuracy,
+                "between 0 and 1",
+            ),
+            (
+                ordered,
+                "the first step along the branch",
+                initial,
+                "positive, from the minimum to the maximum step",
+            ),
+            (
+                ratio > 0.0,
+                "the growth ratio of a segment",
+                ratio,
+                "positive",
+            ),
+        ];
+        match checks.into_iter().find(|check| !check.0) {
+            None => Ok(()),
+            Some((_, name, value, allowed)) => Err(ContinuationError::Option {
                 name,
                 value,
                 allowed,
             }),
-        };
-        let [low, high] = self.bounds;
-        let width = high - low;
-        let allowed = "finite, with the lower bound below the upper one";
-        check(
-            "the distance of the parameter's bounds",
-            width,
-            width > 0.0 && width.is_finite(),
-            allowed,
-        )?;
-        let fraction = |x: f64| x > 0.0 && x < 1.0;
-        let in_unit = "between 0 and 1";
-        let newton = self.newton_tolerance;
-        check("the Newton tolerance", newton, fraction(newton), in_unit)?;
-        let accuracy = self.bifurcation_accuracy;
-        check(
-            "the accuracy of bifurcations",
-            accuracy,
-            fraction(accuracy),
-            in_unit,
-        )?;
-        let StepLimits { initial, min, max } = self.steps;
-        let ordered = min > 0.0 && min <= initial && initial <= max && max.is_finite();
-        let allowed = "positive, from the minimum to the maximum step";
-        check("the first step along the branch", initial, ordered, allowed)?;
-        let ratio = self.max_segment_log_ratio;
-        check(
-            "the growth ratio of a segment",
-            ratio,
-            ratio > 0.0,
-            "positive",
-        )
+        }
     }
 }

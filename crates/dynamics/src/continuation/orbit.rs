@@ -109,7 +109,8 @@ pub struct PeriodicOrbit {
     pub multipliers: Vec<Multiplier>,
     /// Whether no multiplier, except the trivial one of an autonomous orbit, is outside the unit circle.
     pub stable: bool,
-    /// Number of multipliers with a magnitude above 1 + 1e-7, without the trivial one.
+    /// Number of multipliers outside the unit circle by more than their error, and by more than 1e-7, without the trivial
+    /// one.
     pub unstable_multipliers: usize,
     /// Distance from 1 of the multiplier that is 1 for an autonomous orbit, the estimate of the error of the
     /// multipliers; `None` for a forced orbit.
@@ -157,6 +158,12 @@ impl PeriodicOrbit {
         let all = self.multipliers.iter().copied().enumerate();
         all.filter(move |(k, _)| Some(*k) != trivial)
             .map(|(_, multiplier)| multiplier)
+    }
+
+    /// Distance `|ln|multiplier||` within which a multiplier counts as on the unit circle: the error of the multipliers
+    /// of an autonomous orbit, and at least 1e-7, which a conservative system reaches.
+    pub(super) fn circle_width(&self) -> f64 {
+        self.trivial_multiplier_error.unwrap_or(0.0).max(1e-7)
     }
 
     /// The two base frequencies (Hz) of the torus around this orbit, `1 / T` and `rotation number / T`, from the

@@ -4,21 +4,17 @@ use super::cyclic;
 use super::flow::Flow;
 use super::newton::{Constraint, Corrected, Precision};
 use super::shape::{GuardDistances, Shape};
-use super::shot::{Direction, Scale, Shot};
+use super::shooting::{Direction, Scale, ShootingPoint};
 use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
 
 /// Maximum number of times that segments are divided. A jump may have a large growth ratio over no time.
 const MAX_REFINEMENTS: usize = 4;
 
-/// Natural logarithm of the magnitude above which a multiplier is outside the unit circle. Multipliers on the circle, as
-/// those of a conservative system, are not.
-const UNSTABLE: f64 = 1e-7;
-
 /// An orbit with what continuation needs of it.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
     pub orbit: PeriodicOrbit,
-    pub shot: Shot,
+    pub shot: ShootingPoint,
     /// The tangent of the branch.
     pub tangent: Direction,
     pub shape: Shape,
@@ -40,7 +36,7 @@ impl Flow<'_> {
     /// Corrects a guess, refines its segments if necessary, and measures the orbit.
     pub fn point(
         &mut self,
-        guess: &Shot,
+        guess: &ShootingPoint,
         scale: &Scale,
         constraint: Constraint<'_>,
         precision: Precision,
@@ -112,19 +108,20 @@ impl Flow<'_> {
                 })
                 .collect(),
         };
-        orbit.unstable_multipliers = orbit
-            .nontrivial_multipliers()
-            .filter(|multiplier| multiplier.ln_magnitude > UNSTABLE)
-            .count();
-        orbit.stable = orbit.unstable_multipliers == 0;
         orbit.trivial_multiplier_error = orbit
             .trivial_multiplier()
             .map(|k| orbit.multipliers[k].distance_from(1.0));
+        let width = orbit.circle_width();
+        orbit.unstable_multipliers = orbit
+            .nontrivial_multipliers()
+            .filter(|multiplier| multiplier.ln_magnitude > width)
+            .count();
+        orbit.stable = orbit.unstable_multipliers == 0;
         Ok(orbit)
     }
 
     /// The scale for an orbit or a guess.
-    pub fn scale(&mut self, shot: &Shot) -> Result<Scale, ContinuationError> {
+    pub fn scale(&mut self, shot: &ShootingPoint) -> Result<Scale, ContinuationError> {
         let sys = self.system(shot.parameter)?;
         let sizes = self.sizes(sys.as_ref(), shot)?;
         Ok(Scale::new(

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::ContinuationError;
 use super::flow::{Flow, SegmentEnds, slope_in};
 use super::newton::residuals;
-use super::shot::{Scale, Shot, sizes_of};
+use super::shooting::{Scale, ShootingPoint, sizes_of};
 use crate::{Switching, System};
 
 /// Samples per period from which ranges and minima are computed.
@@ -43,6 +43,8 @@ pub(super) struct Shape {
     pub sizes: [f64; 2],
     /// Largest distance between the end of a segment and the start of the next one.
     pub residual: f64,
+    /// The change of the state over the first half of the period.
+    pub half: DVector<f64>,
     /// Guards crossed.
     pub crossings: u64,
     pub guards: GuardDistances,
@@ -75,7 +77,7 @@ impl Flow<'_> {
     pub fn samples(
         &mut self,
         sys: &dyn System,
-        shot: &Shot,
+        shot: &ShootingPoint,
         count: usize,
         with_maps: bool,
     ) -> Result<Samples, ContinuationError> {
@@ -112,15 +114,12 @@ impl Flow<'_> {
         })
     }
 
-    /// The states of an orbit at phase zero and half a period later.
-    pub fn halves(&mut self, shot: &Shot) -> Result<[DVector<f64>; 2], ContinuationError> {
-        let sys = self.system(shot.parameter)?;
-        let states = self.samples(sys.as_ref(), shot, 2, false)?.states;
-        Ok([0, 1].map(|k| DVector::from_column_slice(&states[k].state)))
-    }
-
     /// Measures an orbit.
-    pub fn shape(&mut self, shot: &Shot, scale: &Scale) -> Result<Shape, ContinuationError> {
+    pub fn shape(
+        &mut self,
+        shot: &ShootingPoint,
+        scale: &Scale,
+    ) -> Result<Shape, ContinuationError> {
         let sys = self.system(shot.parameter)?;
         let sys = sys.as_ref();
         let mut all = self.samples(sys, shot, SAMPLES, true)?;
@@ -147,7 +146,9 @@ impl Flow<'_> {
             }
             _ => GuardDistances::Minima(Vec::new()),
         };
+        let [start, half] = [0, SAMPLES / 2].map(|k| DVector::from_column_slice(&samples[k].state));
         Ok(Shape {
+            half: half - start,
             amplitude: half_range(&mut samples.iter().map(observe)),
             component_amplitudes: (0..n)
                 .map(|i| half_range(&mut samples.iter().map(|sample| sample.state[i])))
@@ -161,7 +162,11 @@ impl Flow<'_> {
     }
 
     /// The largest distances of the vibration and of the first-order components from their means, over a guess.
-    pub fn sizes(&mut self, sys: &dyn System, shot: &Shot) -> Result<[f64; 2], ContinuationError> {
+    pub fn sizes(
+        &mut self,
+        sys: &dyn System,
+        shot: &ShootingPoint,
+    ) -> Result<[f64; 2], ContinuationError> {
         Ok(sizes(sys, &self.samples(sys, shot, SAMPLES, false)?.states))
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::cyclic::{Segment, eigenvector, singular_direction};
 use super::flow::{Flow, slope_in};
 use super::newton::{Constraint, Precision};
-use super::shot::{Direction, Scale, Shot, sizes_of};
+use super::shooting::{Direction, Scale, ShootingPoint, sizes_of};
 use super::{
     Bifurcation, BifurcationKind, ContinuationError, ContinuationOptions, Family, PeriodicOrbit,
 };
@@ -23,7 +23,7 @@ pub struct BranchStart {
     pub orbit: PeriodicOrbit,
     /// Where the branch comes from: the branch is followed in the direction from there to the orbit. `None` follows it in
     /// both directions.
-    pub(super) origin: Option<Shot>,
+    pub(super) origin: Option<ShootingPoint>,
 }
 
 impl From<PeriodicOrbit> for BranchStart {
@@ -79,7 +79,7 @@ pub fn settled_orbit(
     let mut flow = Flow::new(family, options)?;
     let sys = flow.system(parameter)?;
     let found = find_return(family, sys.as_ref(), parameter, state, search, options)?;
-    let guess = Shot {
+    let guess = ShootingPoint {
         parameter,
         period: found.period,
         drive_periods: found.drive_periods,
@@ -129,7 +129,7 @@ fn find_return(
     integrator.integrate_to(sys, settle).map_err(failed)?;
     let start = DVector::from_column_slice(&integrator.state()[..n]);
     let slope = slope_in(sys, integrator.status(), settle, integrator.state());
-    let mut walk = Walk {
+    let mut returns = ReturnTest {
         sys,
         start: start.clone(),
         slope,
@@ -147,8 +147,8 @@ fn find_return(
         let due = drive.map(|drive| settle + f64::from(count) * drive);
         t = due.map_or(next, |due| next.min(due));
         integrator.sample(sys, t, &mut z).map_err(failed)?;
-        walk.widen(&z);
-        let sizes = walk.sizes.map(|size| 0.5 * size);
+        returns.widen(&z);
+        let sizes = returns.sizes.map(|size| 0.5 * size);
         let found = |period, drive_periods| Return {
             state: start.clone(),
             period,
@@ -157,7 +157,7 @@ fn find_return(
         };
         match due {
             Some(due) if t >= due => {
-                if walk.is_back(&z[..n]) {
+                if returns.is_back(&z[..n]) {
                     return Ok(found(due - settle, Some(count)));
                 }
                 count += 1;
@@ -166,7 +166,7 @@ fn find_return(
             None => {
                 let crossing = previous
                     .as_ref()
-                    .and_then(|(before, state)| walk.crossing([*before, t], [state, &z]));
+                    .and_then(|(before, state)| returns.crossing([*before, t], [state, &z]));
                 if let Some(time) = crossing {
                     return Ok(found(time - settle, None));
                 }
@@ -176,12 +176,12 @@ fn find_return(
     }
     Err(ContinuationError::NoReturn {
         time_s: search.max_period_s,
-        distance: walk.best,
+        distance: returns.best,
     })
 }
 
 /// A motion that may return to its start.
-struct Walk<'a> {
+struct ReturnTest<'a> {
     sys: &'a dyn System,
     start: DVector<f64>,
     /// `dz/dt` at the start.
@@ -193,7 +193,7 @@ struct Walk<'a> {
     tolerance: f64,
 }
 
-impl Walk<'_> {
+impl ReturnTest<'_> {
     /// Takes a state into account for the size of the motion.
     fn widen(&mut self, z: &[f64]) {
         let sizes = self.distances(z);
@@ -225,7 +225,7 @@ impl Walk<'_> {
         let height = |z: &[f64]| -> f64 {
             let terms = (0..self.start.len()).map(|i| {
                 let unit = match i < m {
-                    true => super::shot::unit_of(self.sys.omega()[i]),
+                    true => super::shooting::unit_of(self.sys.omega()[i]),
                     false => 1.0,
                 };
                 unit * unit * self.slope[i] * (z[i] - self.start[i])
@@ -281,7 +281,7 @@ pub fn hopf_orbit(
     let phases: Vec<f64> = (0..HOPF_SEGMENTS)
         .map(|k| k as f64 / HOPF_SEGMENTS as f64)
         .collect();
-    let at_rest = Shot {
+    let at_rest = ShootingPoint {
         parameter: hopf.parameter,
         period: TAU / hopf.omega,
         drive_periods: None,
@@ -333,7 +333,7 @@ pub fn switched_orbit(
         }
     };
     let mut flow = Flow::new(family, options)?;
-    let mut shot = Shot::of(&bifurcation.orbit);
+    let mut shot = ShootingPoint::of(&bifurcation.orbit);
     let scale = flow.scale(&shot)?;
     let mut direction = match doubles {
         true => flip_direction(&mut flow, &shot, &scale)?,
@@ -357,7 +357,7 @@ pub fn switched_orbit(
 /// The direction at the starts of the segments that returns reversed after a period.
 fn flip_direction(
     flow: &mut Flow<'_>,
-    shot: &Shot,
+    shot: &ShootingPoint,
     scale: &Scale,
 ) -> Result<Direction, ContinuationError> {
     let sys = flow.system(shot.parameter)?;
@@ -385,7 +385,7 @@ fn flip_direction(
 /// phase zero.
 fn crossing_direction(
     flow: &mut Flow<'_>,
-    shot: &Shot,
+    shot: &ShootingPoint,
     scale: &Scale,
 ) -> Result<Direction, ContinuationError> {
     let sys = flow.system(shot.parameter)?;
@@ -430,7 +430,7 @@ fn crossing_direction(
 /// Corrects the orbit that lies in a direction from a known one.
 fn start_along(
     flow: &mut Flow<'_>,
-    origin: &Shot,
+    origin: &ShootingPoint,
     direction: &Direction,
 ) -> Result<BranchStart, ContinuationError> {
     let guess = origin.moved(1.0, direction);

@@ -17,18 +17,15 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 const PAST_OPTIMUM: f64 = 1e4;
 
 /// A form applied to each of some vectors.
-type Forms = Vec<Vec<f64>>;
+pub(super) type Forms = Vec<Vec<f64>>;
 
-/// Derivatives of the Jacobian along a direction `u`, each applied to some vectors.
+/// Derivatives of the Jacobian along a direction `u`, each applied to some vectors `v` in scaled coordinates: with the best
+/// step, and with half of it. Their difference is the error.
 pub(super) struct AlongDirection {
-    /// `B(u, v)` for each vector `v`, in scaled coordinates.
-    pub second: Vec<Vec<f64>>,
-    /// `C(u, u, v)` for each vector `v`.
-    pub third: Vec<Vec<f64>>,
-    /// The same forms with half the step; their difference is the error.
-    pub second_again: Vec<Vec<f64>>,
-    /// As `second_again`, for the third derivative.
-    pub third_again: Vec<Vec<f64>>,
+    /// `B(u, v)`.
+    pub second: [Forms; 2],
+    /// `C(u, u, v)`.
+    pub third: [Forms; 2],
 }
 
 /// The tangent product next to an equilibrium.
@@ -130,14 +127,7 @@ impl<'a> TangentProduct<'a> {
         }
         let zero = || vec![vec![0.0; direction.len()]; vectors.len()];
         let [second, third] = best.map(|best| best.map_or_else(|| [zero(), zero()], |best| best.1));
-        let [second, second_again] = second;
-        let [third, third_again] = third;
-        AlongDirection {
-            second,
-            third,
-            second_again,
-            third_again,
-        }
+        AlongDirection { second, third }
     }
 }
 

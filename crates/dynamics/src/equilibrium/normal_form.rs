@@ -3,7 +3,7 @@
 use faer::prelude::Solve;
 use faer::{Mat, c64};
 
-use super::multilinear::{AlongDirection, TangentProduct};
+use super::multilinear::TangentProduct;
 use super::{Eigenmode, EquilibriumError, Linearised, inner};
 use crate::System;
 
@@ -49,19 +49,14 @@ impl FirstLyapunov {
         let (a, b): (Vec<f64>, Vec<f64>) = mode.vector.iter().map(|x| (x.re, x.im)).unzip();
         let along_a = product.along(&a, &[&a, &b]);
         let along_b = product.along(&b, &[&a, &b]);
-        let [first, second] = [true, false].map(|best| {
-            let (along_a, along_b) = (Forms::of(&along_a, best), Forms::of(&along_b, best));
+        let [first, second] = [0, 1].map(|step| {
+            let (a2, b2) = (&along_a.second[step], &along_b.second[step]);
+            let (a3, b3) = (&along_a.third[step], &along_b.third[step]);
             // B(x, x) and B(x, x*) by bilinearity, with x = a + i b.
-            let square = complex(
-                &sum(&along_a.second[0], &along_b.second[1], -1.0),
-                &sum(&along_a.second[1], &along_b.second[0], 1.0),
-            );
-            let mixed = sum(&along_a.second[0], &along_b.second[1], 1.0);
+            let square = complex(&sum(&a2[0], &b2[1], -1.0), &sum(&a2[1], &b2[0], 1.0));
+            let mixed = sum(&a2[0], &b2[1], 1.0);
             // C(x, x, x*) = C(a,a,a) + C(b,b,a) + i (C(a,a,b) + C(b,b,b)).
-            let cubic = complex(
-                &sum(&along_a.third[0], &along_b.third[0], 1.0),
-                &sum(&along_a.third[1], &along_b.third[1], 1.0),
-            );
+            let cubic = complex(&sum(&a3[0], &b3[0], 1.0), &sum(&a3[1], &b3[1], 1.0));
             (square, mixed, cubic)
         });
         let mut coefficient = |(square, mixed, cubic): &(Vec<c64>, Vec<f64>, Vec<c64>)| -> c64 {
@@ -70,13 +65,13 @@ impl FirstLyapunov {
             // The steady part is real: A^-1 B(x, x*) = -(0 - A)^-1 B(x, x*).
             let steady: Vec<f64> = steady.iter().map(|v| -v.re).collect();
             let (re, im): (Vec<f64>, Vec<f64>) = double.iter().map(|v| (v.re, v.im)).unzip();
-            let with_steady = [&a, &b].map(|of| product.along(of, &[&steady]).second.remove(0));
-            let with_steady = complex(&with_steady[0], &with_steady[1]);
+            let with_steady = [&a, &b].map(|of| product.along(of, &[&steady]).second);
+            let with_steady = complex(&with_steady[0][0][0], &with_steady[1][0][0]);
             let [from_a, from_b] = [&a, &b].map(|of| product.along(of, &[&re, &im]).second);
             // B(x*, u) with x* = a - i b and u = re + i im.
             let with_double = complex(
-                &sum(&from_a[0], &from_b[1], 1.0),
-                &sum(&from_a[1], &from_b[0], -1.0),
+                &sum(&from_a[0][0], &from_b[0][1], 1.0),
+                &sum(&from_a[0][1], &from_b[0][0], -1.0),
             );
             let terms = cubic.iter().zip(&with_steady).zip(&with_double);
             let total: Vec<c64> = terms.map(|((c, s), d)| *c - *s * 2.0 + *d).collect();
@@ -94,27 +89,6 @@ impl FirstLyapunov {
     /// Kuznetsov's first Lyapunov coefficient, `Re c / omega`.
     pub fn coefficient(&self, mode: &Eigenmode) -> f64 {
         self.growth / mode.value.im
-    }
-}
-
-/// The multilinear forms of one step size.
-struct Forms<'a> {
-    second: &'a [Vec<f64>],
-    third: &'a [Vec<f64>],
-}
-
-impl<'a> Forms<'a> {
-    fn of(along: &'a AlongDirection, best: bool) -> Self {
-        match best {
-            true => Self {
-                second: &along.second,
-                third: &along.third,
-            },
-            false => Self {
-                second: &along.second_again,
-                third: &along.third_again,
-            },
-        }
     }
 }
 

@@ -2,12 +2,11 @@
 
 mod method;
 mod nearby;
-mod perturbed;
 
 use method::NO_DERIVATIVE;
 pub use method::{Method, MethodName};
+use nearby::PerturbedTrajectory;
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,25 +41,6 @@ pub struct Integrator {
     perturbed: Option<PerturbedTrajectory>,
     /// Stop flag, checked before each step.
     stop: Option<Arc<AtomicBool>>,
-}
-
-/// A trajectory that takes the same steps as the reference trajectory, and ends additional steps only at
-/// its own events. It contains an [`Integrator`] and is contained in one, hence the `Box`.
-#[derive(Clone, Debug)]
-struct PerturbedTrajectory {
-    integrator: Box<Integrator>,
-    /// Time of its start, s.
-    start_time: f64,
-    /// Steps of the reference trajectory that it has not taken yet.
-    ends: VecDeque<StepEnd>,
-}
-
-/// A step of the reference trajectory.
-#[derive(Clone, Copy, Debug)]
-struct StepEnd {
-    /// End of the step, s.
-    end: f64,
-    is_implicit: bool,
 }
 
 impl Integrator {
@@ -268,7 +248,7 @@ impl Integrator {
             self.step_controller.reject_step(&mut *self.stepper);
             if let Some(perturbed) = &mut self.perturbed {
                 // If it has already taken that step, integrating to the end of the replacement reverts it.
-                perturbed.ends.pop_back();
+                perturbed.next = None;
             }
             self.perturbed.take_if(|perturbed| perturbed.start_time > t);
             let start = self.time();

@@ -1,8 +1,13 @@
 //! Tangent vectors and perturbed trajectory of an integration.
+//!
+//! Two integrations of nearby states with independent step control separate because of their different
+//! local errors, long before the flow separates them. On identical steps the local errors are nearly
+//! identical. A difference of even one millionth of the local error then grows at the rate of the flow.
 
 use std::f64::consts::TAU;
 
-use super::{Integrator, PerturbedTrajectory, check_size};
+use super::{Integrator, check_size};
+use crate::error_control::StepSizeControl;
 use crate::lyapunov::Growth;
 use crate::step_controller::{Progress, StepController};
 use crate::tangents::Tangents;
@@ -162,25 +167,81 @@ impl Integrator {
             })?;
         perturbed.sample(sys, t, out)
     }
+}
 
-    /// A copy without tangent vectors and perturbed trajectory, with its own counters.
-    pub(super) fn without_nearby(&self) -> Self {
-        let mut stepper = self.stepper.clone();
+/// A trajectory that takes the same steps as the reference trajectory, and ends additional steps only at
+/// its own events. It contains an [`Integrator`] and is contained in one, hence the `Box`.
+#[derive(Clone, Debug)]
+pub(super) struct PerturbedTrajectory {
+    pub integrator: Box<Integrator>,
+    /// Time of its start, s.
+    pub start_time: f64,
+    /// The step of the reference trajectory that it has not completed yet: its end (s), and whether it is implicit.
+    pub next: Option<(f64, bool)>,
+}
+
+impl PerturbedTrajectory {
+    /// A copy of the reference trajectory that starts from the state `z`.
+    fn new(reference: &Integrator, sys: &dyn System, z: &[f64]) -> Result<Self, DynamicsError> {
+        let start_time = reference.time();
+        let mut stepper = reference.stepper.clone();
         stepper.disable_tangents();
-        Self {
+        let mut integrator = Integrator {
             stepper,
             step_controller: StepController {
+                // Steps end where those of the reference trajectory end, whatever the error.
+                control: StepSizeControl::Fixed(f64::INFINITY),
                 progress: Progress::default(),
                 stats: SolverStats::default(),
-                largest_ratio: None,
-                ..self.step_controller.clone()
+                ..reference.step_controller.clone()
             },
-            events: self.events.clone(),
+            events: reference.events.clone(),
             tangents: None,
             perturbed: None,
-            // The reference integrator checks the stop flag for both.
+            // The reference trajectory checks the stop flag for both.
             stop: None,
-            ..*self
+            ..*reference
+        };
+        integrator.start(sys, start_time, z)?;
+        Ok(Self {
+            integrator: Box::new(integrator),
+            start_time,
+            next: None,
+        })
+    }
+
+    /// Completes the step before, and notes one of the reference trajectory that ended at `end` (s).
+    pub fn push_step(
+        &mut self,
+        sys: &dyn System,
+        end: f64,
+        is_implicit: bool,
+    ) -> Result<(), DynamicsError> {
+        self.complete_step(sys)?;
+        self.next = Some((end, is_implicit));
+        Ok(())
+    }
+
+    /// Writes the state at time `t` (s), which the reference trajectory has reached, to `out`.
+    fn sample(&mut self, sys: &dyn System, t: f64, out: &mut [f64]) -> Result<(), DynamicsError> {
+        if let Some((end, is_implicit)) = self.next {
+            self.integrator.stepper.prescribe(is_implicit);
+            self.integrator.advance_past(sys, t, end)?;
         }
+        self.integrator.sample(sys, t, out)
+    }
+
+    /// Integrates to time `t` (s), which the reference trajectory has reached.
+    pub fn advance_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
+        self.complete_step(sys)?;
+        self.integrator.integrate_to(sys, t)
+    }
+
+    fn complete_step(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
+        let Some((end, is_implicit)) = self.next.take() else {
+            return Ok(());
+        };
+        self.integrator.stepper.prescribe(is_implicit);
+        self.integrator.integrate_to(sys, end)
     }
 }

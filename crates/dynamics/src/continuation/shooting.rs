@@ -7,7 +7,7 @@ use crate::System;
 
 /// A guess of an orbit, or an orbit: the unknowns of multiple shooting.
 #[derive(Clone, Debug)]
-pub(super) struct Shot {
+pub(super) struct ShootingPoint {
     pub parameter: f64,
     /// Period, s.
     pub period: f64,
@@ -30,7 +30,7 @@ pub(super) struct Direction {
     pub states: Vec<DVector<f64>>,
 }
 
-impl Shot {
+impl ShootingPoint {
     /// The unknowns of an orbit.
     pub fn of(orbit: &PeriodicOrbit) -> Self {
         let state = |segment: &OrbitSegment| DVector::from_column_slice(&segment.state);
@@ -41,6 +41,16 @@ impl Shot {
             phases: orbit.segments.iter().map(|segment| segment.phase).collect(),
             states: orbit.segments.iter().map(state).collect(),
             statuses: Vec::new(),
+        }
+    }
+
+    /// The same period and parameter with other segments, whose statuses are not known.
+    pub fn with_segments(&self, phases: Vec<f64>, states: Vec<DVector<f64>>) -> Self {
+        Self {
+            phases,
+            states,
+            statuses: Vec::new(),
+            ..*self
         }
     }
 
