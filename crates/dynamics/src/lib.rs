@@ -82,7 +82,7 @@
 //! # Ok::<(), squeakscope_dynamics::DynamicsError>(())
 //! ```
 //!
-//! A system may also be made of closures ([`system`], [`piecewise_system`]); derivatives are then central differences.
+//! A system may also be made of closures ([`system()`], [`piecewise_system`]); derivatives are then central differences.
 
 #![cfg_attr(
     test,
