@@ -113,6 +113,7 @@ pub mod how_to {
     pub mod choose_accuracy {}
 
     #[doc = include_str!("how_to/own_modes.md")]
+    #[doc = include_str!("how_to/own_modes.html")]
     pub mod own_modes {}
 
     #[doc = include_str!("how_to/many_machines.md")]
