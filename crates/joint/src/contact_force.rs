@@ -88,8 +88,8 @@ impl<'a, const K: usize> Group<'a, K> {
     #[inline(always)]
     fn rows_of<S: Simd>(&self, simd: S, rows: &[&[Rows]; K], i: usize) -> [Vector<S, K>; 3] {
         let mut all = [Vector::splat(simd, 0.0); 3];
-        for k in 0..K {
-            let [s, t, r] = rows[k][i].part(simd, self.places[k].part);
+        for (k, rows) in rows.iter().enumerate() {
+            let [s, t, r] = rows[i].part(simd, self.places[k].part);
             all[0].set(k, s);
             all[1].set(k, t);
             all[2].set(k, r);
@@ -290,8 +290,9 @@ impl<L: ContactLaw, const EXTRAS: bool> NodeLaw<'_, L, EXTRAS> {
     ) -> [[Dual<S, K, N>; 3]; 2] {
         let zero = Dual::constant(Vector::splat(simd, 0.0));
         let (mut slip, mut state) = ([zero; 3], [zero; 3]);
-        for i in 0..if self.law.radial() { 3 } else { 2 } {
-            slip[i] = Dual::input(motion.slip[i], i);
+        let axes = if self.law.radial() { 3 } else { 2 };
+        for (i, slip) in slip[..axes].iter_mut().enumerate() {
+            *slip = Dual::input(motion.slip[i], i);
         }
         let count = self.law.states();
         for (i, state) in state[..count].iter_mut().enumerate() {

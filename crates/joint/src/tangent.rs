@@ -299,9 +299,9 @@ impl<const N: usize> TangentProduct<'_, N> {
         if N > 0 {
             for (rows, dq) in group.convected(simd).zip(dq) {
                 for l in 0..L {
-                    for axis in 0..3 {
-                        let dq = Vector::splat(simd, dq[l]);
-                        slip[l][axis] = rows[axis].mul_add(dq, slip[l][axis]);
+                    let dq = Vector::splat(simd, dq[l]);
+                    for (slip, row) in slip[l].iter_mut().zip(rows) {
+                        *slip = row.mul_add(dq, *slip);
                     }
                 }
             }
@@ -326,32 +326,8 @@ impl<const N: usize> TangentProduct<'_, N> {
             }
         }
         if N == 6 {
-            for l in 0..L {
-                let mut inputs = [zero; 6];
-                inputs[..3].copy_from_slice(&slip[l]);
-                for axis in 0..self.states {
-                    let of_node = |node: usize| {
-                        self.component::<1>(2 * m + node * self.states + axis, first + l)[0]
-                    };
-                    inputs[3 + axis] = group.gather(simd, self.nodes.count, of_node);
-                }
-                for axis in 0..3 {
-                    for j in 3..3 + self.states {
-                        let by_state = self.slope::<S, K>(simd, vector, axis * (2 + N) + 2 + j);
-                        forces[l][axis] = by_state.mul_add(inputs[j], forces[l][axis]);
-                    }
-                }
-                for axis in 0..self.states {
-                    let mut rate = zero;
-                    for (j, input) in inputs.into_iter().enumerate() {
-                        let number = 3 * (2 + N) + axis * N + j;
-                        rate = self.slope(simd, vector, number).mul_add(input, rate);
-                    }
-                    group.scatter(rate, self.nodes.count, |node, rate| {
-                        let row = m + node * self.states + axis;
-                        self.out[row * self.width + first + l] = rate;
-                    });
-                }
+            for (l, force) in forces.iter_mut().enumerate() {
+                self.add_states(simd, &group, first + l, slip[l], force);
             }
         }
         let sums = self.sums.as_chunks_mut::<L>().0;
@@ -364,6 +340,45 @@ impl<const N: usize> TangentProduct<'_, N> {
                     Group::project::<S, false>(simd, rows, forces[l], &mut sums[l]);
                 }
             }
+        }
+    }
+
+    /// Adds the effect of the states of friction in a tangent vector to the negative change of the force, and writes the
+    /// change of their rates.
+    #[inline(always)]
+    fn add_states<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        group: &Group<'_, K>,
+        vector: usize,
+        slip: [Vector<S, K>; 3],
+        force: &mut [Vector<S, K>; 3],
+    ) {
+        let (m, states) = (self.nodes.modes, self.states);
+        let zero = Vector::splat(simd, 0.0);
+        let mut inputs = [zero; 6];
+        inputs[..3].copy_from_slice(&slip);
+        for axis in 0..states {
+            let of_node =
+                |node: usize| self.component::<1>(2 * m + node * states + axis, vector)[0];
+            inputs[3 + axis] = group.gather(simd, self.nodes.count, of_node);
+        }
+        for (axis, force) in force.iter_mut().enumerate() {
+            for (j, input) in inputs.into_iter().enumerate().skip(3) {
+                let by_state = self.slope::<S, K>(simd, group.first, axis * (2 + N) + 2 + j);
+                *force = by_state.mul_add(input, *force);
+            }
+        }
+        for axis in 0..states {
+            let mut rate = zero;
+            for (j, input) in inputs.into_iter().enumerate() {
+                let number = 3 * (2 + N) + axis * N + j;
+                rate = self.slope(simd, group.first, number).mul_add(input, rate);
+            }
+            group.scatter(rate, self.nodes.count, |node, rate| {
+                let row = m + node * states + axis;
+                self.out[row * self.width + vector] = rate;
+            });
         }
     }
 }
