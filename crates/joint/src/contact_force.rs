@@ -279,7 +279,7 @@ impl<L: ContactLaw, const EXTRAS: bool> NodeLaw<'_, L, EXTRAS> {
         }
     }
 
-    /// Eq. (3): the coefficient of friction along the axes of the sliding frame, with the opposite sign, and the rate of
+    /// The coefficient of friction along the axes of the sliding frame, with the opposite sign, and the rate of
     /// the state. The inputs of the derivative are the components of slip velocity and state.
     #[inline(always)]
     pub(super) fn friction<S: Simd, const K: usize, const N: usize>(
