@@ -267,6 +267,10 @@ impl<const N: usize> TangentProduct<'_, N> {
     }
 
     /// Adds the nodes of `K` adjacent vectors.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "the index is the second one of arrays by tangent vectors"
+    )]
     #[inline(always)]
     fn group<S: Simd, const K: usize, const L: usize>(
         &mut self,
