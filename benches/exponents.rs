@@ -1,7 +1,6 @@
 //! Cost of the tangent flow relative to the plain run.
 //!
-//! * `product/vectors`: the derivative of the force applied to several tangent vectors at once; from
-//!   thirteen on with the assembled Jacobian.
+//! * `product/vectors`: the derivative of the force applied to several tangent vectors at once.
 //! * At the end, tables for the vibration of `doubled-torus-3deg` with its own tolerance: the run with exponents
 //!   over the plain run. Contact is evaluated continuously (`Through`) or with event location (`Exact`),
 //!   once in the developed vibration and once just after a kick so hard that nodes separate and close

@@ -22,7 +22,7 @@ const IMPLEMENTATIONS: &[(u32, &str)] = &[
     (15, "crates/dynamics/src/tangents/saltation.rs"),
     (16, "crates/dynamics/src/tangents/saltation.rs"),
     (17, "crates/joint/src/switching.rs"),
-    (18, "crates/joint/src/contact.rs"),
+    (18, "crates/joint/src/switching.rs"),
     (19, "crates/dynamics/src/switching.rs"),
     (20, "crates/dynamics/src/system.rs"),
     (21, "crates/dynamics/src/tangents/mod.rs"),

@@ -12,7 +12,7 @@ GUESS = 4e-9
 
 def operations(modes):
     """Floating-point operations of the right-hand side per node, counted in `crates/joint/src/contact_force.rs`,
-    `friction.rs` and `exponential.rs`. A fused multiply-add counts as two operations; any other addition,
+    `friction.rs` and `dual.rs`. A fused multiply-add counts as two operations; any other addition,
     multiplication, division, square root or maximum as one; negations, comparisons and integer
     operations as none."""
     rows = 2 * modes * (1 + 3 + 3)  # radial displacement; three velocities; three forces

@@ -4,11 +4,10 @@
 //! g(V, s)`, for a slip velocity `V` and a state `s` without unit. Neither depends on the normal force, so that
 //! the force of a node remains proportional to it. The state of a separated node follows the slip velocity, too.
 
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
-use super::exponential::Exponential;
-use super::simd::Vector;
-use super::vector::{norm, scale};
+use super::dual::Dual;
+use super::friction::{ContactLaw, sliding, slip_speed};
 
 /// Largest number of contact nodes of a scene whose friction has states. The effort of linear stability and of implicit
 /// steps increases with the cube of their number.
@@ -21,19 +20,6 @@ pub struct StateResponse {
     pub coefficient: [f64; 3],
     /// `ds/dt`, 1/s; zero for components that the law does not have.
     pub rate: [f64; 3],
-}
-
-/// Derivatives of a [`StateResponse`]; `[i][j]` is that of component `i` with respect to component `j`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StateSlopes {
-    /// `dc/dV`, s/m.
-    pub coefficient_by_velocity: [[f64; 3]; 3],
-    /// `dc/ds`.
-    pub coefficient_by_state: [[f64; 3]; 3],
-    /// `dg/dV`, 1/m.
-    pub rate_by_velocity: [[f64; 3]; 3],
-    /// `dg/ds`, 1/s.
-    pub rate_by_state: [[f64; 3]; 3],
 }
 
 /// LuGre friction: elastic bristles that bend before the contact slides. C. Canudas de Wit, H. Olsson, K. J. Astrom,
@@ -65,36 +51,33 @@ pub struct LuGre {
 }
 
 impl LuGre {
-    /// Coefficient and rate of the state for several nodes at once; inlined into the hot loop.
-    #[inline(always)]
-    pub(super) fn responses<S: Simd>(
-        &self,
-        velocity: [Vector<S>; 3],
-        state: [Vector<S>; 3],
-    ) -> [[Vector<S>; 3]; 2] {
-        let [along, across, outward] = velocity;
-        let number = |x: f64| along.broadcast(x);
-        let square = outward.mul_add(outward, across.mul_add(across, along * along));
-        let speed = square.sqrt();
-        let slide = Exponential::of(speed, self.stribeck);
-        let below = slide.below();
-        let falling = number(self.mu_s - self.mu_d) * slide.above();
-        let steady = below.mul_add(number(self.mu_d), falling);
-        let wear = number(self.stiffness) * speed * below / steady;
-        let time = number(self.damping / self.stiffness);
-        let (mut coefficient, mut rate) = (state, velocity);
-        let axes = velocity.into_iter().zip(state);
-        for ((c, rate), (v, s)) in coefficient.iter_mut().zip(&mut rate).zip(axes) {
-            *rate = v * number(self.stiffness) - wear * s;
-            *c = rate.mul_add(time, v.mul_add(number(self.viscous), s));
-        }
-        [coefficient, rate]
+    /// `mu_s`, `mu_d` and the Stribeck slope factor.
+    fn curve(&self) -> [f64; 3] {
+        [self.mu_s, self.mu_d, self.stribeck]
     }
 
-    /// `mu(V)` and its slope at a slip speed (m/s).
-    fn steady(&self, speed: f64) -> [f64; 2] {
-        let falling = (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp();
-        [self.mu_d + falling, -self.stribeck * falling]
+    /// `mu(V)` at a slip speed (m/s).
+    fn steady(&self, speed: f64) -> f64 {
+        let (above, below) = sliding(self.curve(), Dual::<_, 1, 0>::scalar(speed, 0));
+        above.value.sum() / below.sum()
+    }
+
+    #[inline(always)]
+    fn response<S: Simd, const K: usize, const N: usize>(
+        &self,
+        slip: [Dual<S, K, N>; 3],
+        state: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2] {
+        let speed = slip_speed(slip, true);
+        let (steady, below) = sliding(self.curve(), speed);
+        let wear = speed.times(below * below.broadcast(self.stiffness)) / steady;
+        let (mut coefficient, mut rate) = (state, slip);
+        for i in 0..3 {
+            rate[i] = slip[i].scale(self.stiffness) - wear * state[i];
+            let time = self.damping / self.stiffness;
+            coefficient[i] = state[i] + rate[i].scale(time) + slip[i].scale(self.viscous);
+        }
+        [coefficient, rate]
     }
 }
 
@@ -123,19 +106,51 @@ pub struct RateAndState {
 }
 
 impl RateAndState {
-    /// `c` at a positive speed (m/s) and a state, and its derivative with respect to `ln |V|`.
-    fn coefficient(&self, speed: f64, state: f64) -> [f64; 2] {
-        let exponent = (self.mu_0 + self.evolution * state) / self.direct
-            + (speed / (2.0 * self.reference_speed)).ln();
-        // From here on, asinh(x) is ln(2 x) within rounding, without overflow.
-        if exponent > 20.0 {
-            return [
-                self.direct * (exponent + std::f64::consts::LN_2),
-                self.direct,
-            ];
+    #[inline(always)]
+    fn response<S: Simd, const K: usize, const N: usize>(
+        &self,
+        slip: [Dual<S, K, N>; 3],
+        [state, ..]: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2] {
+        let speed = slip_speed(slip, true);
+        let one = speed.value.broadcast(1.0);
+        let exponent = speed.compose_scalar(
+            #[inline(always)]
+            |speed| [(speed / (2.0 * self.reference_speed)).ln(), 1.0 / speed],
+        );
+        let healed = state.times_plus(
+            one.broadcast(self.evolution / self.direct),
+            one.broadcast(self.mu_0 / self.direct),
+        );
+        let coefficient = (exponent + healed).compose_scalar(
+            #[inline(always)]
+            |exponent| {
+                // From here on, asinh(x) is ln(2 x) within rounding, without overflow.
+                if exponent > 20.0 {
+                    return [
+                        self.direct * (exponent + std::f64::consts::LN_2),
+                        self.direct,
+                    ];
+                }
+                let x = exponent.exp();
+                [self.direct * x.asinh(), self.direct * x / x.hypot(1.0)]
+            },
+        );
+        let ageing = state.compose_scalar(
+            #[inline(always)]
+            |state| {
+                let ageing = self.reference_speed * (-state).exp();
+                [ageing, -ageing]
+            },
+        );
+        let ratio = coefficient / speed;
+        let zero = Dual::constant(one.broadcast(0.0));
+        let mut friction = slip;
+        for i in 0..3 {
+            friction[i] = ratio * slip[i];
         }
-        let x = exponent.exp();
-        [self.direct * x.asinh(), self.direct * x / x.hypot(1.0)]
+        let rate = (ageing - speed).scale(1.0 / self.distance);
+        [friction, [rate, zero, zero]]
     }
 }
 
@@ -184,9 +199,6 @@ impl OscillatingFriction {
     }
 }
 
-/// Slip speed below which friction vanishes, m/s. It permits a division by the speed.
-const LEAST_SPEED: f64 = 1e-250;
-
 /// Slip speed relative to the reference speed below which the age of a contact in steady sliding does not increase.
 const LEAST_STEADY_SPEED: f64 = 1e-6;
 
@@ -208,7 +220,7 @@ impl DynamicFriction {
     /// age of a contact is that of very slow sliding.
     pub fn steady_state(&self, speed: f64) -> [f64; 3] {
         match self {
-            Self::LuGre(law) if speed > 0.0 => [law.steady(speed)[0], 0.0, 0.0],
+            Self::LuGre(law) if speed > 0.0 => [law.steady(speed), 0.0, 0.0],
             Self::LuGre(_) => [0.0; 3],
             Self::RateAndState(law) => {
                 let slowest = LEAST_STEADY_SPEED * law.reference_speed;
@@ -219,38 +231,37 @@ impl DynamicFriction {
 
     /// Response at a slip velocity (m/s) and a state.
     pub fn response(&self, velocity: [f64; 3], state: [f64; 3]) -> StateResponse {
-        let speed = norm(velocity);
-        match self {
-            Self::LuGre(law) => {
-                let wear = law.stiffness * speed / law.steady(speed)[0];
-                let rate = std::array::from_fn(|i| law.stiffness * velocity[i] - wear * state[i]);
-                let time = law.damping / law.stiffness;
-                StateResponse {
-                    coefficient: std::array::from_fn(|i| {
-                        state[i] + time * rate[i] + law.viscous * velocity[i]
-                    }),
-                    rate,
-                }
-            }
-            Self::RateAndState(law) => {
-                let speed = speed.max(LEAST_SPEED);
-                let [coefficient, _] = law.coefficient(speed, state[0]);
-                let ageing = law.reference_speed * (-state[0]).exp();
-                StateResponse {
-                    coefficient: scale(velocity, coefficient / speed),
-                    rate: [(ageing - speed) / law.distance, 0.0, 0.0],
-                }
-            }
+        let [coefficient, rate] = self.duals::<0>(velocity, state);
+        StateResponse {
+            coefficient: coefficient.map(|c| c.value.sum()),
+            rate: rate.map(|rate| rate.value.sum()),
         }
+    }
+
+    /// Coefficient and rate of the state with their derivatives with respect to the first inputs, the components of the slip
+    /// velocity (m/s) and of the state.
+    fn duals<const N: usize>(
+        &self,
+        velocity: [f64; 3],
+        state: [f64; 3],
+    ) -> [[Dual<Scalar, 1, N>; 3]; 2] {
+        let inputs = |of: [f64; 3], first| [0, 1, 2].map(|i| Dual::scalar(of[i], first + i));
+        let law = Evolving {
+            law: self,
+            radial: true,
+        };
+        law.response(inputs(velocity, 0), inputs(state, 3))
     }
 
     /// Friction for small oscillations of the slip speed about steady sliding at a positive speed (m/s).
     pub fn oscillating(&self, speed: f64) -> OscillatingFriction {
-        let slopes = self.slopes([speed, 0.0, 0.0], self.steady_state(speed));
+        let [coefficient, rate] = self.duals::<6>([speed, 0.0, 0.0], self.steady_state(speed));
+        let slopes = |of: Dual<_, 1, 6>| [0, 3].map(|input| of.slopes[input].sum());
+        let ([at_once, by_state], [rise, decay]) = (slopes(coefficient[0]), slopes(rate[0]));
         OscillatingFriction {
-            at_once: slopes.coefficient_by_velocity[0][0],
-            delayed: slopes.coefficient_by_state[0][0] * slopes.rate_by_velocity[0][0],
-            relaxation: -slopes.rate_by_state[0][0],
+            at_once,
+            delayed: by_state * rise,
+            relaxation: -decay,
         }
     }
 
@@ -268,52 +279,37 @@ impl DynamicFriction {
             }),
         }
     }
-
-    /// Derivatives at a slip velocity (m/s) and a state.
-    pub fn slopes(&self, velocity: [f64; 3], state: [f64; 3]) -> StateSlopes {
-        let speed = norm(velocity);
-        let direction = scale(velocity, 1.0 / speed.max(LEAST_SPEED));
-        let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
-        match self {
-            Self::LuGre(law) => {
-                let [steady, slope] = law.steady(speed);
-                let wear = law.stiffness * speed / steady;
-                // d(|V| / mu)/d|V|
-                let bend = law.stiffness * (1.0 - speed * slope / steady) / steady;
-                let time = law.damping / law.stiffness;
-                let rate_by_velocity =
-                    matrix(|i, j| law.stiffness * unit(i, j) - bend * state[i] * direction[j]);
-                StateSlopes {
-                    coefficient_by_velocity: matrix(|i, j| {
-                        time * rate_by_velocity[i][j] + law.viscous * unit(i, j)
-                    }),
-                    coefficient_by_state: matrix(|i, j| (1.0 - time * wear) * unit(i, j)),
-                    rate_by_velocity,
-                    rate_by_state: matrix(|i, j| -wear * unit(i, j)),
-                }
-            }
-            Self::RateAndState(law) => {
-                let speed = speed.max(LEAST_SPEED);
-                let [coefficient, slope] = law.coefficient(speed, state[0]);
-                let (ratio, bend) = (coefficient / speed, (slope - coefficient) / speed);
-                let by_state = slope * law.evolution / law.direct;
-                let ageing = law.reference_speed * (-state[0]).exp();
-                let first = |j: usize| unit(0, j);
-                StateSlopes {
-                    coefficient_by_velocity: matrix(|i, j| {
-                        ratio * unit(i, j) + bend * direction[i] * direction[j]
-                    }),
-                    coefficient_by_state: matrix(|i, j| by_state * direction[i] * first(j)),
-                    rate_by_velocity: matrix(|i, j| -first(i) * direction[j] / law.distance),
-                    rate_by_state: matrix(|i, j| -first(i) * first(j) * ageing / law.distance),
-                }
-            }
-        }
-    }
 }
 
-fn matrix(of: impl Fn(usize, usize) -> f64) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| of(i, j)))
+/// A law with a state, and whether it includes the radial slip velocity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evolving<'a> {
+    pub law: &'a DynamicFriction,
+    pub radial: bool,
+}
+
+impl ContactLaw for Evolving<'_> {
+    #[inline(always)]
+    fn radial(self) -> bool {
+        self.radial
+    }
+
+    #[inline(always)]
+    fn states(self) -> usize {
+        self.law.states(if self.radial { 3 } else { 2 })
+    }
+
+    #[inline(always)]
+    fn response<S: Simd, const K: usize, const N: usize>(
+        self,
+        slip: [Dual<S, K, N>; 3],
+        state: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2] {
+        match self.law {
+            DynamicFriction::LuGre(law) => law.response(slip, state),
+            DynamicFriction::RateAndState(law) => law.response(slip, state),
+        }
+    }
 }
 
 #[cfg(test)]

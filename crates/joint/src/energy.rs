@@ -2,9 +2,9 @@
 //! work in the same interval.
 
 use super::Joint;
-use super::contact_force::KernelInput;
 use super::nodes::radial;
 use super::simd::LANES;
+use super::vector::{add_scaled, dot};
 use squeakscope_dynamics::System;
 
 /// Energies at an instant, J. All are zero at the equilibrium and non-negative.
@@ -66,34 +66,27 @@ impl Joint {
 
     /// Returns the powers at state `z`.
     pub fn power(&self, z: &[f64]) -> Power {
-        let m = self.omega().len();
         let [q, v, states] = self.parts(z);
-        let mut out = vec![0.0; m + states.len()];
-        let input = KernelInput {
-            contact: self.lift_off(),
-            record: None,
-            audited: true,
-            z,
-            out: &mut out,
+        let mut power = Power {
+            damping: self.damping_power(v),
+            ..Power::default()
         };
-        let passed = self.contact_force(input);
-        let (mut contact, mut contact_damping) = (0.0, 0.0);
         for k in 0..self.nodes.count {
             let action = self.node_action(k, q, v, states);
-            let (block, lane) = (k / LANES, k % LANES);
-            let rows = &self.nodes.rows[block * m..][..m];
-            let block = &self.nodes.blocks[block];
+            let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
+            let rows = &self.nodes.rows[k / LANES * self.nodes.modes..][..self.nodes.modes];
+            let mut vibration = [0.0; 3];
+            for (row, v) in rows.iter().zip(v) {
+                vibration = add_scaled(vibration, *v, [&row.s, &row.t, &row.r].map(|x| x.0[lane]));
+            }
             let steady = block.pre_stress.0[lane] * block.area.0[lane];
-            let rate = radial(rows, v)[lane];
-            contact -= (action.normal - action.dashpot - steady) * rate;
-            contact_damping -= action.dashpot * rate;
+            let [along, across, outward] = action.friction;
+            let friction = [along - block.steady_friction.0[lane], across, outward];
+            power.friction += dot(friction, vibration);
+            power.contact -= (action.normal - action.dashpot - steady) * vibration[2];
+            power.contact_damping -= action.dashpot * vibration[2];
         }
-        Power {
-            friction: passed.power - contact_damping,
-            contact,
-            contact_damping,
-            damping: self.damping_power(v),
-        }
+        power
     }
 
     /// Power of modal damping at modal velocities `v`, W; never positive.

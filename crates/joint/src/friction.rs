@@ -2,13 +2,16 @@
 //!
 //! The force on a node is `-mu(V) N V_vec / V`. The implementation uses the *ratio* `mu(V) / V`, which is
 //! finite for zero slip speed `V` (for Eq. (5) it tends to `creep mu_s`), so that no vector of zero length
-//! is normalised. One call returns value and slope, which keeps force and Jacobian consistent.
+//! is normalised. Each law is written once, in [`Dual`] numbers: force and derivative cannot disagree.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use pulp::Simd;
 
-use super::exponential::Exponential;
+use super::dual::Dual;
+use super::dynamic_friction::{DynamicFriction, Evolving};
+use super::friction_table::FrictionTable;
 use super::simd::Vector;
 
 /// Coefficient of friction divided by slip speed, with its derivative.
@@ -16,7 +19,8 @@ use super::simd::Vector;
 pub struct Ratio {
     /// `mu(V) / V`, s/m.
     pub value: f64,
-    /// `d(mu(V) / V)/dV`, s^2/m^2.
+    /// `d(mu(V) / V)/dV`, s^2/m^2. It acts on forces times `V`, so that rounding errors of the order of
+    /// those of `value / V` are irrelevant.
     pub slope: f64,
 }
 
@@ -28,34 +32,145 @@ pub trait FrictionLaw: Debug + Send + Sync {
     /// Ratio `mu(V) / V` and its slope at a slip speed (m/s, non-negative).
     fn ratio(&self, speed: f64) -> Ratio;
 
-    /// Replaces each slip speed by its ratio. Override it if the law can be vectorised.
-    fn ratios(&self, speeds: &mut [f64]) {
-        for speed in speeds {
-            *speed = self.ratio(*speed).value;
-        }
-    }
-
-    /// As [`FrictionLaw::ratios`]; writes the slopes of the ratios to `slopes`.
-    fn ratios_and_slopes(&self, speeds: &mut [f64], slopes: &mut [f64]) {
-        for (slope, speed) in slopes.iter_mut().zip(speeds.iter()) {
-            *slope = self.ratio(*speed).slope;
-        }
-        self.ratios(speeds);
-    }
-
     /// Slip speed below which a node is classified as sticking, m/s.
     fn stick_speed(&self) -> f64;
 }
 
-/// A law with a vectorised coefficient.
-pub(crate) trait VectorLaw {
-    /// `mu(V)/V` for several positive speeds at once; inlined into the hot loop.
-    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
-    /// [`VectorLaw::ratio_vector`], bit-identical, and `V` times its slope, from the same exponentials.
-    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+/// Least square of a slip speed, m^2/s^2: it permits a division by the speed.
+const LEAST_SQUARE: f64 = 1e-280;
+
+/// A coefficient of friction as a function of the slip speed; inlined into the hot loop.
+pub(crate) trait Curve {
+    /// See [`ContactLaw::IS_COMMON`].
+    const IS_COMMON: bool = false;
+
+    /// `mu(V)/V` at positive speeds.
+    fn over_speed<S: Simd, const K: usize, const N: usize>(
         &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>);
+        speed: Dual<S, K, N>,
+    ) -> Dual<S, K, N>;
+
+    /// `mu(V)/V` at a single speed (m/s).
+    fn ratio_at(&self, speed: f64) -> Ratio {
+        let speed = Dual::<_, 1, 1>::scalar(speed.max(LEAST_SQUARE.sqrt()), 0);
+        let Dual { value, slopes } = self.over_speed(speed);
+        Ratio {
+            value: value.sum(),
+            slope: slopes[0].sum(),
+        }
+    }
+}
+
+/// Friction as a compile-time parameter of the hot loop.
+pub(crate) trait ContactLaw: Copy {
+    /// Whether there is friction.
+    const HAS_FRICTION: bool = true;
+
+    /// Whether the hot loop is compiled without the extras, too. Each combination takes time to compile.
+    const IS_COMMON: bool = false;
+
+    /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
+    /// components of the node frame, otherwise on the two tangential components.
+    fn radial(self) -> bool;
+
+    /// Number of internal states per node.
+    fn states(self) -> usize {
+        0
+    }
+
+    /// Friction force of a node divided by its normal force, with the opposite sign, and the rate of its state (1/s), at a
+    /// slip velocity (m/s) and a state.
+    fn response<S: Simd, const K: usize, const N: usize>(
+        self,
+        slip: [Dual<S, K, N>; 3],
+        state: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2];
+}
+
+/// Magnitude of a slip velocity (m/s), at least 1e-140 m/s.
+#[inline(always)]
+pub(crate) fn slip_speed<S: Simd, const K: usize, const N: usize>(
+    [along, across, outward]: [Dual<S, K, N>; 3],
+    radial: bool,
+) -> Dual<S, K, N> {
+    let mut square = across.mul_add(across, along * along);
+    if radial {
+        square = outward.mul_add(outward, square);
+    }
+    square.at_least(LEAST_SQUARE).sqrt()
+}
+
+/// No friction.
+#[derive(Clone, Copy)]
+pub(crate) struct Frictionless;
+
+impl ContactLaw for Frictionless {
+    const HAS_FRICTION: bool = false;
+    const IS_COMMON: bool = true;
+
+    #[inline(always)]
+    fn radial(self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn response<S: Simd, const K: usize, const N: usize>(
+        self,
+        [along, ..]: [Dual<S, K, N>; 3],
+        _state: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2] {
+        [[Dual::constant(along.value.broadcast(0.0)); 3]; 2]
+    }
+}
+
+/// Friction against the slip velocity, with a coefficient that depends on its magnitude.
+pub(crate) struct AgainstSlip<'a, L: ?Sized, const RADIAL: bool>(pub &'a L);
+
+impl<L: ?Sized, const RADIAL: bool> Clone for AgainstSlip<'_, L, RADIAL> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<L: ?Sized, const RADIAL: bool> Copy for AgainstSlip<'_, L, RADIAL> {}
+
+impl<L: Curve + ?Sized, const RADIAL: bool> ContactLaw for AgainstSlip<'_, L, RADIAL> {
+    const IS_COMMON: bool = L::IS_COMMON;
+
+    #[inline(always)]
+    fn radial(self) -> bool {
+        RADIAL
+    }
+
+    #[inline(always)]
+    fn response<S: Simd, const K: usize, const N: usize>(
+        self,
+        slip: [Dual<S, K, N>; 3],
+        _state: [Dual<S, K, N>; 3],
+    ) -> [[Dual<S, K, N>; 3]; 2] {
+        let ratio = self.0.over_speed(slip_speed(slip, RADIAL));
+        let zero = Dual::constant(ratio.value.broadcast(0.0));
+        let [along, across, outward] = slip;
+        let outward = if RADIAL { ratio * outward } else { zero };
+        [[ratio * along, ratio * across, outward], [zero; 3]]
+    }
+}
+
+impl Curve for dyn FrictionLaw {
+    /// One call per node.
+    #[inline(always)]
+    fn over_speed<S: Simd, const K: usize, const N: usize>(
+        &self,
+        speed: Dual<S, K, N>,
+    ) -> Dual<S, K, N> {
+        speed.compose_scalar(
+            #[inline(always)]
+            |speed| {
+                let Ratio { value, slope } = self.ratio(speed);
+                [value, slope]
+            },
+        )
+    }
 }
 
 /// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`, the smoothing curve
@@ -78,83 +193,47 @@ pub struct Stribeck {
 impl Stribeck {
     /// The coefficient of friction `mu(V)`.
     pub fn coefficient(&self, speed: f64) -> f64 {
-        -(-self.creep * speed).exp_m1() * self.sliding(speed)
+        speed * self.ratio_at(speed).value
     }
 
     /// `dmu/dV`, s/m.
     pub fn slope(&self, speed: f64) -> f64 {
-        self.creep * (-self.creep * speed).exp() * self.sliding(speed)
-            - (-self.creep * speed).exp_m1() * self.sliding_slope(speed)
-    }
-
-    /// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`, at a slip speed `V` (m/s).
-    pub fn sliding(&self, speed: f64) -> f64 {
-        self.mu_d + (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
-    }
-
-    fn sliding_slope(&self, speed: f64) -> f64 {
-        -self.stribeck * (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
-    }
-
-    /// `exp(-creep V)` and `exp(-stribeck V)`.
-    #[inline(always)]
-    fn exponentials<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Exponential<S, K>, Exponential<S, K>) {
-        (
-            Exponential::of(speed, self.creep),
-            Exponential::of(speed, self.stribeck),
-        )
-    }
-
-    /// The sliding factor times the denominator of its exponential.
-    #[inline(always)]
-    fn sliding_vector<S: Simd, const K: usize>(&self, slide: Exponential<S, K>) -> Vector<S, K> {
-        let (above, below) = (slide.above(), slide.below());
-        above.mul_add(
-            above.broadcast(self.mu_s - self.mu_d),
-            below * below.broadcast(self.mu_d),
-        )
+        let ratio = self.ratio_at(speed);
+        ratio.value + speed * ratio.slope
     }
 }
 
-impl VectorLaw for Stribeck {
-    #[inline(always)]
-    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        let (creep, slide) = self.exponentials(speed);
-        let below = creep.below() * slide.below();
-        creep.rest() * self.sliding_vector(slide) / (speed * below)
-    }
+/// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`, as a quotient like [`Dual::exponential`].
+#[inline(always)]
+pub(crate) fn sliding<S: Simd, const K: usize, const N: usize>(
+    [mu_s, mu_d, stribeck]: [f64; 3],
+    speed: Dual<S, K, N>,
+) -> (Dual<S, K, N>, Vector<S, K>) {
+    let slide = speed.exponential(stribeck);
+    let below = slide.below;
+    let falling = below.broadcast(mu_s - mu_d);
+    let lowest = below * below.broadcast(mu_d);
+    (slide.above.times_plus(falling, lowest), below)
+}
 
-    /// The cancellation near zero speed is small compared with the ratio, to which the force derivative adds the slope.
+impl Curve for Stribeck {
+    const IS_COMMON: bool = true;
+
     #[inline(always)]
-    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+    fn over_speed<S: Simd, const K: usize, const N: usize>(
         &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        let (creep, slide) = self.exponentials(speed);
-        let below = creep.below() * slide.below();
-        let sliding = self.sliding_vector(slide);
-        let ratio = creep.rest() * sliding / (speed * below);
-        let creep_rise = creep.above() * speed.broadcast(self.creep);
-        let sliding_fall = slide.above() * speed.broadcast(self.stribeck * (self.mu_s - self.mu_d));
-        let slope = creep_rise.mul_add(sliding, -(creep.rest() * sliding_fall)) / below;
-        (ratio, slope - ratio)
+        speed: Dual<S, K, N>,
+    ) -> Dual<S, K, N> {
+        let creep = speed.exponential(self.creep);
+        let (sliding, below) = sliding([self.mu_s, self.mu_d, self.stribeck], speed);
+        let below = creep.below * below;
+        creep.rest * sliding / speed.times(below)
     }
 }
 
 impl FrictionLaw for Stribeck {
     fn ratio(&self, speed: f64) -> Ratio {
-        let x = self.creep * speed;
-        let (share, share_slope) = creep_share(x);
-        // mu / V = creep * (1 - exp(-x))/x * sliding
-        Ratio {
-            value: self.creep * share * self.sliding(speed),
-            slope: self.creep
-                * (self.creep * share_slope * self.sliding(speed)
-                    + share * self.sliding_slope(speed)),
-        }
+        self.ratio_at(speed)
     }
 
     fn stick_speed(&self) -> f64 {
@@ -172,33 +251,22 @@ pub struct Constant {
     pub creep: f64,
 }
 
-impl VectorLaw for Constant {
-    #[inline(always)]
-    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        let creep = Exponential::of(speed, self.creep);
-        creep.rest() * speed.broadcast(self.mu) / (speed * creep.below())
-    }
+impl Curve for Constant {
+    const IS_COMMON: bool = true;
 
     #[inline(always)]
-    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+    fn over_speed<S: Simd, const K: usize, const N: usize>(
         &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        let creep = Exponential::of(speed, self.creep);
-        let ratio = creep.rest() * speed.broadcast(self.mu) / (speed * creep.below());
-        let slope = creep.above() * speed.broadcast(self.creep * self.mu) / creep.below();
-        (ratio, slope - ratio)
+        speed: Dual<S, K, N>,
+    ) -> Dual<S, K, N> {
+        let creep = speed.exponential(self.creep);
+        creep.rest.scale(self.mu) / speed.times(creep.below)
     }
 }
 
 impl FrictionLaw for Constant {
     fn ratio(&self, speed: f64) -> Ratio {
-        let (share, share_slope) = creep_share(self.creep * speed);
-        let steepest = self.creep * self.mu;
-        Ratio {
-            value: steepest * share,
-            slope: steepest * self.creep * share_slope,
-        }
+        self.ratio_at(speed)
     }
 
     fn stick_speed(&self) -> f64 {
@@ -206,21 +274,135 @@ impl FrictionLaw for Constant {
     }
 }
 
-/// `(1 - exp(-x)) / x` and its derivative for `x >= 0`, without cancellation.
-pub(super) fn creep_share(x: f64) -> (f64, f64) {
-    if x >= 0.5 {
-        let value = -(-x).exp_m1() / x;
-        return (value, ((-x).exp() - value) / x);
+/// Friction law of a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Friction {
+    /// No friction.
+    None,
+    /// Coulomb friction with constant coefficient, regularised at zero slip.
+    Constant {
+        /// The law.
+        law: Constant,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
+    /// A Stribeck curve, regularised at zero slip.
+    Stribeck {
+        /// The law.
+        law: Stribeck,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
+    /// A measured curve, regularised at zero slip.
+    Table {
+        /// The law.
+        law: Arc<FrictionTable>,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
+    /// A law with an internal state at each node.
+    Dynamic {
+        /// The law.
+        law: DynamicFriction,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
+}
+
+impl Friction {
+    /// The law as a function of the slip velocity alone; `None` without friction, and with an internal state.
+    pub fn law(&self) -> Option<&dyn FrictionLaw> {
+        match self {
+            Self::None | Self::Dynamic { .. } => None,
+            Self::Constant { law, .. } => Some(law),
+            Self::Stribeck { law, .. } => Some(law),
+            Self::Table { law, .. } => Some(law.as_ref()),
+        }
     }
-    // sum over k of (-x)^k / (k+1)!, and its derivative; 16 terms give full precision.
-    let (mut value, mut slope) = (1.0, 0.0);
-    let mut term = 0.5; // (-x)^(k-1) / (k+1)!
-    for k in 1..=16 {
-        value -= x * term;
-        slope -= f64::from(k) * term;
-        term *= -x / f64::from(k + 2);
+
+    /// Number of internal states per contact node.
+    pub fn states(&self) -> usize {
+        match self {
+            Self::Dynamic { law, radial } => law.states(if *radial { 3 } else { 2 }),
+            _ => 0,
+        }
     }
-    (value, slope)
+
+    /// Whether friction includes the radial slip velocity.
+    pub fn radial(&self) -> bool {
+        match *self {
+            Self::None => false,
+            Self::Constant { radial, .. }
+            | Self::Stribeck { radial, .. }
+            | Self::Table { radial, .. }
+            | Self::Dynamic { radial, .. } => radial,
+        }
+    }
+}
+
+/// The friction law of a joint.
+#[derive(Clone, Debug)]
+pub(crate) enum ActiveLaw {
+    /// A law of a model.
+    Known(Friction),
+    /// A law implemented by the user.
+    Custom {
+        law: Arc<dyn FrictionLaw>,
+        radial: bool,
+    },
+}
+
+/// What depends on the type of the friction law.
+pub(crate) trait WithLaw {
+    type Output;
+    /// `N` is the number of inputs of the law: none, the slip velocity, or slip velocity and state, by components.
+    fn with_law<L: ContactLaw, const N: usize>(self, law: L) -> Self::Output;
+}
+
+impl ActiveLaw {
+    /// Calls a function that is compiled for each law.
+    #[inline(always)]
+    pub fn dispatch<W: WithLaw>(&self, task: W) -> W::Output {
+        macro_rules! against_slip {
+            ($law:expr, $radial:expr) => {
+                if $radial {
+                    task.with_law::<_, 3>(AgainstSlip::<_, true>($law))
+                } else {
+                    task.with_law::<_, 3>(AgainstSlip::<_, false>($law))
+                }
+            };
+        }
+        match self {
+            Self::Known(Friction::None) => task.with_law::<_, 0>(Frictionless),
+            Self::Known(Friction::Constant { law, radial }) => against_slip!(law, *radial),
+            Self::Known(Friction::Stribeck { law, radial }) => against_slip!(law, *radial),
+            Self::Known(Friction::Table { law, radial }) => against_slip!(law.as_ref(), *radial),
+            Self::Known(Friction::Dynamic { law, radial }) => {
+                let radial = *radial;
+                task.with_law::<_, 6>(Evolving { law, radial })
+            }
+            Self::Custom { law, radial } => against_slip!(law.as_ref(), *radial),
+        }
+    }
+
+    /// The law as a function of the slip velocity alone.
+    pub fn law(&self) -> Option<&dyn FrictionLaw> {
+        match self {
+            Self::Known(friction) => friction.law(),
+            Self::Custom { law, .. } => Some(law.as_ref()),
+        }
+    }
+
+    /// The law with an internal state.
+    pub fn evolving(&self) -> Option<Evolving<'_>> {
+        match self {
+            Self::Known(Friction::Dynamic { law, radial }) => Some(Evolving {
+                law,
+                radial: *radial,
+            }),
+            _ => None,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -248,68 +430,38 @@ mod tests {
         assert!(PRINTED.slope(15.9e-3) > 0.0);
     }
 
-    /// The ratio is the coefficient divided by the speed, and its slope is the derivative, at all speeds.
+    /// Value and slope at all speeds are those of the printed equation; the constant law is Eq. (5) without decrease.
     #[test]
-    fn ratio_and_slope_agree_with_the_coefficient() {
+    fn ratio_and_slope_are_those_of_the_equation() {
         for law in [PAPER, PRINTED] {
-            for speed in [1e-9, 1e-6, 1e-4, 4.9e-4, 5.1e-4, 3e-3, 0.0159, 0.3, 2.0] {
-                let ratio = law.ratio(speed);
-                assert!((ratio.value * speed / law.coefficient(speed) - 1.0).abs() < 1e-14);
-                let exact = (law.slope(speed) - ratio.value) / speed;
-                // The closed form cancels at low speeds; the tolerance includes its rounding error.
-                let rounding = 4e-16 * ratio.value / speed;
-                assert!(
-                    (ratio.slope - exact).abs() <= 1e-12 * exact.abs() + rounding,
-                    "{speed}"
-                );
-            }
-            assert_eq!(law.ratio(0.0).value, law.creep * law.mu_s);
-            let tiny = law.ratio(1e-300);
-            assert!((tiny.value / (law.creep * law.mu_s) - 1.0).abs() < 1e-15);
-        }
-    }
-
-    /// Vector and scalar forms agree within a few units in the last place.
-    #[test]
-    fn vectors_agree_with_scalars() {
-        struct Ratios(Stribeck, Constant, f64);
-        impl pulp::WithSimd for Ratios {
-            type Output = [f64; 3];
-            #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
-                let speed = Vector::<S>::splat(simd, self.2);
-                let (again, slope) = self.1.ratio_and_slope_vector(speed);
-                let ratios = [
-                    self.0.ratio_vector(speed),
-                    self.1.ratio_vector(speed),
-                    slope,
-                ];
-                assert_eq!(again.sum(), ratios[1].sum());
-                ratios.map(|ratio| ratio.sum() / S::F64_LANES as f64)
-            }
-        }
-        for law in [PAPER, PRINTED] {
-            let mut speed = 1e-140;
-            while speed < 50.0 {
-                let constant = Constant {
-                    mu: law.mu_d,
-                    creep: law.creep,
-                };
-                let [got, flat, slope] = pulp::Arch::new().dispatch(Ratios(law, constant, speed));
-                let exact = law.ratio(speed).value;
-                assert!((got / exact - 1.0).abs() < 3e-15, "{speed}");
-                // The constant law is Eq. (5) without decrease.
-                let level = Stribeck {
-                    mu_s: law.mu_d,
-                    ..law
-                };
-                let (exact, same) = (constant.ratio(speed), level.ratio(speed));
-                assert!((exact.value / same.value - 1.0).abs() < 1e-15, "{speed}");
-                assert!((exact.slope / same.slope - 1.0).abs() < 1e-14, "{speed}");
-                assert!((flat / exact.value - 1.0).abs() < 3e-15, "{speed}");
-                let slope = (slope - exact.slope * speed).abs();
-                assert!(slope <= 1e-14 * exact.value, "{speed}: {slope}");
-                speed *= 1.13;
+            let level = Stribeck {
+                mu_s: law.mu_d,
+                ..law
+            };
+            let constant = Constant {
+                mu: law.mu_d,
+                creep: law.creep,
+            };
+            let cases: [(&dyn FrictionLaw, Stribeck); 2] = [(&law, law), (&constant, level)];
+            for (got, law) in cases {
+                let mut speed = 1e-140;
+                while speed < 50.0 {
+                    let rest = -(-law.creep * speed).exp_m1();
+                    let falling = (law.mu_s - law.mu_d) * (-law.stribeck * speed).exp();
+                    let exact = rest * (law.mu_d + falling) / speed;
+                    let slope = law.creep * (1.0 - rest) * (law.mu_d + falling)
+                        - rest * law.stribeck * falling;
+                    let Ratio {
+                        value,
+                        slope: found,
+                    } = got.ratio(speed);
+                    assert!((value / exact - 1.0).abs() < 3e-15, "{speed}");
+                    let error = (found * speed - (slope - exact)).abs();
+                    assert!(error <= 1e-14 * exact, "{speed}: {error}");
+                    speed *= 1.13;
+                }
+                let resting = got.ratio(0.0).value / (law.creep * law.mu_s);
+                assert!((resting - 1.0).abs() < 3e-15);
             }
         }
     }

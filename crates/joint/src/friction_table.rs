@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use super::exponential::Exponential;
-use super::friction::{FrictionLaw, Ratio, VectorLaw, creep_share};
+use super::dual::Dual;
+use super::friction::{Curve, FrictionLaw, Ratio};
 use super::simd::Vector;
 
 /// A friction law from a table of measured coefficients: `mu(V) = (1 - exp(-creep V)) mu_table(V)`.
@@ -123,46 +123,24 @@ impl FrictionTable {
     }
 }
 
-impl VectorLaw for &FrictionTable {
+impl Curve for FrictionTable {
     #[inline(always)]
-    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        let creep = Exponential::of(speed, self.creep);
-        let sliding = speed.each_vector(
-            #[inline(always)]
-            |_, speed| self.sliding_vector(speed)[0],
-        );
-        creep.rest() * sliding / (speed * creep.below())
-    }
-
-    #[inline(always)]
-    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+    fn over_speed<S: Simd, const K: usize, const N: usize>(
         &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        let creep = Exponential::of(speed, self.creep);
-        let sliding = speed.each_vector(
+        speed: Dual<S, K, N>,
+    ) -> Dual<S, K, N> {
+        let creep = speed.exponential(self.creep);
+        let sliding = speed.compose(
             #[inline(always)]
-            |_, speed| self.sliding_vector(speed)[0],
+            |speed| self.sliding_vector(speed),
         );
-        let sliding_slope = speed.each_vector(
-            #[inline(always)]
-            |_, speed| self.sliding_vector(speed)[1],
-        );
-        let ratio = creep.rest() * sliding / (speed * creep.below());
-        let creep_rise = creep.above() * speed.broadcast(self.creep);
-        let slope = creep_rise.mul_add(sliding, creep.rest() * sliding_slope) / creep.below();
-        (ratio, slope - ratio)
+        creep.rest * sliding / speed.times(creep.below)
     }
 }
 
 impl FrictionLaw for FrictionTable {
     fn ratio(&self, speed: f64) -> Ratio {
-        let (share, share_slope) = creep_share(self.creep * speed);
-        let [sliding, sliding_slope] = self.sliding(speed);
-        Ratio {
-            value: self.creep * share * sliding,
-            slope: self.creep * (self.creep * share_slope * sliding + share * sliding_slope),
-        }
+        self.ratio_at(speed)
     }
 
     fn stick_speed(&self) -> f64 {
@@ -354,11 +332,11 @@ mod tests {
                 let mut out = [[0.0; LANES]; 2];
                 for part in 0..parts::<S>() {
                     let speed = Vector::load(simd, &speeds, part);
-                    let (ratio, slope) = table.ratio_and_slope_vector(speed);
-                    let again = table.ratio_vector(speed);
-                    assert!((ratio - again).sum() == 0.0 || ratio.sum().is_nan());
-                    ratio.store(&mut out[0], part);
-                    slope.store(&mut out[1], part);
+                    let ratio = table.over_speed(Dual::<S, 1, 1>::input(speed, 0));
+                    let again = table.over_speed(Dual::<S, 1, 0>::constant(speed)).value;
+                    assert!((ratio.value - again).sum() == 0.0 || again.sum().is_nan());
+                    ratio.value.store(&mut out[0], part);
+                    (ratio.slopes[0] * speed).store(&mut out[1], part);
                 }
                 out
             }

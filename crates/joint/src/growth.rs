@@ -25,8 +25,10 @@ use faer::{Mat, c64};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::vector::{any_normal, cross, dot, unit};
-use super::{ContactDamping, Model, StabilityError, is_unstable};
+use super::nodes::Rows;
+use super::simd::LANES;
+use super::{Joint, Model, StabilityError, is_unstable};
+use squeakscope_dynamics::{Differentiable, System};
 
 /// Terms that can excite or damp a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,69 +196,60 @@ impl Terms {
             stiffness,
             terms,
         };
-        for k in 0..model.nodes() {
-            all.add_node(model, k);
+        let joint = Joint::new(model);
+        let mut record = vec![0.0; joint.record_len()];
+        let mut force = vec![0.0; joint.dim() - m];
+        joint.force_recorded(None, 0.0, &vec![0.0; joint.dim()], &mut force, &mut record);
+        for node in 0..joint.contact_nodes() {
+            all.add_node(&joint, node, |axis, input| {
+                joint.node_slope(&record, node, axis, input)
+            });
         }
         all
     }
 
-    /// Adds the contribution of a node.
-    fn add_node(&mut self, model: &Model, k: usize) {
-        let (area, normal, shapes) = (model.areas[k], model.normals[k], model.shapes_at(k));
-        let contact = model.stiffness[k] * area;
-        let component =
-            |axis: [f64; 3]| -> Vec<f64> { shapes.iter().map(|shape| dot(*shape, axis)).collect() };
-        let outward = component(normal);
-        add(&mut self.stiffness, contact, &outward, &outward);
-        let viscous = match model.contact_damping {
-            ContactDamping::None => 0.0,
-            ContactDamping::KelvinVoigt { time } => contact * time,
-            ContactDamping::HuntCrossley { dissipation } => {
-                model.pre_stress[k] * area * dissipation
-            }
+    /// Adds the contribution of a node, whose negative force along the axes of its sliding frame has these derivatives: with
+    /// respect to radial displacement, approach velocity and slip velocity.
+    fn add_node(&mut self, joint: &Joint, node: usize, slope: impl Fn(usize, usize) -> f64) {
+        const OUTWARD: usize = 2;
+        let (nodes, block, lane) = (&joint.nodes, node / LANES, node % LANES);
+        let component = |rows: &[Rows], axis: usize| -> Vec<f64> {
+            let of_axis = |row: &Rows| [&row.s, &row.t, &row.r][axis].0[lane];
+            rows.iter().map(of_axis).collect()
         };
-        let [slope, coupling, direction, _, damping, convection] = &mut self.terms;
-        add(damping, viscous, &outward, &outward);
-        let Some(law) = model.friction.law() else {
+        let rows = &nodes.rows[block * self.modes..][..self.modes];
+        let shapes = [0, 1, 2].map(|axis| component(rows, axis));
+        let convected = nodes.convected_rows(block);
+        let [slopes, coupling, direction, _, damping, convection] = &mut self.terms;
+        add(
+            &mut self.stiffness,
+            slope(OUTWARD, 0),
+            &shapes[OUTWARD],
+            &shapes[OUTWARD],
+        );
+        add(
+            damping,
+            slope(OUTWARD, 1),
+            &shapes[OUTWARD],
+            &shapes[OUTWARD],
+        );
+        if joint.friction_inputs() == 0 {
             return;
-        };
-        let velocity = model.sliding_velocity[k];
-        let speed = dot(velocity, velocity).sqrt();
-        // Without sliding, friction damps isotropically in the tangent plane, so that any tangent is valid.
-        let sliding = unit(velocity).unwrap_or_else(|| any_normal(normal));
-        let along = component(sliding);
-        let ratio = law.ratio(speed);
-        let load = model.pre_stress[k] * area;
-        // mu = V ratio, so that dmu/dV = ratio + V dratio/dV.
-        let falling = load * (ratio.value + speed * ratio.slope);
-        add(slope, falling, &along, &along);
-        let coefficient = ratio.value * speed;
-        add(coupling, contact * coefficient, &along, &outward);
-        add(damping, viscous * coefficient, &along, &outward);
-        let projected = if model.friction.radial() { 0.0 } else { 1.0 };
-        if let Some(omega) = model.convection {
-            let turned: Vec<_> = shapes.iter().map(|shape| cross(omega, *shape)).collect();
-            let turned_along: Vec<f64> = turned.iter().map(|w| dot(*w, sliding)).collect();
-            let bend = load * speed * ratio.slope;
-            add(convection, bend, &along, &turned_along);
-            for axis in 0..3 {
-                let tangent = |of: &[[f64; 3]]| -> Vec<f64> {
-                    of.iter()
-                        .map(|v| v[axis] - projected * dot(*v, normal) * normal[axis])
-                        .collect()
-                };
-                let (shapes, turned) = (tangent(shapes), tangent(&turned));
-                add(convection, load * ratio.value, &shapes, &turned);
-            }
         }
-        // Directions normal to the sliding direction, and also to the normal if friction excludes it.
-        for axis in 0..3 {
-            let rest = shapes.iter().zip(&along).zip(&outward);
-            let rest = rest.map(|((shape, along), outward)| {
-                shape[axis] - along * sliding[axis] - projected * outward * normal[axis]
-            });
-            let rest: Vec<f64> = rest.collect();
-            add(direction, load * ratio.value, &rest, &rest);
+        // Steady friction acts along the first axis.
+        add(coupling, slope(0, 0), &shapes[0], &shapes[OUTWARD]);
+        add(damping, slope(0, 1), &shapes[0], &shapes[OUTWARD]);
+        for (axis, shape) in shapes.iter().enumerate() {
+            let by_slip = slope(axis, 2 + axis);
+            let term = if axis == 0 {
+                &mut *slopes
+            } else {
+                &mut *direction
+            };
+            add(term, by_slip, shape, shape);
+            if !convected.is_empty() {
+                add(convection, by_slip, shape, &component(convected, axis));
+            }
         }
     }
 
@@ -355,7 +348,7 @@ fn add(matrix: &mut Mat<f64>, factor: f64, a: &[f64], b: &[f64]) {
 mod tests {
     use super::*;
     use crate::tests::scattered;
-    use crate::{Friction, Joint};
+    use crate::{ContactDamping, Friction};
 
     const STRIBECK: crate::Stribeck = crate::Stribeck {
         mu_s: 0.55,

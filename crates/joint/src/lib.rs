@@ -11,33 +11,27 @@
 mod assembly;
 mod contact;
 mod contact_force;
-mod damping;
-mod differentiable;
+mod dual;
 mod dynamic_friction;
 mod energy;
-mod evolving;
-mod exponential;
 pub mod fem;
 mod friction;
-mod friction_kernel;
 mod friction_table;
 mod growth;
 mod hertz;
 mod imported_modes;
-mod jacobian;
-mod law;
 mod model;
-mod node_slopes;
 mod nodes;
+mod normal;
 mod patch;
 mod published;
-mod separation;
 mod simd;
 mod spec;
 mod stability;
 mod switching;
 mod system;
 pub mod systems;
+mod tangent;
 mod vector;
 
 #[cfg(test)]
@@ -45,18 +39,17 @@ mod tests;
 
 pub use assembly::{AssemblyError, BallJoint, PatchNodes};
 pub use contact::{NodeAction, NodeForces};
-pub use damping::ContactDamping;
 pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,
 };
 pub use energy::{Energy, Power};
-pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
+pub use friction::{Constant, Friction, FrictionLaw, Ratio, Stribeck};
 pub use friction_table::FrictionTable;
 pub use growth::{Cause, CauseOfGrowth, ExplainedMode};
 pub use hertz::Hertz;
 pub use imported_modes::{ArrayError, ImportedModes, ImportedModesError, MAX_NODES, NamedArrays};
-pub use law::Friction;
 pub use model::{MAX_MODES, Model};
+pub use normal::ContactDamping;
 pub use patch::{PatchFrame, PatchPoint, PressureTable, patch_direction, patch_points};
 pub use published::PUBLISHED;
 pub use simd::LANES;

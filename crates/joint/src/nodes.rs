@@ -85,25 +85,7 @@ pub(crate) struct Nodes {
     pub frames: Vec<[[f64; 3]; 3]>,
 }
 
-/// Slices of the nodes for a kernel. Local copies of the pointers spare the compiler from reloading them
-/// after each store.
-#[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
-    pub blocks: &'a [Block],
-    pub rows: &'a [Rows],
-    pub modes: usize,
-}
-
 impl Nodes {
-    /// Slices of all nodes.
-    pub fn view(&self) -> View<'_> {
-        View {
-            blocks: &self.blocks,
-            rows: &self.rows,
-            modes: self.modes,
-        }
-    }
-
     pub fn new(model: &Model) -> Self {
         let (count, modes) = (model.nodes(), model.modes());
         let frames: Vec<_> = (0..count)
@@ -157,9 +139,10 @@ impl Nodes {
     /// The rows of `Omega x Phi_i` of a block; empty if the slip velocity excludes this term.
     #[inline(always)]
     pub fn convected_rows(&self, block: usize) -> &[Rows] {
-        match self.convected.is_empty() {
-            true => &[],
-            false => &self.convected[block * self.modes..][..self.modes],
+        if self.convected.is_empty() {
+            &[]
+        } else {
+            &self.convected[block * self.modes..][..self.modes]
         }
     }
 

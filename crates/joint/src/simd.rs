@@ -189,37 +189,6 @@ impl<S: Simd, const K: usize> Vector<S, K> {
         )
     }
 
-    /// Applies a function of scalars to the lanes, one vector at a time.
-    #[inline(always)]
-    pub fn map_slice(self, f: impl Fn(&mut [f64])) -> Self {
-        self.each(
-            #[inline(always)]
-            |_, x| {
-                let mut values = [0.0; LANES];
-                let values = &mut values[..S::F64_LANES];
-                self.simd.partial_store_f64s(values, x);
-                f(values);
-                self.simd.partial_load_f64s(values)
-            },
-        )
-    }
-
-    /// As [`Vector::map_slice`], with a second output vector.
-    #[inline(always)]
-    pub fn map_slices(self, f: impl Fn(&mut [f64], &mut [f64])) -> (Self, Self) {
-        let (mut first, mut second) = (self, self);
-        for k in 0..K {
-            let (mut values, mut others) = ([0.0; LANES], [0.0; LANES]);
-            let values = &mut values[..S::F64_LANES];
-            let others = &mut others[..S::F64_LANES];
-            self.simd.partial_store_f64s(values, self.x[k]);
-            f(values, others);
-            first.x[k] = self.simd.partial_load_f64s(values);
-            second.x[k] = self.simd.partial_load_f64s(others);
-        }
-        (first, second)
-    }
-
     /// `2^n` for a vector equal to `n + 1.5 * 2^52`, whose low bits contain the integer `n` from -1022 to
     /// 1023.
     #[inline(always)]
@@ -237,14 +206,10 @@ impl<S: Simd, const K: usize> Vector<S, K> {
         )
     }
 
-    /// Applies a function to each of the adjacent vectors.
+    /// Replaces one of the adjacent vectors.
     #[inline(always)]
-    pub fn each_vector(self, f: impl Fn(usize, Vector<S>) -> Vector<S>) -> Self {
-        Self::from_parts(
-            self.simd,
-            #[inline(always)]
-            |k| f(k, self.one(k)),
-        )
+    pub fn set(&mut self, k: usize, vector: Vector<S>) {
+        self.x[k] = vector.x[0];
     }
 
     /// The vector in lanes where `other` is positive, zero in the other lanes.
@@ -272,17 +237,35 @@ impl<S: Simd> Vector<S> {
         S::as_mut_simd_f64s(eight).0[part] = self.x[0];
     }
 
-    /// Loads up to one vector of numbers from a slice; the other lanes are zero.
+    /// The numbers of the lanes in ascending order.
     #[inline(always)]
-    pub fn load_some(simd: S, numbers: &[f64]) -> Self {
-        let x = [simd.partial_load_f64s(numbers)];
-        Self { simd, x }
+    pub fn from_lanes(simd: S, number: impl Fn(usize) -> f64) -> Self {
+        let mut lanes = [0.0; LANES];
+        for (lane, x) in lanes[..S::F64_LANES].iter_mut().enumerate() {
+            *x = number(lane);
+        }
+        Self::load(simd, &lanes, 0)
     }
 
-    /// Stores up to one vector of numbers to a slice.
+    /// The numbers of the lanes; those beyond them are zero.
     #[inline(always)]
-    pub fn store_some(self, numbers: &mut [f64]) {
-        self.simd.partial_store_f64s(numbers, self.x[0]);
+    pub fn lanes(self) -> [f64; LANES] {
+        let mut lanes = [0.0; LANES];
+        self.store(&mut lanes, 0);
+        lanes
+    }
+
+    /// Applies a function of scalars with two results to the lanes.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(f64) -> [f64; 2]) -> [Self; 2] {
+        let mut both = [[0.0; LANES]; 2];
+        for (lane, x) in self.lanes()[..S::F64_LANES].iter().enumerate() {
+            [both[0][lane], both[1][lane]] = f(*x);
+        }
+        [
+            Self::load(self.simd, &both[0], 0),
+            Self::load(self.simd, &both[1], 0),
+        ]
     }
 
     /// The vector with `new` in the lanes where `x` is at least `least`.
@@ -317,26 +300,9 @@ impl<S: Simd> Vector<S> {
         }
     }
 
-    /// The vector, negated in lanes with a set status bit.
-    #[inline(always)]
-    pub fn negated_where_set(self, bits: u8, part: usize) -> Self {
-        self.where_clear(bits, part) - self.where_clear(!bits, part)
-    }
-
     /// Sum over the lanes.
     #[inline(always)]
     pub fn sum(self) -> f64 {
         self.simd.reduce_sum_f64s(self.x[0])
-    }
-
-    /// One bit per lane, set for negative numbers.
-    #[inline(always)]
-    pub fn negative_bits(self) -> u8 {
-        const BIT: [f64; LANES] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
-        let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
-        let own = S::as_simd_f64s(&BIT).0[0];
-        let negative = simd.less_than_f64s(self.x[0], zero);
-        // The sum of different powers of two is exact.
-        simd.reduce_sum_f64s(simd.select_f64s(negative, own, zero)) as u8
     }
 }

@@ -9,10 +9,11 @@
 //! continuously; its gap function falls through zero, where it separates without force; its gap function rises
 //! through zero, where the force of a dashpot jumps to `k_c tau du_r/dt`.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Scalar, Simd, WithSimd};
 
-use super::nodes::{Block, Nodes, Rows, radial_part};
-use super::separation::Separation;
+use super::dual::Dual;
+use super::nodes::radial_part;
+use super::normal::Separation;
 use super::simd::{LANES, Vector, parts};
 use super::{ContactDamping, Joint};
 use squeakscope_dynamics::{Switching, System};
@@ -24,20 +25,18 @@ impl Switching for Joint {
 
     /// A node is separated if its gap function is negative. Bonded nodes never separate.
     fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
-        let m = self.modes();
         if !self.unilateral {
             status.fill(0);
             return;
         }
+        let [q, v, _] = self.parts(z);
         let (separated, pulled) = status.split_at_mut(self.nodes.blocks.len());
-        self.separated_nodes(&z[..m], separated);
-        if !self.contact_damping.is_none() {
-            self.arch.dispatch(PulledNodes {
-                stress: self.damped_stress(z),
-                separated,
-                pulled,
-            });
-        }
+        self.each_guard(q, v, |block, gaps, guards| {
+            separated[block] = negative_bits(gaps);
+            if let Some(pulled) = pulled.get_mut(block) {
+                *pulled = negative_bits(guards) & !separated[block];
+            }
+        });
     }
 
     /// With the status of the state this force is bit-identical to [`System::force`].
@@ -63,22 +62,29 @@ impl Switching for Joint {
         if !self.unilateral {
             return;
         }
+        let [q, v, _] = self.parts(z);
+        let blocks = self.nodes.blocks.len();
         let (gaps, stresses) = values.split_at_mut(self.nodes.count);
-        self.arch.dispatch(Guards {
-            nodes: &self.nodes,
-            q: &z[..self.modes()],
-            status,
-            values: gaps,
+        let is_set = |bits: u8, lane: usize| bits >> lane & 1 == 1;
+        let signed = |x: f64, is_negated: bool| if is_negated { -x } else { x };
+        self.each_guard(q, v, |block, of_gaps, of_stresses| {
+            let separated = status[block];
+            let first = block * LANES;
+            for (lane, gap) in gaps[first..].iter_mut().zip(of_gaps).enumerate() {
+                *gap.0 = signed(*gap.1, is_set(separated, lane));
+            }
+            if !self.contact_damping.is_none() {
+                let pulled = status[blocks + block];
+                for (lane, stress) in stresses[first..].iter_mut().zip(of_stresses).enumerate() {
+                    *stress.0 = if is_set(separated, lane) {
+                        // A separated node has no force whose sign could change.
+                        1.0
+                    } else {
+                        signed(*stress.1, is_set(pulled, lane))
+                    };
+                }
+            }
         });
-        if !self.contact_damping.is_none() {
-            let (separated, pulled) = status.split_at(self.nodes.blocks.len());
-            self.arch.dispatch(StressGuards {
-                stress: self.damped_stress(z),
-                separated,
-                pulled,
-                values: stresses,
-            });
-        }
     }
 
     /// The node changes its status; the state is continuous.
@@ -136,7 +142,14 @@ impl Switching for Joint {
         let (is_negated, [by_q, by_v]) = match is_gap {
             true => (is_set(separated), [stiffness, 0.0]),
             false if is_set(separated) => (false, [0.0; 2]),
-            false => (is_set(pulled), self.contact_damping.guard_slopes(stiffness)),
+            false => {
+                // Linear in both: at any gap and velocity the same.
+                let [gap, rate] = [0, 1].map(|input| Dual::<_, 1, 2>::scalar(0.0, input));
+                let stiffness = Vector::splat(Scalar::new(), stiffness);
+                let gap = gap.times(stiffness);
+                let guard = self.contact_damping.guard(gap, stiffness, rate);
+                (is_set(pulled), guard.slopes.map(Vector::sum))
+            }
         };
         let sign = if is_negated { -1.0 } else { 1.0 };
         gradient.fill(0.0);
@@ -154,14 +167,38 @@ impl Joint {
         1 + usize::from(!self.contact_damping.is_none())
     }
 
-    fn damped_stress<'a>(&'a self, z: &'a [f64]) -> DampedNodes<'a> {
-        let (q, v) = z[..2 * self.modes()].split_at(self.modes());
-        DampedNodes {
-            nodes: &self.nodes,
-            damping: self.contact_damping,
+    /// Gives the gap functions and the guards of the contact force of all nodes to a function, see [`GapsAndGuards`].
+    fn each_guard(
+        &self,
+        q: &[f64],
+        v: &[f64],
+        of_block: impl FnMut(usize, &[f64; LANES], &[f64; LANES]),
+    ) {
+        self.arch.dispatch(GapsAndGuards {
+            joint: self,
             q,
             v,
-        }
+            of_block,
+        });
+    }
+
+    /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, written to
+    /// `gaps` (one per node). A node separates when its indicator falls through zero. The printed equation
+    /// clamps the indicator at zero, which would hide the crossing; the clamp is omitted.
+    pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
+        self.each_guard(q, &[], |block, values, _| {
+            let gaps = &mut gaps[block * LANES..];
+            let count = gaps.len().min(LANES);
+            gaps[..count].copy_from_slice(&values[..count]);
+        });
+    }
+
+    /// Writes the status at modal coordinates `q`: one bit per node, set for separated nodes, eight nodes
+    /// per byte.
+    pub fn separated_nodes(&self, q: &[f64], status: &mut [u8]) {
+        self.each_guard(q, &[], |block, gaps, _| {
+            status[block] = negative_bits(gaps);
+        });
     }
 
     /// Whether the spring stress of a node at modal coordinates `q` is negligible relative to the terms of
@@ -178,104 +215,42 @@ impl Joint {
     }
 }
 
-/// The kernel for the gap functions of all nodes: the guards.
-struct Guards<'a> {
-    nodes: &'a Nodes,
+/// The kernel for the gap functions `s_k` (Pa) and the guards of the contact force ([`ContactDamping::guard`]) of all
+/// nodes, which it gives to a function by blocks, with the index of the block.
+struct GapsAndGuards<'a, F> {
+    joint: &'a Joint,
     q: &'a [f64],
-    status: &'a [u8],
-    /// Output: one guard per node, Pa.
-    values: &'a mut [f64],
+    /// Modal velocities; none for the gap functions alone.
+    v: &'a [f64],
+    of_block: F,
 }
 
-impl WithSimd for Guards<'_> {
+impl<F: FnMut(usize, &[f64; LANES], &[f64; LANES])> WithSimd for GapsAndGuards<'_, F> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let guards = self.values.chunks_mut(LANES).zip(self.status);
-        for ((block, rows), (values, bits)) in self.nodes.iter().zip(guards) {
-            let mut eight = [0.0; LANES];
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (nodes, damping) = (&self.joint.nodes, self.joint.contact_damping);
+        let (mut gaps, mut guards) = ([0.0; LANES], [0.0; LANES]);
+        for (index, (block, rows)) in nodes.iter().enumerate() {
             for part in 0..parts::<S>() {
                 let gap = block.gap(simd, rows, part, self.q);
-                gap.negated_where_set(*bits, part).store(&mut eight, part);
+                gap.store(&mut gaps, part);
+                if !damping.is_none() {
+                    let rate = radial_part(simd, rows, part, self.v);
+                    let [gap, rate] = [gap, rate].map(Dual::<S, 1, 0>::constant);
+                    let stiffness = block.stiffness.part(simd, part);
+                    let guard = damping.guard(gap, stiffness, rate);
+                    guard.value.store(&mut guards, part);
+                }
             }
-            values.copy_from_slice(&eight[..values.len()]);
+            (self.of_block)(index, &gaps, &guards);
         }
     }
 }
 
-/// Nodes with contact damping at a state.
-struct DampedNodes<'a> {
-    nodes: &'a Nodes,
-    damping: ContactDamping,
-    q: &'a [f64],
-    v: &'a [f64],
-}
-
-impl DampedNodes<'_> {
-    /// The guard of the contact force at the nodes of one vector, in the unit of [`ContactDamping::guard`].
-    #[inline(always)]
-    fn guard<S: Simd>(&self, simd: S, block: &Block, rows: &[Rows], part: usize) -> Vector<S> {
-        let gap = block.gap(simd, rows, part, self.q);
-        let rate = radial_part(simd, rows, part, self.v);
-        let stiffness = block.stiffness.part(simd, part);
-        self.damping.guard([gap, stiffness, rate])
-    }
-}
-
-/// The kernel for the closed nodes that would pull.
-struct PulledNodes<'a> {
-    stress: DampedNodes<'a>,
-    separated: &'a [u8],
-    /// Output: one bit per node, eight nodes per byte; a set bit is a closed node that would pull.
-    pulled: &'a mut [u8],
-}
-
-impl WithSimd for PulledNodes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let bits = self.pulled.iter_mut().zip(self.separated);
-        for ((block, rows), (pulled, separated)) in self.stress.nodes.iter().zip(bits) {
-            *pulled = 0;
-            for part in 0..parts::<S>() {
-                let guard = self.stress.guard(simd, block, rows, part);
-                *pulled |= guard.negative_bits() << (part * S::F64_LANES);
-            }
-            *pulled &= !separated;
-        }
-    }
-}
-
-/// The kernel for the guards of the contact force of damped nodes.
-struct StressGuards<'a> {
-    stress: DampedNodes<'a>,
-    separated: &'a [u8],
-    pulled: &'a [u8],
-    /// Output: one guard per node, in the unit of [`ContactDamping::guard`].
-    values: &'a mut [f64],
-}
-
-impl WithSimd for StressGuards<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let one = Vector::splat(simd, 1.0);
-        let bits = self.separated.iter().zip(self.pulled);
-        let guards = self.values.chunks_mut(LANES).zip(bits);
-        for ((block, rows), (values, (separated, pulled))) in self.stress.nodes.iter().zip(guards) {
-            let mut eight = [0.0; LANES];
-            for part in 0..parts::<S>() {
-                let guard = self.stress.guard(simd, block, rows, part);
-                let guard = guard.negated_where_set(*pulled, part);
-                // A separated node has no force whose sign could change.
-                let active = guard.where_clear(*separated, part);
-                let inactive = one.where_clear(!separated, part);
-                (active + inactive).store(&mut eight, part);
-            }
-            values.copy_from_slice(&eight[..values.len()]);
-        }
-    }
+/// One bit per negative number.
+fn negative_bits(numbers: &[f64; LANES]) -> u8 {
+    let bits = numbers.iter().enumerate();
+    bits.fold(0, |bits, (lane, x)| bits | u8::from(*x < 0.0) << lane)
 }

@@ -1,52 +1,17 @@
 //! The joint at one tilt as a dynamical system for the integrators.
 
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 use pulp::Arch;
 
-use super::contact_force::{
-    AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
-};
-use super::dynamic_friction::DynamicFriction;
-use super::evolving::{Evolving, EvolvingKernel, SteadyStates};
-use super::friction::FrictionLaw;
-use super::friction_kernel::{Curve, Custom, Frictionless};
+use super::contact_force::{ContactForceKernel, KernelOutput, NodeLaw};
+use super::friction::{ActiveLaw, ContactLaw, FrictionLaw, WithLaw};
 use super::nodes::Nodes;
-use super::separation::Separation;
+use super::normal::Separation;
 use super::simd::LANES;
+use super::vector::{add_scaled, dot, scale};
 use super::{ContactDamping, Friction, MAX_MODES, Model};
 use squeakscope_dynamics::{Differentiable, Switching, System};
-
-/// The friction law of a joint.
-#[derive(Clone, Debug)]
-pub(crate) enum ActiveLaw {
-    /// A law of a model.
-    Known(Friction),
-    /// A law implemented by the user.
-    Custom {
-        law: Arc<dyn FrictionLaw>,
-        radial: bool,
-    },
-}
-
-impl ActiveLaw {
-    /// The law of the slip velocity alone as a trait object, for kernels that evaluate one node at a time.
-    pub fn law(&self) -> Option<&dyn FrictionLaw> {
-        match self {
-            Self::Known(friction) => friction.law(),
-            Self::Custom { law, .. } => Some(law.as_ref()),
-        }
-    }
-
-    /// Whether friction includes the radial slip velocity.
-    pub fn radial(&self) -> bool {
-        match self {
-            Self::Known(friction) => friction.radial(),
-            Self::Custom { radial, .. } => *radial,
-        }
-    }
-}
 
 /// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` the right side is
 /// constant, and `q_eq = force / omega^2`.
@@ -68,8 +33,10 @@ pub struct Equilibrium {
 pub struct Joint {
     pub(crate) nodes: Nodes,
     pub(crate) law: ActiveLaw,
-    /// States of friction in steady sliding, one per node; empty for a law of the slip velocity alone.
-    steady_states: SteadyStates,
+    /// States of friction in steady sliding, node by node, and their computed rates (1/s), which vanish within rounding;
+    /// empty for a law of the slip velocity alone.
+    steady_states: Vec<f64>,
+    steady_rates: Vec<f64>,
     pub(crate) unilateral: bool,
     pub(crate) contact_damping: ContactDamping,
     omega: Vec<f64>,
@@ -107,12 +74,17 @@ impl Joint {
             "shapes are nodes x modes"
         );
         let nodes = Nodes::new(model);
-        let steady_states = match &law {
-            ActiveLaw::Known(Friction::Dynamic { law, .. }) => SteadyStates::new(law, &nodes),
-            _ => SteadyStates::default(),
-        };
+        let mut steady_states = Vec::new();
+        if let Some(evolving) = law.evolving() {
+            for node in 0..nodes.count {
+                let speed = nodes.blocks[node / LANES].speed.0[node % LANES];
+                let state = evolving.law.steady_state(speed);
+                steady_states.extend_from_slice(&state[..evolving.states()]);
+            }
+        }
         let mut joint = Self {
             law,
+            steady_rates: vec![0.0; steady_states.len()],
             steady_states,
             nodes,
             unilateral: model.unilateral,
@@ -135,33 +107,27 @@ impl Joint {
     /// Computes the equilibrium and the steady friction of the nodes.
     fn find_equilibrium(&mut self) {
         let omega = self.omega().to_vec();
-        let rest = vec![0.0; 2 * omega.len() + self.friction_states()];
-        let mut out = vec![0.0; omega.len() + self.friction_states()];
+        let m = omega.len();
+        let rest = vec![0.0; 2 * m + self.friction_states()];
+        let mut force = vec![0.0; m + self.friction_states()];
         // With the kernel of the hot loop, so that the subtraction is exact there.
-        let input = KernelInput {
-            contact: self.lift_off(),
-            record: None,
-            audited: false,
-            z: &rest,
-            out: &mut out,
-        };
-        self.contact_force(input);
+        self.contact_force(self.lift_off(), None, &rest, &mut force);
+        let rates = force.split_off(m);
+        let [q, v, states] = self.parts(&rest);
         for node in 0..self.nodes.count {
-            let (block, lane) = (&self.nodes.blocks[node / LANES], node % LANES);
-            let speed = block.speed.0[lane];
-            let normal = block.area.0[lane] * block.pre_stress.0[lane];
-            let friction = match self.evolving() {
-                Some(evolving) => -normal * evolving.steady_coefficient(node, speed),
-                None => {
-                    let law = self.law.law();
-                    law.map_or(0.0, |law| -normal * law.ratio(speed).value * speed)
-                }
-            };
-            self.nodes.blocks[node / LANES].steady_friction.0[lane] = friction;
+            let friction = self.node_action(node, q, v, states).friction[0];
+            let lane = node % LANES;
+            let block = &mut self.nodes.blocks[node / LANES];
+            block.steady_friction.0[lane] = friction;
+            // A contact at rest ages: there is no steady state.
+            if block.speed.0[lane] > 0.0 {
+                let count = self.states_per_node();
+                let own = node * count..(node + 1) * count;
+                self.steady_rates[own.clone()].copy_from_slice(&rates[own]);
+            }
         }
-        out.truncate(omega.len());
-        let q = out.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
-        self.equilibrium = Equilibrium { force: out, q };
+        let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
+        self.equilibrium = Equilibrium { force, q };
     }
 
     /// Enables the energy audit, which adds the work `w` to the state.
@@ -180,19 +146,33 @@ impl Joint {
         self.nodes.count
     }
 
-    /// The friction law with states at the nodes, if the law has states.
-    pub(super) fn evolving(&self) -> Option<Evolving<'_>> {
+    /// Number of inputs of the friction law: none, the components of the slip velocity, or those of slip velocity and state.
+    pub(super) fn friction_inputs(&self) -> usize {
         match &self.law {
-            ActiveLaw::Known(Friction::Dynamic { law, radial }) => {
-                Some(Evolving::new(law, *radial, &self.steady_states))
-            }
-            _ => None,
+            ActiveLaw::Known(Friction::None) => 0,
+            ActiveLaw::Known(Friction::Dynamic { .. }) => 6,
+            _ => 3,
         }
+    }
+
+    /// Number of states of the friction law at a node.
+    pub(super) fn states_per_node(&self) -> usize {
+        self.law.evolving().map_or(0, ContactLaw::states)
     }
 
     /// Number of states of the friction law at all nodes; zero for a law of the slip velocity alone.
     pub fn friction_states(&self) -> usize {
-        self.evolving().map_or(0, Evolving::len)
+        self.steady_states.len()
+    }
+
+    /// The state of friction of a node in the axes of its sliding frame, from the states relative to steady sliding.
+    pub(crate) fn state_of(&self, node: usize, states: &[f64]) -> [f64; 3] {
+        let mut state = [0.0; 3];
+        let first = node * self.states_per_node();
+        for (i, total) in state[..self.states_per_node()].iter_mut().enumerate() {
+            *total = self.steady_states[first + i] + states[first + i];
+        }
+        state
     }
 
     /// Divides a state `z` into modal coordinates, modal velocities and the states of friction.
@@ -206,9 +186,23 @@ impl Joint {
     /// Rewrites the states of friction of a state `z` of this joint for the joint `other` with the same nodes under
     /// another loading: bristles and the age of the contact do not jump.
     pub fn carry_friction(&self, other: &Self, z: &mut [f64]) {
-        if let (Some(from), Some(to)) = (self.evolving(), other.evolving()) {
-            let states = &mut z[2 * self.omega.len()..][..from.len()];
-            from.carried(to, [&self.nodes.frames, &other.nodes.frames], states);
+        let Some(evolving) = self.law.evolving() else {
+            return;
+        };
+        let count = evolving.states();
+        let states = &mut z[2 * self.omega.len()..][..self.friction_states()];
+        for node in 0..self.nodes.count {
+            let mut state = self.state_of(node, states);
+            if evolving.law.has_vector_state() {
+                let axes = self.nodes.frames[node];
+                let mut cartesian = scale(axes[0], state[0]);
+                cartesian = add_scaled(cartesian, state[1], axes[1]);
+                cartesian = add_scaled(cartesian, state[2], axes[2]);
+                state = other.nodes.frames[node].map(|axis| dot(axis, cartesian));
+            }
+            for (i, total) in state[..count].iter().enumerate() {
+                states[node * count + i] = total - other.steady_states[node * count + i];
+            }
         }
     }
 
@@ -223,9 +217,9 @@ impl Joint {
         self.probe.iter().zip(q).map(|(a, b)| a * b).sum()
     }
 
-    /// Whether the model has contact damping or the term `Omega x u`.
-    pub(crate) fn has_optional_terms(&self) -> bool {
-        !self.contact_damping.is_none() || !self.nodes.convected.is_empty()
+    /// Whether the model has contact damping, the term `Omega x u` or the energy audit.
+    fn has_extras(&self) -> bool {
+        self.audit || !self.contact_damping.is_none() || !self.nodes.convected.is_empty()
     }
 
     /// The separation rule without a fixed status.
@@ -237,81 +231,37 @@ impl Joint {
         }
     }
 
-    /// The right side of Eq. (8) minus that of steady sliding.
-    pub(crate) fn contact_force(&self, mut query: KernelInput<'_>) -> KernelOutput {
-        macro_rules! pass {
-            (any $law:expr) => {
-                match self.has_optional_terms() {
-                    false => pass!($law, AsRequired<false>),
-                    true => pass!($law, AsRequired<true>),
-                }
-            };
-            ($law:expr) => {
-                match (
-                    self.has_optional_terms(),
-                    query.audited,
-                    query.record.is_some(),
-                ) {
-                    (false, false, false) => pass!($law, Force),
-                    (false, false, true) => pass!($law, Record),
-                    _ => pass!(any $law),
-                }
-            };
-            ($law:expr, $task:ty) => {
-                self.arch.dispatch(ContactForceKernel {
-                    nodes: &self.nodes,
-                    law: $law,
-                    task: PhantomData::<$task>,
-                    damping: self.contact_damping,
-                    steady: &self.equilibrium.force,
-                    query: &mut query,
-                })
-            };
-        }
-        match &self.law {
-            ActiveLaw::Known(Friction::None) => pass!(Frictionless),
-            ActiveLaw::Known(Friction::Constant { law, radial: true }) => {
-                pass!(Curve::<_, true>(*law))
-            }
-            ActiveLaw::Known(Friction::Constant { law, radial: false }) => {
-                pass!(Curve::<_, false>(*law))
-            }
-            ActiveLaw::Known(Friction::Stribeck { law, radial: true }) => {
-                pass!(Curve::<_, true>(*law))
-            }
-            ActiveLaw::Known(Friction::Stribeck { law, radial: false }) => {
-                pass!(Curve::<_, false>(*law))
-            }
-            ActiveLaw::Known(Friction::Table { law, radial: true }) => {
-                pass!(any Curve::<_, true>(law.as_ref()))
-            }
-            ActiveLaw::Known(Friction::Table { law, radial: false }) => {
-                pass!(any Curve::<_, false>(law.as_ref()))
-            }
-            ActiveLaw::Known(Friction::Dynamic { law, radial }) => {
-                self.force_with_states(law, *radial, query)
-            }
-            ActiveLaw::Custom { law, radial } => pass!(any Custom {
-                law: law.as_ref(),
-                radial: *radial,
-            }),
+    /// The laws of the contact at the nodes for a state, with all terms or without the extras.
+    pub(super) fn node_law<'a, L: ContactLaw, const EXTRAS: bool>(
+        &'a self,
+        law: L,
+        contact: Separation<'a>,
+        parts: [&'a [f64]; 3],
+    ) -> NodeLaw<'a, L, EXTRAS> {
+        NodeLaw {
+            nodes: &self.nodes,
+            law,
+            damping: self.contact_damping,
+            contact,
+            parts,
+            steady_states: &self.steady_states,
         }
     }
 
-    /// [`Joint::contact_force`] with a law that has states; apart, so that it takes no registers from the others.
-    #[inline(never)]
-    fn force_with_states(
+    /// The right side of Eq. (8) minus that of steady sliding. Returns the power (W) of the deviation of friction from
+    /// steady sliding and of contact damping with the energy audit, else zero.
+    fn contact_force(
         &self,
-        law: &DynamicFriction,
-        radial: bool,
-        query: KernelInput<'_>,
-    ) -> KernelOutput {
-        self.arch.dispatch(EvolvingKernel {
-            nodes: &self.nodes,
-            evolving: Evolving::new(law, radial, &self.steady_states),
-            damping: self.contact_damping,
-            steady: &self.equilibrium.force,
-            query,
+        contact: Separation<'_>,
+        record: Option<&mut [[f64; LANES]]>,
+        z: &[f64],
+        rates: &mut [f64],
+    ) -> f64 {
+        self.law.dispatch(ForceOfLaw {
+            joint: self,
+            contact,
+            parts: self.parts(z),
+            output: KernelOutput { rates, record },
         })
     }
 
@@ -324,26 +274,51 @@ impl Joint {
         out: &mut [f64],
     ) {
         let m = self.omega.len();
-        let passed = self.contact_force(KernelInput {
-            contact,
-            record,
-            audited: self.audit,
-            z,
-            out,
-        });
+        let power = self.contact_force(contact, record, z, out);
         if self.audit {
-            out[m + self.friction_states()] = passed.power + self.damping_power(&z[m..2 * m]);
+            out[m + self.friction_states()] = power + self.damping_power(&z[m..2 * m]);
         }
     }
+}
 
-    /// Writes the status at modal coordinates `q`: one bit per node, set for separated nodes, eight nodes
-    /// per byte.
-    pub fn separated_nodes(&self, q: &[f64], status: &mut [u8]) {
-        self.arch.dispatch(SeparatedNodes {
-            nodes: &self.nodes,
-            q,
-            status,
-        });
+/// The hot loop, compiled for the friction law.
+struct ForceOfLaw<'a> {
+    joint: &'a Joint,
+    contact: Separation<'a>,
+    parts: [&'a [f64]; 3],
+    output: KernelOutput<'a>,
+}
+
+impl WithLaw for ForceOfLaw<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_law<L: ContactLaw, const N: usize>(self, law: L) -> f64 {
+        let joint = self.joint;
+        macro_rules! pass {
+            ($recorded:literal, $inputs:expr, $extras:literal) => {
+                joint
+                    .arch
+                    .dispatch(ContactForceKernel::<L, $recorded, { $inputs }, $extras> {
+                        node_law: joint.node_law(law, self.contact, self.parts),
+                        steady: [&joint.equilibrium.force, &joint.steady_rates],
+                        audited: joint.audit,
+                        output: self.output,
+                    })
+            };
+        }
+        let recorded = self.output.record.is_some();
+        if const { L::IS_COMMON } && !joint.has_extras() {
+            if recorded {
+                pass!(true, N, false)
+            } else {
+                pass!(false, 0, false)
+            }
+        } else if recorded {
+            pass!(true, N, true)
+        } else {
+            pass!(false, 0, true)
+        }
     }
 }
 

@@ -70,6 +70,26 @@ fn state(joint: &Joint, seed: u64) -> Vec<f64> {
         .collect()
 }
 
+/// `mu(V)/V` of a law as printed, and its limit at rest.
+fn over_speed(friction: &Friction, speed: f64) -> f64 {
+    let (creep, sliding) = match friction {
+        Friction::Constant { law, .. } => (law.creep, law.mu),
+        Friction::Stribeck { law, .. } => (law.creep, sliding(law, speed)),
+        Friction::Table { law, .. } => (law.creep(), law.sliding(speed)[0]),
+        Friction::None | Friction::Dynamic { .. } => unreachable!("no law of the speed"),
+    };
+    if speed > 0.0 {
+        -(-creep * speed).exp_m1() / speed * sliding
+    } else {
+        creep * sliding
+    }
+}
+
+/// The sliding factor of Eq. (5).
+fn sliding(law: &Stribeck, speed: f64) -> f64 {
+    law.mu_d + (law.mu_s - law.mu_d) * (-law.stribeck * speed).exp()
+}
+
 /// An independent implementation of Eq. (8) from the arrays of the model, in Cartesian components.
 fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
     let mut force = vec![0.0; model.modes()];
@@ -98,12 +118,11 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
             false => stress,
         };
         let mut traction = scale(model.normals[k], -stress);
-        if let Some(law) = model.friction.law() {
+        if model.friction.law().is_some() {
             if !model.friction.radial() {
                 slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
             }
-            let speed = norm(slip);
-            let ratio = law.ratio(speed).value;
+            let ratio = over_speed(&model.friction, norm(slip));
             traction = vector::add_scaled(traction, -ratio * stress, slip);
         }
         for i in 0..model.modes() {
@@ -119,7 +138,7 @@ fn measured(radial: bool) -> Friction {
         unreachable!()
     };
     let speeds = (0..40).map(|k| 1e-3 * f64::from(k).powf(1.7));
-    let points = speeds.map(|v| [v, law.sliding(v)]).collect();
+    let points = speeds.map(|v| [v, sliding(&law, v)]).collect();
     let law = FrictionTable::new(points, law.creep).unwrap();
     let law = Arc::new(law);
     Friction::Table { law, radial }

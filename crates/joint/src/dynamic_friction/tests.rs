@@ -1,4 +1,28 @@
 use super::*;
+use crate::vector::norm;
+
+/// Derivatives of coefficient and rate of the state by components of the slip velocity and of the state.
+struct Slopes {
+    coefficient_by_velocity: [[f64; 3]; 3],
+    coefficient_by_state: [[f64; 3]; 3],
+    rate_by_velocity: [[f64; 3]; 3],
+    rate_by_state: [[f64; 3]; 3],
+}
+
+impl DynamicFriction {
+    fn slopes(&self, velocity: [f64; 3], state: [f64; 3]) -> Slopes {
+        let [coefficient, rate] = self.duals::<6>(velocity, state);
+        let by = |of: [Dual<Scalar, 1, 6>; 3], first: usize| {
+            of.map(|of| [0, 1, 2].map(|j| of.slopes[first + j].sum()))
+        };
+        Slopes {
+            coefficient_by_velocity: by(coefficient, 0),
+            coefficient_by_state: by(coefficient, 3),
+            rate_by_velocity: by(rate, 0),
+            rate_by_state: by(rate, 3),
+        }
+    }
+}
 
 const BRISTLES: LuGre = LuGre {
     mu_s: 0.55,
@@ -129,9 +153,9 @@ fn bristles_are_springs_before_they_slide() {
     // 10 nm at 0.1 mm/s: 1/300 of the way to sliding.
     let pushed = driven(DynamicFriction::LuGre(law), 0.0, 1e-7, 1000, |_| 1e-4);
     let springs = 1e5 * 1e-8;
-    let share = springs / law.steady(1e-4)[0];
+    let share = springs / law.steady(1e-4);
     // ds/dx = sigma_0 (1 - s / mu) at a constant speed.
-    let exact = law.steady(1e-4)[0] * -(-share).exp_m1();
+    let exact = law.steady(1e-4) * -(-share).exp_m1();
     assert!((pushed[999] / exact - 1.0).abs() < 1e-9, "{}", pushed[999]);
     assert!((pushed[999] / springs - 1.0).abs() < 2e-3);
     let response = DynamicFriction::LuGre(BRISTLES).response([1e-4, 0.0, 0.0], [0.0; 3]);
@@ -153,7 +177,7 @@ fn break_away_falls_with_the_rate_of_the_load() {
         let h = 1e-5 * law.mu_s / r;
         while v < 1.0 {
             for _ in 0..50 {
-                let free = 1.0 - s / law.steady(v)[0];
+                let free = 1.0 - s / law.steady(v);
                 if free <= 0.0 {
                     return s;
                 }
@@ -183,7 +207,7 @@ fn bristles_are_passive_up_to_the_stated_speed() {
         let stored = dot(state, response.rate) / BRISTLES.stiffness;
         let lost = dot(response.coefficient, velocity) - stored;
         let speed = norm(velocity);
-        let holds = BRISTLES.damping * speed <= 4.0 * BRISTLES.steady(speed)[0];
+        let holds = BRISTLES.damping * speed <= 4.0 * BRISTLES.steady(speed);
         assert!(!holds || lost >= -1e-12, "{velocity:?} {state:?}: {lost}");
         seen[usize::from(holds)] += 1;
     }
@@ -241,7 +265,8 @@ fn a_fast_oscillation_meets_another_slope_than_a_slow_one() {
         damping: 0.5,
         ..BRISTLES
     };
-    let [mu, slope] = bristles.steady(speed);
+    let falling = (bristles.mu_s - bristles.mu_d) * (-bristles.stribeck * speed).exp();
+    let (mu, slope) = (bristles.mu_d + falling, -bristles.stribeck * falling);
     for (law, rate) in [
         (DynamicFriction::LuGre(bristles), 2e5 * speed / mu),
         (

@@ -1,4 +1,4 @@
-//! The derivative of the force compared with differences, and its two implementations with each other.
+//! The derivative of the force compared with differences.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -98,7 +98,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     largest(&mut a.iter().zip(b).map(|(a, b)| a - b)) / size.max(f64::MIN_POSITIVE)
 }
 
-/// Both implementations of the product give the derivative of the force, by gaps and under a fixed status far
+/// The product gives the derivative of the force, by gaps and under a fixed status far
 /// beyond its guards, with separated nodes and nodes in reverse slip.
 #[test]
 fn products_are_the_derivative() {
@@ -121,9 +121,7 @@ fn products_are_the_derivative() {
             let (mut record, mut force) = (record(&joint), vec![0.0; m]);
             joint.force_recorded(status, 0.0, &z, &mut force, &mut record);
             let mut got = vec![0.0; m];
-            joint.product_matrix_free(&mut record, &along, 1, &mut got);
-            assert!(distance(&got, &want) < 1e-8, "{:e}", distance(&got, &want));
-            joint.product_assembled(&mut record, &along, 1, &mut got);
+            joint.product(status, &mut record, &along, 1, &mut got);
             assert!(distance(&got, &want) < 1e-8, "{:e}", distance(&got, &want));
         }
     }
@@ -147,14 +145,14 @@ fn products_are_exact_near_rest() {
         let z: Vec<f64> = z.iter().map(|z| speed * z).collect();
         joint.force_recorded(None, 0.0, &z, &mut force, &mut record);
         let mut got = vec![0.0; 11];
-        joint.product_matrix_free(&mut record, &along, 1, &mut got);
+        joint.product(None, &mut record, &along, 1, &mut got);
         let want = quotient(&joint, None, &z, &along, 3e-3 * speed);
         assert!(distance(&got, &want) < 1e-7, "{:e}", distance(&got, &want));
     }
     // At rest mu(V)/V is creep mu_s, and friction is viscous.
     joint.force_recorded(None, 0.0, &[0.0; 22], &mut force, &mut record);
     let mut got = vec![0.0; 11];
-    joint.product_matrix_free(&mut record, &along, 1, &mut got);
+    joint.product(None, &mut record, &along, 1, &mut got);
     let mut want = vec![0.0; 11];
     for k in 0..24 {
         let shapes = model.shapes_at(k);
@@ -168,26 +166,33 @@ fn products_are_exact_near_rest() {
     assert!(distance(&got, &want) < 1e-13);
 }
 
-/// Assembled and matrix-free products are the same linear map for any number of vectors; a record can be used
-/// repeatedly.
+/// The products are those with the Jacobian for any number of vectors; a record can be used repeatedly.
 #[test]
-fn assembled_and_matrix_free_products_agree() {
+fn products_of_any_width_are_those_of_the_jacobian() {
     for joint in joints() {
         let m = joint.modes();
         let z = state(&joint, 17);
-        let (mut record, mut force) = (record(&joint), vec![0.0; m]);
-        joint.force_recorded(None, 0.0, &z, &mut force, &mut record);
-        let omega = 4e4;
+        let (mut record, mut jacobian) = (record(&joint), vec![0.0; 4 * m * m]);
+        joint.jacobian(&z, &mut record, &mut jacobian);
+        // The force excludes modal stiffness and damping.
+        for i in 0..m {
+            let row = &mut jacobian[2 * m * (m + i)..];
+            row[i] += joint.omega()[i].powi(2);
+            row[m + i] += 2.0 * joint.damping()[i] * joint.omega()[i];
+        }
         for width in [1, 2, 3, 8, 2 * m] {
             let mut vectors = noise(2 * m * width, width as u64);
-            vectors[..m * width].iter_mut().for_each(|q| *q /= omega);
-            let (mut swept, mut assembled) = (vec![0.0; m * width], vec![0.0; m * width]);
-            joint.product_matrix_free(&mut record, &vectors, width, &mut swept);
-            joint.product_assembled(&mut record, &vectors, width, &mut assembled);
-            let mut chosen = vec![0.0; m * width];
-            joint.product(None, &mut record, &vectors, width, &mut chosen);
-            assert!(distance(&swept, &assembled) < 1e-13);
-            assert!(bits(&chosen) == bits(&swept) || bits(&chosen) == bits(&assembled));
+            vectors[..m * width].iter_mut().for_each(|q| *q /= 4e4);
+            let mut got = vec![0.0; m * width];
+            joint.product(None, &mut record, &vectors, width, &mut got);
+            let want: Vec<f64> = (0..m * width)
+                .map(|k| {
+                    let row = &jacobian[2 * m * (m + k / width)..][..2 * m];
+                    let column = vectors[k % width..].iter().step_by(width);
+                    row.iter().zip(column).map(|(a, b)| a * b).sum()
+                })
+                .collect();
+            assert!(distance(&got, &want) < 1e-11);
         }
     }
 }

@@ -347,11 +347,11 @@ fn states_are_carried_to_another_loading() {
         // No vibration: the slip velocity is that of the rotation.
         z[..6].fill(0.0);
         let total = |joint: &Joint, z: &[f64]| -> Vec<DVector<f64>> {
-            let evolving = joint.evolving().unwrap();
+            let law = joint.law.evolving().unwrap().law;
             let [_, _, states] = joint.parts(z);
             let of = |k: usize| {
-                let state = evolving.state_of(k, states);
-                if evolving.law.has_vector_state() {
+                let state = joint.state_of(k, states);
+                if law.has_vector_state() {
                     let frame = joint.nodes.frames[k].as_flattened();
                     DMatrix::from_column_slice(3, 3, frame) * DVector::from_row_slice(&state)
                 } else {

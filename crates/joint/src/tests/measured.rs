@@ -22,7 +22,7 @@ fn simulations_with_a_table_agree_with_the_formula() {
     };
     let table = |intervals: u32| {
         let speeds = (0..=intervals).map(|k| f64::from(k) / f64::from(intervals));
-        let points = speeds.map(|v| [v, law.sliding(v)]).collect();
+        let points = speeds.map(|v| [v, sliding(&law, v)]).collect();
         let law = Arc::new(FrictionTable::new(points, law.creep).unwrap());
         simulated(Friction::Table { law, radial })
     };
