@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::analysis::{
-    DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Threshold, Window,
-    identify_lines,
+    DelayVectors, Line, LineCriterion, Norm, RecurrenceCriterion, RecurrenceImage,
+    SpectrumAnalyser, Threshold, Window, identify_lines,
 };
 use squeakscope::pipeline::message::{Frame, Record};
 use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError, Source};
@@ -82,13 +82,15 @@ fn recurrence(c: &mut Criterion) {
     let vectors = DelayVectors::new(&signal, 12, 5).unwrap();
     for size in [100, 200, 400, 800] {
         let indices: Vec<usize> = (0..size).map(|i| i * vectors.len() / size).collect();
-        let mut plot = RecurrencePlot::new();
+        let criterion = RecurrenceCriterion {
+            norm: Norm::Euclidean,
+            threshold: Threshold::Rate(0.1),
+            theiler: 1,
+        };
         group.throughput(Throughput::Elements((size * size) as u64));
         group.bench_function(BenchmarkId::new("size", size), |b| {
             b.iter(|| {
-                plot.measure(black_box(&vectors), &indices);
-                let recurrences = plot.recurrences(Threshold::Rate(0.1)).unwrap();
-                (plot.distance_picture(), recurrences)
+                RecurrenceImage::new(black_box(&vectors), &indices, &criterion, 1.0, 1.0).unwrap()
             });
         });
     }

@@ -17,8 +17,8 @@ use std::time::Instant;
 use npyz::NpyFile;
 use serde_json::{Value, json};
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, FalseNeighbourSearch, Norm, RateBase, RecurrenceCriterion, Stft,
-    Threshold, Window, false_neighbours, find_threshold, mutual_information, quantify,
+    AnalysisError, DelayVectors, FalseNeighbourSearch, Norm, RateBase, RecurrenceCriterion,
+    Recurrences, Stft, Threshold, Window, false_neighbours, mutual_information,
 };
 
 /// Lag of the recurrence plot and of the false neighbours, samples.
@@ -52,11 +52,14 @@ fn quantification(samples: &[f64]) -> Result<Value, AnalysisError> {
         threshold,
         theiler: 1,
     };
-    let epsilon = find_threshold(&vectors, &rule(Threshold::Rate(RATE)))?;
+    let epsilon = Recurrences::of(&vectors, &rule(Threshold::Rate(RATE)))?
+        .distance()
+        .expect("a rate has a distance");
     // As in normal use: counts and all measures.
     let (seconds, measures) = timed(|| {
-        let counts = quantify(black_box(&vectors), &rule(Threshold::Distance(epsilon)))?;
-        Ok(counts.measures(2, 2, RateBase::Counted))
+        let rule = rule(Threshold::Distance(epsilon));
+        let recurrences = Recurrences::of(black_box(&vectors), &rule)?;
+        Ok(recurrences.counts().measures(2, 2, RateBase::Counted))
     })?;
     let result = json!({
         "epsilon": epsilon,

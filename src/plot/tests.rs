@@ -36,10 +36,13 @@ pub fn report(name: &str) -> SignalAnalysis {
         })
         .unwrap();
     let vectors = DelayVectors::new(&samples[..1000], 12, 3).unwrap();
-    let mut plot = RecurrencePlot::new();
     let picks: Vec<usize> = (0..300).map(|k| 3 * k).collect();
-    plot.measure(&vectors, &picks);
-    let recurrences = plot.recurrences(Threshold::Rate(0.08)).unwrap();
+    let rule = RecurrenceCriterion {
+        norm: Norm::Euclidean,
+        threshold: Threshold::Rate(0.08),
+        theiler: 1,
+    };
+    let picture = RecurrenceImage::new(&vectors, &picks, &rule, 0.005, 1.0 / rate).unwrap();
     let along = (0..80).map(|k| {
         let t = f64::from(k);
         MeasuresAt {
@@ -152,13 +155,7 @@ pub fn report(name: &str) -> SignalAnalysis {
                 ..Measures::default()
             },
             along: along.collect(),
-            picture: RecurrenceImage {
-                window: 0.005,
-                size: plot.size(),
-                distance: plot.distance_picture(),
-                recurrent: recurrences.pixels,
-                ..RecurrenceImage::default()
-            },
+            picture,
         }),
         section: Outcome::Computed(PoincareSection {
             level: 0.0,

@@ -10,9 +10,9 @@
 //! *State-space reconstruction.* [`DelayVectors`] embed the signal, Eq. (25). [`choose_delay`] takes the
 //! lag from the [`mutual_information`] and the dimension from the [`false_neighbours`].
 //!
-//! *Recurrence.* A [`RecurrencePlot`] shows which pairs of instants have close states, Eq. (26). A
+//! *Recurrence.* [`Recurrences`] are the pairs of instants with close states, Eq. (26). A
 //! periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces.
-//! [`quantify`] counts points and lines without storing the plot. [`Measures`] follow from the counts.
+//! [`RecurrenceCounts`] count points and lines without storing the plot; [`Measures`] follow. A [`RecurrenceImage`] shows them.
 //!
 //! *Poincaré sections.* [`delay_section`] computes the section of a signal, [`SectionFinder`] that of a stream. [`section_shape`]
 //! distinguishes points, closed curves and clouds; [`closed_curves`] counts the curves of a doubled torus.

@@ -43,6 +43,19 @@ impl Norm {
         }
     }
 
+    /// Adds a coordinate of each of several vectors of differences to their unrooted norms.
+    #[inline(always)]
+    pub(crate) fn add(self, unrooted: &mut [f64], differences: impl Iterator<Item = f64>) {
+        let both = unrooted.iter_mut().zip(differences);
+        match self {
+            Self::Euclidean => both.for_each(|(sum, t)| *sum += t * t),
+            Self::Maximum => {
+                both.for_each(|(most, t)| *most = if t.abs() > *most { t.abs() } else { *most })
+            }
+            Self::Manhattan => both.for_each(|(sum, t)| *sum += t.abs()),
+        }
+    }
+
     /// Largest unrooted distance within a distance (not negative).
     pub(crate) fn unrooted_limit(self, distance: f64) -> f64 {
         match self {

@@ -6,7 +6,7 @@ use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, input};
-use crate::analysis::{DelayVectors, RateBase, RecurrenceCriterion, SlidingWindow, quantify};
+use crate::analysis::{DelayVectors, RateBase, RecurrenceCriterion, Recurrences, SlidingWindow};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, QuantificationSpec};
 
@@ -51,18 +51,15 @@ pub fn quantification(
             return Ok(());
         };
         let vectors = DelayVectors::new(&signal[from..], lag, embedding.dimension)?;
-        // The threshold distance first, because it is reported.
-        let Ok(rule) = rule.fixed(&vectors) else {
+        let Ok(recurrences) = Recurrences::of(&vectors, &rule) else {
             return Ok(());
         };
-        let Ok(counts) = quantify(&vectors, &rule) else {
-            return Ok(());
-        };
+        let counts = recurrences.counts();
         emit(Record::Quantification {
             time: window.time,
             window: states as f64 * dt,
             dt,
-            threshold: rule.threshold.distance(),
+            threshold: recurrences.distance(),
             measures: counts.measures(least_diagonal, least_vertical, RateBase::Counted),
             periods: counts.periods().in_seconds(dt),
         })

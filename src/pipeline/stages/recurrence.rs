@@ -6,7 +6,7 @@ use super::choices::{Embedding, StageEmbedding};
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement};
-use crate::analysis::{DelayVectors, RecurrenceImage, RecurrencePlot, SlidingWindow};
+use crate::analysis::{DelayVectors, RecurrenceCriterion, RecurrenceImage, SlidingWindow};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, RecurrenceSpec};
 
@@ -34,8 +34,10 @@ pub fn recurrence(
     let pick = |i: usize| (i as f64 * spacing).round() as usize - 1;
     // Indices of the plotted vectors within the window.
     let picks: Vec<usize> = (1..=size).map(pick).collect();
-    let mut plot = RecurrencePlot::with(spec.criterion.norm, 1);
-    let threshold = spec.criterion.threshold;
+    let criterion = RecurrenceCriterion {
+        theiler: 1,
+        ..spec.criterion
+    };
     Windowed::new(sliding, displacement, move |window, context, emit| {
         let Some(Embedding { lag, dimension }) = unfolding.at(window.seen, &context.choices) else {
             return Ok(());
@@ -47,19 +49,14 @@ pub fn recurrence(
         }
         let newest = |m: usize| DelayVectors::new(&signal[signal.len() - reach(m)..], lag, m);
         let time = window.time;
-        plot.measure(&newest(dimension)?, &picks);
-        let recurrences = plot.recurrences(threshold)?;
-        let image = RecurrenceImage {
-            window: length as f64 / rate,
-            size: plot.size(),
-            distance: plot.distance_picture(),
-            recurrent: recurrences.pixels,
-            threshold: recurrences.distance,
-            rate: recurrences.rate,
-            lag: lag as f64 / rate,
-            dimension,
-        };
-        let image = Arc::new(image);
+        let image = RecurrenceImage::new(
+            &newest(dimension)?,
+            &picks,
+            &criterion,
+            length as f64 / rate,
+            1.0 / rate,
+        );
+        let image = Arc::new(image?);
         emit(Record::Recurrence { time, image })?;
         let trail = newest(TRAIL_DIMENSION)?;
         // The record starts with the newest coordinate; in Eq. (25) it is the last one.

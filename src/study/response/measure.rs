@@ -3,9 +3,9 @@
 use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
     AnalysisError, Bases, ClosedCurves, DelayVectors, Direction, FREQUENCY_UNCERTAINTY,
-    LineCriterion, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePeriods, Regime,
-    RegimeSearch, SectionShape, SpectrumAnalyser, Threshold, Window, classify, closed_curves,
-    delay_section, deviation, follow_lines, quantify, range, section_shape,
+    LineCriterion, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePeriods, Recurrences,
+    Regime, RegimeSearch, SectionShape, SpectrumAnalyser, Threshold, Window, classify,
+    closed_curves, delay_section, deviation, follow_lines, range, section_shape,
 };
 use crate::dynamics::SolverStats;
 use crate::scene::{AutoOr, Scene, SectionSurface};
@@ -163,7 +163,7 @@ impl Samples {
             threshold: Threshold::Rate(RATE),
             theiler: lag,
         };
-        let periods = quantify(&vectors, &rule)?.periods();
+        let periods = Recurrences::of(&vectors, &rule)?.counts().periods();
         Ok(periods.in_seconds(step as f64 / self.rate))
     }
 
@@ -189,7 +189,7 @@ impl Samples {
             threshold: Threshold::Distance(THRESHOLD * deviation(&taken)),
             theiler: lag,
         };
-        let counts = quantify(&vectors, &rule)?;
+        let counts = Recurrences::of(&vectors, &rule)?.counts();
         let measures = counts.measures(MIN_DIAGONAL_LAGS * lag, MIN_VERTICAL, RateBase::Counted);
         Ok(Some(measures.in_seconds(step as f64 / self.rate)))
     }

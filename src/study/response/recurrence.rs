@@ -3,7 +3,7 @@
 use super::measure::{DIMENSION, LAG, RATE};
 use super::settled::PhasePortrait;
 use crate::analysis::{
-    AnalysisError, DelayVectors, Norm, RecurrenceImage, RecurrencePlot, Threshold,
+    AnalysisError, DelayVectors, Norm, RecurrenceCriterion, RecurrenceImage, Threshold,
 };
 
 /// Length of the window, s; less if fewer samples were kept.
@@ -42,21 +42,23 @@ impl PhasePortrait {
         let size = vectors / step / side;
         // Counted from the newest state.
         let picks = (0..size * side).rev().map(|k| vectors - 1 - k * step);
-        let mut plot = RecurrencePlot::with(Norm::Euclidean, 1);
-        plot.measure(
+        let criterion = RecurrenceCriterion {
+            norm: Norm::Euclidean,
+            threshold: Threshold::Rate(RATE),
+            theiler: 1,
+        };
+        let found = RecurrenceImage::new(
             &DelayVectors::new(&newest, lag, DIMENSION)?,
             &picks.collect::<Vec<_>>(),
-        );
-        let found = plot.recurrences(Threshold::Rate(RATE))?;
+            &criterion,
+            (size * side * step) as f64 * self.dt,
+            self.dt,
+        )?;
         Ok(Some(RecurrenceImage {
-            window: (size * side * step) as f64 * self.dt,
             size,
-            distance: pooled(&plot.distance_picture(), side, u8::min),
-            recurrent: pooled(&found.pixels, side, u8::max),
-            threshold: found.distance,
-            rate: found.rate,
-            lag: lag as f64 * self.dt,
-            dimension: DIMENSION,
+            distance: pooled(&found.distance, side, u8::min),
+            recurrent: pooled(&found.recurrent, side, u8::max),
+            ..found
         }))
     }
 }

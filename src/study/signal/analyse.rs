@@ -12,10 +12,10 @@ use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, RateBase,
-    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, Regime, RegimeSearch,
+    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, Recurrences, Regime, RegimeSearch,
     SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, TonalEvents, Verdict, Window,
     ZeroOne, ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence,
-    false_neighbours, identify_lines, mean, quantify, range, section_shape, zero_one,
+    false_neighbours, identify_lines, mean, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -402,19 +402,21 @@ impl Plan {
         let taken = thinned(newest, self.stride);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MAX_STATES))..];
         let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
-        let rule = self.rule.fixed(&vectors)?;
-        let counts = quantify(&vectors, &rule)?;
+        let recurrences = Recurrences::of(&vectors, &self.rule)?;
+        let counts = recurrences.counts();
         let [min_diagonal_states, min_vertical_states] = self.min_lines;
         let measures = counts.measures(min_diagonal_states, min_vertical_states, RateBase::Counted);
-        let threshold = match self.rule.threshold {
-            Threshold::Distance(_) | Threshold::Spread(_) => rule.threshold,
-            Threshold::Rate(_) => self.rule.threshold,
-            Threshold::Neighbours(_) => Threshold::Rate(measures.recurrence_rate),
+        let threshold = match (self.rule.threshold, recurrences.distance()) {
+            (Threshold::Distance(_) | Threshold::Spread(_), Some(distance)) => {
+                Threshold::Distance(distance)
+            }
+            (Threshold::Rate(rate), _) => Threshold::Rate(rate),
+            _ => Threshold::Rate(measures.recurrence_rate),
         };
         let seconds = self.stride as f64 / signal.rate;
         Ok(RecurrenceAnalysis {
             rule: self.rule,
-            epsilon: rule.threshold.distance(),
+            epsilon: recurrences.distance(),
             min_diagonal_states,
             min_vertical_states,
             line_of_identity: self.rule.theiler == 0,
@@ -443,7 +445,8 @@ impl Plan {
             threshold: Threshold::Rate(PERIOD_RATE),
             theiler: lag,
         };
-        Ok(quantify(&vectors, &rule)?.periods().in_seconds(step as f64))
+        let counts = Recurrences::of(&vectors, &rule)?.counts();
+        Ok(counts.periods().in_seconds(step as f64))
     }
 
     /// The recurrence picture of the newest periods.
@@ -461,19 +464,13 @@ impl Plan {
         let size = PICTURE.min(vectors.len());
         let first = vectors.len() - 1 - (size - 1) * hop;
         let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
-        let mut plot = RecurrencePlot::with(self.rule.norm, 1);
-        plot.measure(&vectors, &picks);
-        let recurrences = plot.recurrences(threshold)?;
-        Ok(RecurrenceImage {
-            window: ((size - 1) * hop) as f64 / rate,
-            size,
-            distance: plot.distance_picture(),
-            recurrent: recurrences.pixels,
-            threshold: recurrences.distance,
-            rate: recurrences.rate,
-            lag: lag as f64 / rate,
-            dimension: self.dimension,
-        })
+        let criterion = RecurrenceCriterion {
+            norm: self.rule.norm,
+            threshold,
+            theiler: 1,
+        };
+        let window = ((size - 1) * hop) as f64 / rate;
+        RecurrenceImage::new(&vectors, &picks, &criterion, window, 1.0 / rate)
     }
 
     /// Measures in windows along the whole signal. A constant window has none.
@@ -508,7 +505,7 @@ impl Plan {
         }
         let vectors = DelayVectors::new(window, self.lag, self.dimension)?;
         let [min_diagonal, min_vertical] = self.min_lines;
-        let counts = quantify(&vectors, &self.rule)?;
+        let counts = Recurrences::of(&vectors, &self.rule)?.counts();
         let measures = counts.measures(min_diagonal, min_vertical, RateBase::Counted);
         Ok(Some(measures))
     }

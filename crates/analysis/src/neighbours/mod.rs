@@ -15,15 +15,13 @@ mod search;
 mod tests;
 mod tree;
 
-use std::marker::PhantomData;
-
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 pub use self::search::Neighbour;
-use self::search::{Best, Euclidean, Manhattan, Maximum, Metric, Query};
+use self::search::{Best, Query};
 use self::tree::Tree;
 use super::{DelayVectors, Norm};
+use crate::simd::vectorised;
 
 /// Vectors per task of [`NeighbourTree::nearest_all`].
 const VECTORS_A_TASK: usize = 512;
@@ -39,103 +37,6 @@ pub struct NeighbourTree<'a> {
     vectors: DelayVectors<'a>,
     norm: Norm,
     tree: Tree,
-    arch: Arch,
-}
-
-/// A search, compiled for the instruction set of the machine.
-///
-/// (A separate type, because a closure is compiled for the baseline instruction set.)
-struct Search<'t, 'a, M, K> {
-    tree: &'t NeighbourTree<'a>,
-    theiler: usize,
-    limit: usize,
-    kind: K,
-    metric: PhantomData<M>,
-}
-
-/// Nearest neighbour of a vector, optionally only among those farther away than a radius.
-struct Nearest {
-    i: usize,
-    beyond: Option<f64>,
-}
-
-/// Nearest neighbours of some vectors.
-struct NearestEach<I>(I);
-
-/// All neighbours of a vector within a radius.
-struct Within<'e, F> {
-    i: usize,
-    radius: f64,
-    each: &'e mut F,
-}
-
-impl<M: Metric> WithSimd for Search<'_, '_, M, Nearest> {
-    type Output = Option<Neighbour>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
-        if let Some(radius) = self.kind.beyond {
-            query = query.beyond::<M>(radius);
-        }
-        query.at(self.kind.i);
-        let best = self.tree.tree.nearest::<S, M>(simd, &mut query, Best::NONE);
-        best.neighbour::<M>()
-    }
-}
-
-impl<M: Metric, I: Iterator<Item = usize>> WithSimd for Search<'_, '_, M, NearestEach<I>> {
-    type Output = Vec<Option<Neighbour>>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let NearestEach(vectors) = self.kind;
-        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
-        let mut before = (0, Best::NONE);
-        let mut nearest = Vec::with_capacity(vectors.size_hint().0);
-        // A closure in an iterator might be compiled for the baseline instruction set.
-        for i in vectors {
-            query.at(i);
-            // The neighbour of the previous vector has moved on as well.
-            let guess = query.guess::<M>(before);
-            let best = self.tree.tree.nearest::<S, M>(simd, &mut query, guess);
-            before = (i, best);
-            nearest.push(best.neighbour::<M>());
-        }
-        nearest
-    }
-}
-
-impl<M: Metric, F: FnMut(Neighbour)> WithSimd for Search<'_, '_, M, Within<'_, F>> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let Within { i, radius, each } = self.kind;
-        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
-        query.at(i);
-        self.tree.tree.within::<M>(&mut query, radius, each);
-    }
-}
-
-/// Runs a search with the norm of the tree.
-macro_rules! dispatch {
-    ($tree:expr, $theiler:expr, $limit:expr, $kind:expr) => {
-        match $tree.norm {
-            Norm::Euclidean => dispatch!($tree, $theiler, $limit, $kind, Euclidean),
-            Norm::Maximum => dispatch!($tree, $theiler, $limit, $kind, Maximum),
-            Norm::Manhattan => dispatch!($tree, $theiler, $limit, $kind, Manhattan),
-        }
-    };
-    ($tree:expr, $theiler:expr, $limit:expr, $kind:expr, $metric:ty) => {
-        $tree.arch.dispatch(Search {
-            tree: $tree,
-            theiler: $theiler,
-            limit: $limit,
-            kind: $kind,
-            metric: PhantomData::<$metric>,
-        })
-    };
 }
 
 impl<'a> NeighbourTree<'a> {
@@ -145,7 +46,6 @@ impl<'a> NeighbourTree<'a> {
             vectors,
             norm,
             tree: Tree::new(&vectors),
-            arch: Arch::new(),
         }
     }
 
@@ -156,7 +56,7 @@ impl<'a> NeighbourTree<'a> {
     /// # Panics
     /// If `i` is not below [`DelayVectors::len`].
     pub fn nearest(&self, i: usize, theiler: usize, limit: usize) -> Option<Neighbour> {
-        dispatch!(self, theiler, limit, Nearest { i, beyond: None })
+        self.nearest_beyond(i, -1.0, theiler, limit)
     }
 
     /// Like [`NeighbourTree::nearest`], among the neighbours farther away than `radius`. Excludes
@@ -171,8 +71,15 @@ impl<'a> NeighbourTree<'a> {
         theiler: usize,
         limit: usize,
     ) -> Option<Neighbour> {
-        let beyond = Some(radius);
-        dispatch!(self, theiler, limit, Nearest { i, beyond })
+        let mut query = Query::new(&self.vectors, self.norm, theiler, limit).beyond(radius);
+        let best = vectorised(
+            #[inline(always)]
+            || {
+                query.at(i);
+                self.tree.nearest(&mut query, Best::NONE)
+            },
+        );
+        best.neighbour(self.norm)
     }
 
     /// [`NeighbourTree::nearest`] for each of the given vectors. Fastest if they follow each other closely.
@@ -181,11 +88,27 @@ impl<'a> NeighbourTree<'a> {
     /// If a vector is not below [`DelayVectors::len`].
     pub fn nearest_each(
         &self,
-        vectors: impl Iterator<Item = usize>,
+        mut vectors: impl Iterator<Item = usize>,
         theiler: usize,
         limit: usize,
     ) -> Vec<Option<Neighbour>> {
-        dispatch!(self, theiler, limit, NearestEach(vectors))
+        let mut query = Query::new(&self.vectors, self.norm, theiler, limit);
+        let mut before = (0, Best::NONE);
+        let mut nearest = Vec::with_capacity(vectors.size_hint().0);
+        vectorised(
+            #[inline(always)]
+            || {
+                for i in vectors.by_ref() {
+                    query.at(i);
+                    // The neighbour of the previous vector has moved on as well.
+                    let guess = query.guess(before);
+                    let best = self.tree.nearest(&mut query, guess);
+                    before = (i, best);
+                    nearest.push(best.neighbour(self.norm));
+                }
+            },
+        );
+        nearest
     }
 
     /// [`NeighbourTree::nearest`] for each of the vectors `0..limit` (or all vectors, if there are
@@ -219,7 +142,13 @@ impl<'a> NeighbourTree<'a> {
         limit: usize,
         mut each: impl FnMut(Neighbour),
     ) {
-        let each = &mut each;
-        dispatch!(self, theiler, limit, Within { i, radius, each });
+        let mut query = Query::new(&self.vectors, self.norm, theiler, limit);
+        vectorised(
+            #[inline(always)]
+            || {
+                query.at(i);
+                self.tree.within(&mut query, radius, &mut each);
+            },
+        );
     }
 }

@@ -3,11 +3,8 @@
 //! Functions that run for every vector are inlined into a function compiled for the instruction set of
 //! the machine, which vectorises their loops over the slots of a bucket and the parts of a box.
 
-use pulp::Simd;
-
-use super::super::DelayVectors;
 use super::tree::{BUCKET, Bounds, NO_INDEX, PARTS, Span, Tree};
-use crate::simd::lane_bits;
+use crate::{DelayVectors, Norm};
 
 /// A neighbouring vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,72 +15,6 @@ pub struct Neighbour {
     pub distance: f64,
 }
 
-/// A norm as a sum over the coordinates.
-pub(super) trait Metric {
-    /// Adds a coordinate difference to the sum.
-    fn add(sum: f64, difference: f64) -> f64;
-
-    /// Distance of a sum; non-decreasing.
-    fn distance(sum: f64) -> f64 {
-        sum
-    }
-
-    /// Largest sum with a distance of at most `radius`.
-    fn sum_limit(radius: f64) -> f64 {
-        radius
-    }
-}
-
-/// Sum of squares.
-pub(super) struct Euclidean;
-
-/// Largest magnitude.
-pub(super) struct Maximum;
-
-/// Sum of magnitudes.
-pub(super) struct Manhattan;
-
-impl Metric for Euclidean {
-    #[inline(always)]
-    fn add(sum: f64, difference: f64) -> f64 {
-        sum + difference * difference
-    }
-
-    #[inline(always)]
-    fn distance(sum: f64) -> f64 {
-        sum.sqrt()
-    }
-
-    fn sum_limit(radius: f64) -> f64 {
-        if radius < 0.0 {
-            return radius;
-        }
-        // The square is rounded, so the limit is found among the adjacent numbers.
-        let mut sum = radius * radius;
-        while sum.sqrt() > radius {
-            sum = sum.next_down();
-        }
-        while sum < f64::INFINITY && sum.next_up().sqrt() <= radius {
-            sum = sum.next_up();
-        }
-        sum
-    }
-}
-
-impl Metric for Maximum {
-    #[inline(always)]
-    fn add(sum: f64, difference: f64) -> f64 {
-        larger(sum, difference.abs())
-    }
-}
-
-impl Metric for Manhattan {
-    #[inline(always)]
-    fn add(sum: f64, difference: f64) -> f64 {
-        sum + difference.abs()
-    }
-}
-
 /// Maximum in one instruction.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
@@ -92,6 +23,7 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// A search for neighbours of one vector.
 pub(super) struct Query<'a> {
+    norm: Norm,
     vectors: DelayVectors<'a>,
     theiler: usize,
     limit: usize,
@@ -128,17 +60,18 @@ impl Best {
     };
 
     #[inline(always)]
-    pub fn neighbour<M: Metric>(self) -> Option<Neighbour> {
+    pub fn neighbour(self, norm: Norm) -> Option<Neighbour> {
         (self.index != NO_INDEX).then(|| Neighbour {
             index: self.index,
-            distance: M::distance(self.sum),
+            distance: distance(norm, self.sum),
         })
     }
 }
 
 impl<'a> Query<'a> {
-    pub fn new(vectors: &DelayVectors<'a>, theiler: usize, limit: usize) -> Self {
+    pub fn new(vectors: &DelayVectors<'a>, norm: Norm, theiler: usize, limit: usize) -> Self {
         Self {
+            norm,
             vectors: *vectors,
             theiler: theiler.max(1),
             limit: limit.min(vectors.len()),
@@ -150,8 +83,8 @@ impl<'a> Query<'a> {
     }
 
     /// Excludes the vectors within the radius.
-    pub fn beyond<M: Metric>(mut self, radius: f64) -> Self {
-        self.beyond = M::sum_limit(radius);
+    pub fn beyond(mut self, radius: f64) -> Self {
+        self.beyond = sum_limit(self.norm, radius);
         self
     }
 
@@ -188,7 +121,7 @@ impl<'a> Query<'a> {
     /// A first guess from another vector and its neighbour: the vector as long after that neighbour as this
     /// vector is after the other one.
     #[inline(always)]
-    pub fn guess<M: Metric>(&self, (other, best): (usize, Best)) -> Best {
+    pub fn guess(&self, (other, best): (usize, Best)) -> Best {
         let index = best.index.wrapping_add(self.i).wrapping_sub(other);
         if best.index == NO_INDEX || !self.is_candidate(index) {
             return Best::NONE;
@@ -196,7 +129,7 @@ impl<'a> Query<'a> {
         let there = self.vectors.vector(index);
         let differences = there.zip(&self.centre).map(|(a, b)| a - b);
         Best {
-            sum: differences.fold(0.0, M::add),
+            sum: self.norm.unrooted(differences),
             index,
         }
     }
@@ -208,21 +141,16 @@ impl Tree {
     /// A box is skipped if its rounded distance exceeds the best one. At equal distance it is visited
     /// only if it contains a smaller index.
     #[inline(always)]
-    pub fn nearest<S: Simd, M: Metric>(
-        &self,
-        simd: S,
-        query: &mut Query<'_>,
-        mut best: Best,
-    ) -> Best {
+    pub fn nearest(&self, query: &mut Query<'_>, mut best: Best) -> Best {
         query.pending.push(self.root());
         while let Some(node) = query.pending.pop() {
             if node.sum > best.sum {
                 continue;
             }
             if node.level == 0 {
-                let sums = self.distances::<M>(query, node.number);
+                let sums = self.distances(query, node.number);
                 let indices = &self.buckets[node.number].indices;
-                for slot in within(simd, &sums, best.sum) {
+                for slot in within(&sums, best.sum) {
                     let (sum, j) = (sums[slot], indices[slot]);
                     let nearer = sum < best.sum || (sum == best.sum && j < best.index);
                     if nearer && sum > query.beyond && query.is_candidate(j) {
@@ -230,16 +158,15 @@ impl Tree {
                     }
                 }
             } else {
-                let (sums, spans) = self.parts::<M>(query, node);
+                let (sums, spans) = self.parts(query, node);
                 let first_new = query.pending.len();
-                for part in within(simd, &sums, best.sum) {
+                for part in within(&sums, best.sum) {
                     let sum = sums[part];
                     let first = query.first_in(spans[part]);
                     if first == NO_INDEX || (sum == best.sum && first >= best.index) {
                         continue;
                     }
-                    if sum <= query.beyond && self.farthest::<M>(query, node, part) <= query.beyond
-                    {
+                    if sum <= query.beyond && self.farthest(query, node, part) <= query.beyond {
                         continue;
                     }
                     query.pending.push(node.part(part, sum));
@@ -257,27 +184,22 @@ impl Tree {
 
     /// All neighbours within the radius.
     #[inline(always)]
-    pub fn within<M: Metric>(
-        &self,
-        query: &mut Query<'_>,
-        radius: f64,
-        each: &mut impl FnMut(Neighbour),
-    ) {
-        let sum_limit = M::sum_limit(radius);
+    pub fn within(&self, query: &mut Query<'_>, radius: f64, each: &mut impl FnMut(Neighbour)) {
+        let sum_limit = sum_limit(query.norm, radius);
         query.pending.push(self.root());
         while let Some(node) = query.pending.pop() {
             if node.level == 0 {
-                let sums = self.distances::<M>(query, node.number);
+                let sums = self.distances(query, node.number);
                 for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
                     if sum <= sum_limit && query.is_candidate(j) {
                         each(Neighbour {
                             index: j,
-                            distance: M::distance(sum),
+                            distance: distance(query.norm, sum),
                         });
                     }
                 }
             } else {
-                let (sums, spans) = self.parts::<M>(query, node);
+                let (sums, spans) = self.parts(query, node);
                 for (part, (&sum, &span)) in sums.iter().zip(spans).enumerate() {
                     if sum <= sum_limit && query.first_in(span) != NO_INDEX {
                         query.pending.push(node.part(part, sum));
@@ -297,29 +219,31 @@ impl Tree {
 
     /// Distance sums to the vectors of a bucket.
     #[inline(always)]
-    fn distances<M: Metric>(&self, query: &Query<'_>, bucket: usize) -> [f64; BUCKET] {
+    fn distances(&self, query: &Query<'_>, bucket: usize) -> [f64; BUCKET] {
         let dimension = query.centre.len();
         let coordinates = &self.coordinates[bucket * dimension..][..dimension];
         let mut sums = [0.0; BUCKET];
         for (there, here) in coordinates.iter().zip(&query.centre) {
-            for (sum, there) in sums.iter_mut().zip(there) {
-                *sum = M::add(*sum, here - there);
-            }
+            query
+                .norm
+                .add(&mut sums, there.iter().map(|there| here - there));
         }
         sums
     }
 
     /// Distance sums to the parts of a box, and their index ranges.
     #[inline(always)]
-    fn parts<M: Metric>(&self, query: &Query<'_>, node: Node) -> ([f64; PARTS], &[Span; PARTS]) {
+    fn parts(&self, query: &Query<'_>, node: Node) -> ([f64; PARTS], &[Span; PARTS]) {
         let dimension = query.centre.len();
         let level = &self.levels[node.level - 1];
         let bounds = &level.bounds[node.number * dimension..][..dimension];
         let mut sums = [0.0; PARTS];
         for (Bounds { low, high }, here) in bounds.iter().zip(&query.centre) {
-            for (sum, (low, high)) in sums.iter_mut().zip(low.iter().zip(high)) {
-                *sum = M::add(*sum, larger(larger(low - here, here - high), 0.0));
-            }
+            let outside = low
+                .iter()
+                .zip(high)
+                .map(|(low, high)| larger(larger(low - here, here - high), 0.0));
+            query.norm.add(&mut sums, outside);
         }
         (sums, &level.spans[node.number])
     }
@@ -327,14 +251,14 @@ impl Tree {
 
 impl Tree {
     /// Upper bound of the distance sums to the vectors in a part of a box.
-    fn farthest<M: Metric>(&self, query: &Query<'_>, node: Node, part: usize) -> f64 {
+    fn farthest(&self, query: &Query<'_>, node: Node, part: usize) -> f64 {
         let dimension = query.centre.len();
         let bounds = &self.levels[node.level - 1].bounds[node.number * dimension..][..dimension];
         let sides = bounds.iter().zip(&query.centre).map(|(bounds, here)| {
             let (low, high) = (bounds.low[part], bounds.high[part]);
             larger(here - low, high - here)
         });
-        sides.fold(0.0, M::add)
+        query.norm.unrooted(sides)
     }
 }
 
@@ -350,16 +274,39 @@ impl Node {
     }
 }
 
-/// Positions of the sums up to the limit, in order.
+/// The slots whose sums are within a limit, in order.
 #[inline(always)]
-fn within<S: Simd>(simd: S, sums: &[f64], limit: f64) -> impl Iterator<Item = usize> {
-    let limit = simd.splat_f64s(limit);
+fn within<const N: usize>(sums: &[f64; N], limit: f64) -> SetBits {
     let mut bits = 0;
-    for (v, &sum) in S::as_simd_f64s(sums).0.iter().enumerate() {
-        let inside = lane_bits(simd, simd.less_than_or_equal_f64s(sum, limit));
-        bits |= inside << (v * S::F64_LANES);
+    for (slot, sum) in sums.iter().enumerate() {
+        bits |= u64::from(*sum <= limit) << slot;
     }
     SetBits(bits)
+}
+
+/// Distance of an unrooted one.
+#[inline(always)]
+fn distance(norm: Norm, unrooted: f64) -> f64 {
+    match norm {
+        Norm::Euclidean => unrooted.sqrt(),
+        Norm::Maximum | Norm::Manhattan => unrooted,
+    }
+}
+
+/// Largest unrooted distance whose distance is at most `radius`.
+fn sum_limit(norm: Norm, radius: f64) -> f64 {
+    if radius < 0.0 || norm != Norm::Euclidean {
+        return radius;
+    }
+    // The square is rounded, so the limit is found among the adjacent numbers.
+    let mut sum = radius * radius;
+    while sum.sqrt() > radius {
+        sum = sum.next_down();
+    }
+    while sum < f64::INFINITY && sum.next_up().sqrt() <= radius {
+        sum = sum.next_up();
+    }
+    sum
 }
 
 /// Positions of the bits that are set.

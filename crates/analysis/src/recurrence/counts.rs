@@ -1,17 +1,15 @@
 //! Counts of a recurrence plot: recurrent points, and lines by length.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Recurrences;
+
 /// Histogram of the line lengths.
-///
-/// ```
-/// use squeakscope_analysis::LineHistogram;
-///
-/// let lines = LineHistogram::from(vec![0, 1, 0, 2]);
-/// assert_eq!(lines.iter().collect::<Vec<_>>(), [(1, 1), (3, 2)]);
-/// assert_eq!((lines.lines(), lines.points(), lines.longest()), (3, 7, 3));
-/// ```
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineHistogram {
-    /// `counts[l]` lines of length `l`. `counts[0]` is zero or absent.
+    /// `counts[l]` lines of length `l`, up to the longest.
     counts: Vec<u64>,
 }
 
@@ -22,15 +20,11 @@ impl LineHistogram {
         all.filter(|&(_, count)| count > 0)
     }
 
-    /// Adds a line. Ignores length 0.
-    fn add(&mut self, length: usize) {
-        if length == 0 {
-            return;
-        }
+    fn add(&mut self, length: usize, count: u64) {
         if self.counts.len() <= length {
             self.counts.resize(length + 1, 0);
         }
-        self.counts[length] += 1;
+        self.counts[length] += count;
     }
 
     /// Number of lines.
@@ -47,38 +41,18 @@ impl LineHistogram {
 
     /// Length of the longest line; 0 for no lines.
     pub fn longest(&self) -> usize {
-        let counts = &self.counts;
-        counts.iter().rposition(|&count| count > 0).unwrap_or(0)
+        self.counts.len().saturating_sub(1)
     }
 }
 
-/// Histograms are equal if they contain the same lines.
-impl PartialEq for LineHistogram {
-    fn eq(&self, other: &Self) -> bool {
-        self.iter().eq(other.iter())
-    }
-}
-
-impl Eq for LineHistogram {}
-
-/// From the number of lines of each length, indexed by length. Index 0 is ignored.
-impl From<Vec<u64>> for LineHistogram {
-    fn from(mut counts: Vec<u64>) -> Self {
-        if let Some(zero) = counts.first_mut() {
-            *zero = 0;
-        }
-        Self { counts }
-    }
-}
-
-/// All counts of a recurrence plot. They are integers, so all algorithms agree to the last bit.
+/// All counts of a recurrence plot. They are exact: every pair is compared, and every line is counted.
 ///
 /// # Definitions
 ///
 /// *Recurrent pairs.* `R_ij = 1` if `d(y_i, y_j) <= epsilon`, with row `i` and column `j`. A pair
-/// exactly at the threshold is recurrent. All algorithms classify every pair equally because they
-/// compute the distance in double precision, coordinate by coordinate from the oldest
-/// (`t_c = y_i[c] - y_j[c]`, each operation rounded separately, no fused multiply-add):
+/// exactly at the threshold is recurrent. The distance is computed in double precision, coordinate by
+/// coordinate from the oldest (`t_c = y_i[c] - y_j[c]`, each operation rounded separately, no fused
+/// multiply-add):
 ///
 /// | norm | recurrent if |
 /// |---|---|
@@ -130,76 +104,107 @@ pub struct RecurrenceCounts {
 }
 
 impl RecurrenceCounts {
-    /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
-    /// rectangular and asymmetric.
+    fn append(mut self, other: Self) -> Self {
+        for (sum, lines) in [
+            (&mut self.diagonal, &other.diagonal),
+            (&mut self.vertical, &other.vertical),
+            (&mut self.gaps, &other.gaps),
+            (&mut self.recurrence_times, &other.recurrence_times),
+        ] {
+            lines
+                .iter()
+                .for_each(|(length, count)| sum.add(length, count));
+        }
+        self.by_offset.extend(other.by_offset);
+        self
+    }
+}
+
+impl Recurrences<'_> {
+    /// Counts the points and lines.
     ///
-    /// This is the definition in code, which the faster algorithm of one signal is tested against.
-    pub fn of_matrix(
-        rows: usize,
-        columns: usize,
-        theiler: usize,
-        recurrent: impl Fn(usize, usize) -> bool,
-    ) -> Self {
-        let mut counts = Self {
+    /// Columns and diagonals are compared one by one and not stored: time is proportional to the number of
+    /// pairs, memory to the number of states. The computation uses all cores; the counts do not depend on
+    /// their number.
+    pub fn counts(&self) -> RecurrenceCounts {
+        let [rows, columns] = [self.rows, self.columns].map(|states| states.len());
+        let vertical = self.count(0..columns, |counts, bits, j| {
+            for rows in self.rows_beyond(self.theiler, j) {
+                self.compare(self.column(j, rows), bits);
+                let mut last = None;
+                each_run(bits, |begin, end| {
+                    counts.vertical.add(end - begin, 1);
+                    if let Some((last_begin, last_end)) = last.replace((begin, end)) {
+                        counts.gaps.add(begin - last_end, 1);
+                        counts.recurrence_times.add(begin - last_begin, 1);
+                    }
+                });
+            }
+        });
+        // Both triangles of a symmetric plot have the same diagonals.
+        let symmetric = self.same && self.distance.is_some();
+        let upper = self.count(self.theiler..columns, |counts, bits, k| {
+            self.compare(self.diagonal([0, k]), bits);
+            let lines = if symmetric && k > 0 { 2 } else { 1 };
+            each_run(bits, |begin, end| counts.diagonal.add(end - begin, lines));
+            let points = bits.iter().map(|word| u64::from(word.count_ones()));
+            counts.by_offset.push(points.sum());
+        });
+        let lower = if symmetric { 0 } else { rows };
+        let lower = self.count(self.theiler.max(1)..lower, |counts, bits, k| {
+            self.compare(self.diagonal([k, 0]), bits);
+            each_run(bits, |begin, end| counts.diagonal.add(end - begin, 1));
+        });
+        let counts = RecurrenceCounts {
             rows,
             columns,
-            theiler,
-            by_offset: vec![0; columns],
-            ..Self::default()
+            theiler: self.theiler,
+            recurrent: vertical.vertical.points(),
+            by_offset: vec![0; self.theiler.min(columns)],
+            ..RecurrenceCounts::default()
         };
-        let outside = |i: usize, j: usize| i.abs_diff(j) >= theiler;
-        let counted = |i: usize, j: usize| outside(i, j) && recurrent(i, j);
+        counts.append(vertical).append(upper).append(lower)
+    }
 
-        for i in 0..rows {
-            for j in (0..columns).filter(|&j| counted(i, j)) {
-                counts.recurrent += 1;
-                if let Some(offset) = j.checked_sub(i) {
-                    counts.by_offset[offset] += 1;
+    /// Counts lines one by one, with a workspace for their bits.
+    fn count(
+        &self,
+        lines: Range<usize>,
+        add: impl Fn(&mut RecurrenceCounts, &mut Vec<u64>, usize) + Sync,
+    ) -> RecurrenceCounts {
+        let new = <(RecurrenceCounts, Vec<u64>)>::default;
+        lines
+            .into_par_iter()
+            .fold(new, |(mut counts, mut bits), line| {
+                if !self.rows.is_stopped() {
+                    add(&mut counts, &mut bits, line);
                 }
-            }
-        }
+                (counts, bits)
+            })
+            .map(|(counts, _)| counts)
+            .reduce(RecurrenceCounts::default, RecurrenceCounts::append)
+    }
+}
 
-        let left_edge = (1..rows).map(|i| (i, 0));
-        let top_edge = (0..columns).map(|j| (0, j));
-        for (i, j) in left_edge.chain(top_edge) {
-            let mut length = 0;
-            for step in 0..(rows - i).min(columns - j) {
-                if counted(i + step, j + step) {
-                    length += 1;
-                } else {
-                    counts.diagonal.add(length);
-                    length = 0;
-                }
+/// Calls `take` with the begin and end (exclusive) of the runs of set bits, in order.
+#[inline(always)]
+fn each_run(bits: &[u64], mut take: impl FnMut(usize, usize)) {
+    let (mut begin, mut open) = (0, 0);
+    for (word, &bits) in bits.iter().enumerate() {
+        let mut changes = bits ^ (bits << 1 | open);
+        while changes != 0 {
+            let bit = changes.trailing_zeros() as usize;
+            if bits >> bit & 1 == 1 {
+                begin = 64 * word + bit;
+            } else {
+                take(begin, 64 * word + bit);
             }
-            counts.diagonal.add(length);
+            changes &= changes - 1;
         }
-
-        for j in 0..columns {
-            // Start and end (exclusive) of the last line of the column. The Theiler window separates the
-            // parts above and below it.
-            let mut last: Option<(usize, usize)> = None;
-            for i in 0..rows {
-                if !outside(i, j) {
-                    last = None;
-                } else if recurrent(i, j) {
-                    match &mut last {
-                        Some((_, end)) if *end == i => *end += 1,
-                        _ => {
-                            if let Some((begin, end)) = last {
-                                counts.gaps.add(i - end);
-                                counts.recurrence_times.add(i - begin);
-                            }
-                            last = Some((i, i + 1));
-                        }
-                    }
-                    if i + 1 == rows || !counted(i + 1, j) {
-                        let (begin, end) = last.expect("a line has started");
-                        counts.vertical.add(end - begin);
-                    }
-                }
-            }
-        }
-        counts
+        open = bits >> 63;
+    }
+    if open == 1 {
+        take(begin, 64 * bits.len());
     }
 }
 

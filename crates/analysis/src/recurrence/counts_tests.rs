@@ -5,6 +5,87 @@ impl LineHistogram {
     pub fn of_length(&self, length: usize) -> u64 {
         self.counts.get(length).copied().unwrap_or(0)
     }
+
+    /// Adds a line unless its length is 0.
+    fn add_line(&mut self, length: usize) {
+        if length > 0 {
+            self.add(length, 1);
+        }
+    }
+}
+
+impl RecurrenceCounts {
+    /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
+    /// rectangular and asymmetric.
+    ///
+    /// This is the definition in code.
+    pub fn of_matrix(
+        rows: usize,
+        columns: usize,
+        theiler: usize,
+        recurrent: impl Fn(usize, usize) -> bool,
+    ) -> Self {
+        let mut counts = Self {
+            rows,
+            columns,
+            theiler,
+            by_offset: vec![0; columns],
+            ..Self::default()
+        };
+        let outside = |i: usize, j: usize| i.abs_diff(j) >= theiler;
+        let counted = |i: usize, j: usize| outside(i, j) && recurrent(i, j);
+
+        for i in 0..rows {
+            for j in (0..columns).filter(|&j| counted(i, j)) {
+                counts.recurrent += 1;
+                if let Some(offset) = j.checked_sub(i) {
+                    counts.by_offset[offset] += 1;
+                }
+            }
+        }
+
+        let left_edge = (1..rows).map(|i| (i, 0));
+        let top_edge = (0..columns).map(|j| (0, j));
+        for (i, j) in left_edge.chain(top_edge) {
+            let mut length = 0;
+            for step in 0..(rows - i).min(columns - j) {
+                if counted(i + step, j + step) {
+                    length += 1;
+                } else {
+                    counts.diagonal.add_line(length);
+                    length = 0;
+                }
+            }
+            counts.diagonal.add_line(length);
+        }
+
+        for j in 0..columns {
+            // Start and end (exclusive) of the last line of the column. The Theiler window separates the
+            // parts above and below it.
+            let mut last: Option<(usize, usize)> = None;
+            for i in 0..rows {
+                if !outside(i, j) {
+                    last = None;
+                } else if recurrent(i, j) {
+                    match &mut last {
+                        Some((_, end)) if *end == i => *end += 1,
+                        _ => {
+                            if let Some((begin, end)) = last {
+                                counts.gaps.add(i - end, 1);
+                                counts.recurrence_times.add(i - begin, 1);
+                            }
+                            last = Some((i, i + 1));
+                        }
+                    }
+                    if i + 1 == rows || !counted(i + 1, j) {
+                        let (begin, end) = last.expect("a line has started");
+                        counts.vertical.add(end - begin, 1);
+                    }
+                }
+            }
+        }
+        counts
+    }
 }
 
 /// The hand-drawn matrix of RecurrenceAnalysis.jl (`test/rqa_rna_analytic.jl`), 10 rows by 11
@@ -27,7 +108,9 @@ pub fn hand_drawn(theiler: usize) -> RecurrenceCounts {
 
 /// Number of lines of length 1, 2, ...
 fn lines<const L: usize>(counts: [u64; L]) -> LineHistogram {
-    LineHistogram::from([&[0], &counts[..]].concat())
+    LineHistogram {
+        counts: [&[0], &counts[..]].concat(),
+    }
 }
 
 #[test]

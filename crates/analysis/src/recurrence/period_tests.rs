@@ -1,7 +1,7 @@
 use super::RecurrenceKind::{Beat, Doubled, Finest};
 use super::*;
 use crate::test_signals::{coordinate, lorenz, noise, roessler, sines};
-use crate::{DelayVectors, Norm, RecurrenceCriterion, Threshold, quantify};
+use crate::{DelayVectors, Norm, RecurrenceCriterion, Recurrences, Threshold};
 
 fn counts(signal: &[f64], lag: usize, dimension: usize, rate: f64) -> RecurrenceCounts {
     let vectors = DelayVectors::new(signal, lag, dimension).unwrap();
@@ -10,7 +10,7 @@ fn counts(signal: &[f64], lag: usize, dimension: usize, rate: f64) -> Recurrence
         threshold: Threshold::Rate(rate),
         theiler: 1,
     };
-    quantify(&vectors, &rule).unwrap()
+    Recurrences::of(&vectors, &rule).unwrap().counts()
 }
 
 /// Periods of 20 ms of tones (Hz, amplitude) sampled at 200 kHz, in ms.
