@@ -13,7 +13,7 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::dynamics::{Differentiable, System};
 use squeakscope::joint::{
-    BallJoint, Frequencies, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck,
+    BallJoint, BodySpec, Frequencies, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck,
 };
 use squeakscope::scene::Scene;
 
@@ -40,7 +40,9 @@ fn model(nodes: usize) -> Model {
 /// The joint with the frequencies of its finite elements, and these numbers of modes.
 fn with_modes([bending_pairs, torsion, axial]: [usize; 3]) -> Model {
     let mut scene = Scene::load("doubled-torus-3deg").expect("a preset");
-    let body = scene.ball_on_beam_mut().expect("a ball on a beam");
+    let BodySpec::BallOnBeam(body) = &mut scene.joint_mut().expect("a joint").spec.body else {
+        unreachable!("the preset has a ball on a beam")
+    };
     body.frequencies = Frequencies::FiniteElement;
     body.families.bending_pairs = bending_pairs;
     body.families.torsion = torsion;

@@ -71,11 +71,10 @@ pub struct BudgetArgs {
 
 impl BudgetArgs {
     /// Returns the scene with this budget.
-    pub fn apply(self, scene: Scene) -> Scene {
-        match self.budget {
-            Some(budget) => scene.with_analysis_budget(budget),
-            None => scene,
-        }
+    pub fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
+        changed(scene, self.budget, |scene, budget| {
+            scene.with_overrides(&[("analysis.budget", <&str>::from(budget))])
+        })
     }
 }
 

@@ -140,7 +140,7 @@ fn control(
 fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.accuracy.apply(scene)?;
-    scene = args.budget.apply(scene);
+    scene = args.budget.apply(scene)?;
     scene = changed(scene, args.tilt, Scene::with_tilt)?;
     Ok(scene)
 }

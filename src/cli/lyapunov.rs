@@ -111,9 +111,9 @@ fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     scene = changed(scene, args.tilt, Scene::with_tilt)?;
     scene = changed(scene, args.duration, Scene::with_duration)?;
     scene = changed(scene, args.tolerance, Scene::with_tolerance)?;
-    if let Some(seed) = args.seed {
-        scene = scene.with_seed(seed);
-    }
+    scene = changed(scene, args.seed, |scene, seed| {
+        scene.with_overrides(&[("start.seed", seed.to_string())])
+    })?;
     Ok(scene.without_analyses())
 }
 

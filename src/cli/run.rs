@@ -188,7 +188,7 @@ fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
 fn scene(args: &RunArgs) -> Result<Scene, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.accuracy.apply(scene)?;
-    scene = args.budget.apply(scene);
+    scene = args.budget.apply(scene)?;
     scene = changed(scene, args.tilt, Scene::with_tilt)?;
     scene = changed(scene, args.duration, Scene::with_duration)?;
     Ok(scene)

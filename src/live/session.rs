@@ -156,7 +156,7 @@ impl Session {
                 let followed = current.scene.computes_lyapunov();
                 let lyapunov = followed.then_some(current.lyapunov);
                 let scene = match lyapunov {
-                    Some(false) => current.scene.clone().without_lyapunov(),
+                    Some(false) => current.scene.without_lyapunov()?,
                     Some(true) | None => current.scene.clone(),
                 };
                 (scene, current.speed, current.wav.take(), lyapunov)

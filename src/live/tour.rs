@@ -117,12 +117,12 @@ pub struct TourError {
 impl Tour {
     /// The tour that ships.
     pub fn shipped() -> Option<Self> {
-        toml::from_str(SHIPPED).ok()
+        toml_edit::de::from_str(SHIPPED).ok()
     }
 
     /// The bookmarks that ship.
     pub fn bookmarks() -> Option<Self> {
-        toml::from_str(BOOKMARKS).ok()
+        toml_edit::de::from_str(BOOKMARKS).ok()
     }
 
     /// Reads a tour from a TOML file.
@@ -135,7 +135,7 @@ impl Tour {
             reason,
         };
         let text = std::fs::read_to_string(path).map_err(|e| fault(e.to_string()))?;
-        let tour: Self = toml::from_str(&text).map_err(|e| {
+        let tour: Self = toml_edit::de::from_str(&text).map_err(|e| {
             // The first line of the error is the place; the others draw it.
             let place = e.to_string();
             fault(format!(
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn the_shipped_tour_and_bookmarks_are_valid() {
         for text in [SHIPPED, BOOKMARKS] {
-            let tour: Tour = toml::from_str(text).unwrap();
+            let tour: Tour = toml_edit::de::from_str(text).unwrap();
             tour.check().unwrap();
             assert!(tour.steps.iter().all(|step| !step.views.is_empty()));
         }

@@ -145,7 +145,8 @@ mod tests {
     type Results = (Vec<f64>, Vec<(f64, Arc<RecurrenceImage>)>, usize, Summary);
 
     fn results(scene: &Scene, budget: AnalysisBudget) -> Results {
-        let scene = scene.clone().with_analysis_budget(budget);
+        let mut scene = scene.clone();
+        scene.analysis.budget = budget;
         let mut records: Vec<Record> = Vec::new();
         let summary = run(&scene, "", &mut records, Monitor::default()).unwrap();
         let (mut motion, mut plots, mut warnings) = (Vec::new(), Vec::new(), 0);
@@ -164,13 +165,13 @@ mod tests {
     #[test]
     fn a_budget_changes_the_number_of_windows_and_nothing_else() {
         let mut scene = Scene::load("doubled-torus-3deg").unwrap();
+        scene = scene.with_duration(150.0).unwrap();
         let mut recurrence = scene.analysis.recurrence.unwrap();
         (recurrence.size, recurrence.sliding.every) = (600, 0.5e-3);
         scene.analysis = AnalysisSpec {
             recurrence: Some(recurrence),
             ..AnalysisSpec::default()
         };
-        let scene = scene.with_duration(150.0).unwrap();
         let (motion, plots, warnings, summary) = results(&scene, AnalysisBudget::Complete);
         assert_eq!((warnings, summary.analysis_rate), (0, None));
         let (same, fewer, changes, limited) = results(&scene, AnalysisBudget::Realtime);

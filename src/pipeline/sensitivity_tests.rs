@@ -18,8 +18,9 @@ const PERTURBED: PerturbedTrajectorySpec = PerturbedTrajectorySpec {
 /// A preset scene without its analyses, with the given duration in ms.
 fn plain(name: &str, duration_ms: f64) -> Scene {
     let mut scene = Scene::load(name).unwrap();
+    scene = scene.with_duration(duration_ms).unwrap();
     scene.analysis = AnalysisSpec::default();
-    scene.with_duration(duration_ms).unwrap()
+    scene
 }
 
 fn frames(scene: &Scene) -> Vec<Frame> {

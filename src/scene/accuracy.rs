@@ -48,9 +48,12 @@ impl Scene {
     pub fn with_accuracy(&self, error: f64) -> Result<Self, SceneError> {
         let method = self.integrator.method;
         if method.has_fixed_step() {
-            let fault = Fault::FixedStep {
-                method: method.name(),
-            };
+            let problem = format!(
+                "`{}` has a fixed step and no tolerance that an accuracy could determine",
+                method.name()
+            );
+            let remedy = "choose another time.method, such as \"lawson54\"";
+            let fault = Fault::new(problem, remedy);
             return Err(fault.at(Location {
                 file: "--accuracy".to_owned(),
                 line: None,

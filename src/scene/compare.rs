@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use toml::{Table as Toml, Value};
+use serde_json::{Map, Value};
+use toml_edit::ser::ValueSerializer;
 
 use super::Scene;
 use super::schema::{IfAbsent, join};
@@ -35,8 +36,8 @@ impl SceneComparison {
         let values = [one, other].map(|scene| {
             let mut values = BTreeMap::new();
             // A scene has been parsed from its text.
-            let table = scene.text.parse::<Toml>().unwrap_or_default();
-            collect("", &table, &mut values);
+            let table = toml_edit::de::from_str(&scene.text).unwrap_or_default();
+            collect("", table, &mut values);
             values
         });
         let keys = values.iter().flat_map(BTreeMap::keys);
@@ -59,15 +60,21 @@ impl SceneComparison {
 }
 
 /// Adds the keys of a table with its subtables.
-fn collect(path: &str, table: &Toml, values: &mut BTreeMap<String, String>) {
+fn collect(path: &str, table: Map<String, Value>, values: &mut BTreeMap<String, String>) {
     for (name, value) in table {
-        let key = join(path, name);
+        let key = join(path, &name);
         match value {
-            Value::Table(table) => collect(&key, table, values),
+            Value::Object(table) => collect(&key, table, values),
             _ if ["name", "title", "about"].contains(&&*key) => {}
             // Whole numbers of a real key are written with and without a point.
-            Value::Float(number) => drop(values.insert(key, number.to_string())),
-            value => drop(values.insert(key, value.to_string())),
+            Value::Number(number) if number.is_f64() => {
+                let number = number.as_f64().unwrap_or(f64::NAN);
+                values.insert(key, number.to_string());
+            }
+            value => {
+                let value = value.serialize(ValueSerializer::new());
+                values.extend(value.ok().map(|value| (key, value.to_string())));
+            }
         }
     }
 }

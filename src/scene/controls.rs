@@ -8,7 +8,6 @@ use super::schema::kind::{Number, Tables, Text, number};
 use super::schema::unit::{DEGREE, ONE};
 use super::schema::{IfAbsent, Key, Schema, keys};
 use super::spec::Scene;
-use super::subject::SystemSpec;
 
 /// Ends of the range of a slider.
 const END: Number = number(ONE, Closed(-1e9, 1e9));
@@ -52,10 +51,8 @@ pub(super) fn declare(schema: &mut Schema) {
 pub(super) fn read(document: &Document<'_>) -> Result<Vec<(Parameter, [f64; 2])>, SceneError> {
     let tables = document.table("").list(&CONTROLS)?;
     let controls = tables.into_iter().map(|table| {
-        let parameter = Parameter::named(&table.get(&KEY)?).map_err(|error| match error {
-            SceneError::Content { fault, .. } => fault.at(table.place()),
-            other => other,
-        })?;
+        let parameter = Parameter::named(&table.get(&KEY)?);
+        let parameter = parameter.map_err(|error| error.moved_to(table.place()))?;
         let range = [table.get(&LOW)?, table.get(&HIGH)?];
         ensure!(table, range[0] < range[1] => "max", &["min"];
             "the slider ends at {} and starts at {}", range[1], range[0];
@@ -87,21 +84,14 @@ impl Scene {
     /// As [`Scene::with_values`], and if the number changes more than the parameters of the equations: another body, or
     /// another law.
     pub fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), SceneError> {
-        let mut changed = self.with_values(&[(parameter, value)])?;
-        if let (SystemSpec::Joint(new), SystemSpec::Joint(old)) =
-            (&mut changed.subject, &self.subject)
+        let changed = self.with_values(&[(parameter, value)])?;
+        if let (Ok(new), Ok(old)) = (changed.joint(), self.joint())
+            && (new.spec.body != old.spec.body || !parameter.is_physical())
         {
-            if new.spec.body != old.spec.body || !parameter.is_physical() {
-                let problem =
-                    "a run cannot change it, since the body would be another one".to_owned();
-                let remedy = "start another run with this value".to_owned();
-                let fault = Fault::inconsistent(parameter.path(), problem, remedy);
-                return Err(fault.at(self.place_of_override()));
-            }
-            if parameter != Parameter::tilt() {
-                // It may have been overridden without a change of the text.
-                new.tilt.clone_from(&old.tilt);
-            }
+            let problem = "a run cannot change it, since the body would be another one";
+            let remedy = "start another run with this value";
+            let fault = Fault::inconsistent(parameter.path(), problem, remedy);
+            return Err(fault.at(self.place_of_override()));
         }
         self.subject = changed.subject;
         self.text = changed.text;

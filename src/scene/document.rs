@@ -6,20 +6,17 @@
 use std::ops::Range;
 use std::path::Path;
 
-use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-use super::error::{CLOSE, Fault, Location, SceneError, VERY_CLOSE, nearest};
+use super::error::{CLOSE, Fault, Location, SceneError, VERY_CLOSE, did_you_mean, nearest};
 use super::schema::kind::{Kind, Mismatch, Tables};
 use super::schema::{IfAbsent, Key, Schema, join, split};
+use super::tables::SCHEMA;
 
 /// A parsed scene file that contains declared keys only.
 pub(super) struct Document<'t> {
     file: &'t str,
-    text: &'t str,
-    root: DeTable<'t>,
-    /// The declared keys.
-    pub schema: &'static Schema,
+    toml: toml_edit::Document<&'t str>,
 }
 
 /// A table of a scene file, present or absent, or an element of a list of tables such as `[[load.tilt]]`.
@@ -28,34 +25,29 @@ pub(super) struct Table<'d> {
     pub document: &'d Document<'d>,
     /// Dotted path.
     path: &'d str,
-    given: Option<&'d DeTable<'d>>,
+    given: Option<&'d dyn TableLike>,
     /// Byte offset of the table, or of the nearest enclosing table that is present.
     offset: usize,
 }
 
 impl<'t> Document<'t> {
     /// Parses a text and rejects undeclared keys. `file` names the source in messages.
-    pub fn parse(
-        file: &'t str,
-        text: &'t str,
-        schema: &'static Schema,
-    ) -> Result<Self, SceneError> {
-        let root = DeTable::parse(text).map_err(|error| {
-            let message = error.message().replace('\n', " ");
+    pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
+        let toml = toml_edit::Document::parse(text).map_err(|error| {
             let line = error.span().map(|span| line_of(text, span.start));
-            Fault::Syntax { message }.at(Location {
+            Fault::syntax(&error).at(Location {
                 file: file.to_owned(),
                 line,
             })
         })?;
-        let document = Self {
-            file,
-            text,
-            root: root.into_inner(),
-            schema,
-        };
-        document.reject_unknown(&document.root, "")?;
+        let document = Self { file, toml };
+        document.reject_unknown(document.toml.as_table(), "")?;
         Ok(document)
+    }
+
+    /// The text, to be edited.
+    pub fn editable(&self) -> DocumentMut {
+        self.toml.clone().into_mut()
     }
 
     /// Folder of the scene file; paths of other files are relative to it.
@@ -68,20 +60,22 @@ impl<'t> Document<'t> {
         let mut table = Table {
             document: self,
             path,
-            given: Some(&self.root),
+            given: Some(self.toml.as_table()),
             offset: 0,
         };
         for part in path.split('.').filter(|part| !part.is_empty()) {
-            let value = table.given.and_then(|table| table.get(part));
-            table.offset = value.map_or(table.offset, |value| value.span().start);
-            table.given = value.and_then(|value| value.get_ref().as_table());
+            let entry = table.given.and_then(|table| entry(table, part));
+            if let Some((_, span)) = &entry {
+                table.offset = span.start;
+            }
+            table.given = entry.and_then(|(item, _)| item.as_table_like());
         }
         table
     }
 
     /// Whether the file contains a table or key.
     pub fn has(&self, path: &str) -> bool {
-        self.at(path).is_some()
+        self.offset(path).is_some()
     }
 
     /// Returns the error for an absent key that is required here.
@@ -92,8 +86,8 @@ impl<'t> Document<'t> {
 
     /// Position of the last of the given keys that is present, else the first line of the file.
     pub fn place_of<'p>(&self, paths: impl IntoIterator<Item = &'p str>) -> Location {
-        let spans = paths.into_iter().filter_map(|path| self.at(path));
-        self.place(spans.map(|value| value.span().start).max().unwrap_or(0))
+        let offsets = paths.into_iter().filter_map(|path| self.offset(path));
+        self.place(offsets.max().unwrap_or(0))
     }
 
     /// As [`Table::inconsistent`], with dotted paths.
@@ -110,26 +104,25 @@ impl<'t> Document<'t> {
     fn place(&self, offset: usize) -> Location {
         Location {
             file: self.file.to_owned(),
-            line: Some(line_of(self.text, offset)),
+            line: Some(line_of(self.toml.raw(), offset)),
         }
     }
 
-    /// Returns the value at a dotted path.
-    fn at<'d>(&'d self, path: &'d str) -> Option<&'d Spanned<DeValue<'d>>> {
+    /// Byte offset of the table or value at a dotted path.
+    fn offset(&self, path: &str) -> Option<usize> {
         if cfg!(test) {
-            assert!(
-                self.schema.find(path).is_some() || self.schema.has_table(path),
-                "{path}"
-            );
+            let is_declared = SCHEMA.find(path).is_some() || SCHEMA.has_table(path);
+            assert!(is_declared, "{path}");
         }
         let (table, name) = split(path);
-        self.table(table).given?.get(name)
+        let (_, span) = entry(self.table(table).given?, name)?;
+        Some(span.start)
     }
 
     /// First line of a value as written, shortened for messages.
     fn excerpt(&self, span: Range<usize>) -> String {
         const LONGEST: usize = 40;
-        let written = self.text.get(span).unwrap_or_default();
+        let written = self.toml.raw().get(span).unwrap_or_default();
         let line = written.lines().next().unwrap_or_default();
         match line.char_indices().nth(LONGEST) {
             Some((end, _)) => format!("{}...", &line[..end]),
@@ -139,66 +132,65 @@ impl<'t> Document<'t> {
     }
 
     /// Rejects the first undeclared key of the text, in reading order.
-    fn reject_unknown(&self, table: &DeTable<'_>, path: &str) -> Result<(), SceneError> {
-        let mut entries: Vec<_> = table.iter().collect();
-        entries.sort_by_key(|(name, _)| name.span().start);
-        for (name, value) in entries {
-            let full = join(path, name.get_ref());
-            let is_key = self.schema.find(&full).is_some();
-            let is_table = self.schema.has_table(&full);
-            match (value.get_ref(), is_key, is_table) {
-                (_, false, false) => {
-                    return Err(self.unknown(path, name));
-                }
-                (DeValue::Table(inner), false, true) => self.reject_unknown(inner, &full)?,
-                (DeValue::Array(items), true, true) => {
-                    for inner in items.iter().filter_map(|item| item.get_ref().as_table()) {
+    fn reject_unknown(&self, table: &dyn TableLike, path: &str) -> Result<(), SceneError> {
+        for (name, item) in table.iter() {
+            let span = table.key(name).and_then(toml_edit::Key::span);
+            let span = span.unwrap_or_default();
+            let full = join(path, name);
+            match (SCHEMA.find(&full).is_some(), SCHEMA.has_table(&full)) {
+                (false, false) => return Err(self.unknown(path, name, span)),
+                (false, true) => match item.as_table_like() {
+                    Some(inner) => self.reject_unknown(inner, &full)?,
+                    None => {
+                        let problem = format!("`{full}` is a table, not a value");
+                        let remedy = format!("write `[{full}]` and its keys below");
+                        return Err(Fault::new(problem, remedy).at(self.place(span.start)));
+                    }
+                },
+                (true, true) => {
+                    for (inner, _) in elements(item) {
                         self.reject_unknown(inner, &full)?;
                     }
                 }
-                (_, false, true) => {
-                    return Err(Fault::NotATable { key: full }.at(self.place(name.span().start)));
-                }
                 // A declared key: its kind checks the value when it is read.
-                (_, true, _) => {}
+                (true, false) => {}
             }
         }
         Ok(())
     }
 
-    fn unknown(&self, table: &str, name: &Spanned<DeString<'_>>) -> SceneError {
+    fn unknown(&self, table: &str, name: &str, span: Range<usize>) -> SceneError {
         // As written and shortened: a name can be as long as the file.
-        let name_written = self.excerpt(name.span());
-        let siblings = self.schema.names_in(table);
-        let named = |wanted: &str| {
-            let mut paths = self.schema.paths();
-            let found = paths.find(|path| split(path).1 == wanted);
-            found.map(str::to_owned)
-        };
+        let written = self.excerpt(span.clone());
+        let siblings = SCHEMA.names_in(table);
+        let named = |wanted: &str| SCHEMA.paths().find(|path| split(path).1 == wanted);
         let here = |close| {
-            let siblings = siblings.iter().copied();
-            nearest(&name_written, siblings, close).map(|name| join(table, name))
+            let name = nearest(&written, siblings.iter().copied(), close)?;
+            Some(join(table, name))
         };
         let anywhere = || {
-            let names = self.schema.0.iter().map(|declared| declared.key.name);
-            nearest(&name_written, names, VERY_CLOSE).and_then(named)
+            let names = SCHEMA.0.iter().map(|declared| declared.key.name);
+            nearest(&written, names, VERY_CLOSE).and_then(named)
         };
         // Suggestions in this order: a very similar key of this table, the same name in another table, a
         // similar key of this table, a very similar key of another table.
         let nearest = here(VERY_CLOSE)
-            .or_else(|| named(name.get_ref()))
+            .or_else(|| named(name).map(str::to_owned))
             .or_else(|| here(CLOSE))
-            .or_else(anywhere);
+            .or_else(|| anywhere().map(str::to_owned));
         let place = match table {
             "" => "the top level".to_owned(),
             table => format!("[{table}]"),
         };
-        let unknown = Fault::UnknownKey {
-            key: join(table, &name_written),
-            nearest,
-            known: format!("{place} has the keys {}", siblings.join(", ")),
-        };
-        unknown.at(self.place(name.span().start))
+        let fault = Fault::new(
+            format!(
+                "unknown key `{}`{}",
+                join(table, &written),
+                did_you_mean(nearest.as_deref())
+            ),
+            format!("{place} has the keys {}", siblings.join(", ")),
+        );
+        fault.at(self.place(span.start))
     }
 }
 
@@ -215,9 +207,10 @@ impl<'d> Table<'d> {
 
     /// Dotted path of a key of this table. A name with a dot is already a path.
     pub fn path_of(self, name: &str) -> String {
-        match name.contains('.') {
-            true => name.to_owned(),
-            false => join(self.path, name),
+        if name.contains('.') {
+            name.to_owned()
+        } else {
+            join(self.path, name)
         }
     }
 
@@ -230,18 +223,10 @@ impl<'d> Table<'d> {
     pub fn get<K: Kind>(self, key: &Key<K>) -> Result<K::Value, SceneError> {
         match (self.find(key)?, key.if_absent) {
             (Some(value), _) => Ok(value),
-            // The default is read like a value of the file; a test checks all defaults.
             (None, IfAbsent::Default(literal)) => {
-                let value = DeValue::parse(literal).map_err(|_| Mismatch::Type);
-                let value = value.and_then(|value| key.kind.read(value.get_ref()));
-                value.map_err(|mismatch| {
-                    let fault = mismatch.fault(
-                        self.path_of(key.name),
-                        key.kind.expected(),
-                        literal.to_owned(),
-                    );
-                    fault.at(self.place())
-                })
+                let value = literal.parse::<Value>().ok();
+                let value = value.and_then(|value| key.kind.read(&value).ok());
+                Ok(value.expect("a valid default: a test reads all of them"))
             }
             (None, _) => Err(self.missing(key.name)),
         }
@@ -249,8 +234,23 @@ impl<'d> Table<'d> {
 
     /// Reads a key if it is present.
     pub fn find<K: Kind>(self, key: &Key<K>) -> Result<Option<K::Value>, SceneError> {
-        let value = self.given.and_then(|table| table.get(key.name));
-        value.map(|value| self.read(key, value)).transpose()
+        let Some((item, span)) = self.given.and_then(|table| entry(table, key.name)) else {
+            return Ok(None);
+        };
+        // Tables with a heading become values, too.
+        let value = item.clone().into_value().map_err(|_| Mismatch::Type);
+        let value = value.and_then(|value| key.kind.read(&value));
+        value.map(Some).map_err(|mismatch| {
+            let path = self.path_of(key.name);
+            let mut expected = key.kind.expected();
+            let is_number = item.is_integer() || item.is_float();
+            if is_number && let Some(constant) = SCHEMA.constant_of(&path) {
+                expected += &format!("; a constant is `{constant}`");
+            }
+            let found = self.document.excerpt(span.clone());
+            let fault = mismatch.fault(&path, &expected, &found);
+            fault.at(self.document.place(span.start))
+        })
     }
 
     /// Returns a value that other keys of the table require, or the error for its absence.
@@ -289,54 +289,46 @@ impl<'d> Table<'d> {
 
     /// Returns the error for an absent key that is required here.
     fn missing(self, name: &str) -> SceneError {
-        let key = self.path_of(name);
-        let declared = self
-            .document
-            .schema
-            .find(&key)
-            .expect("a key of this table");
-        let expected = declared.key.expected_if_missing();
-        Fault::Missing { key, expected }.at(self.place())
+        let path = self.path_of(name);
+        let declared = SCHEMA.find(&path).expect("a key of this table");
+        let remedy = format!("it must be {}", declared.key.expected_if_missing());
+        Fault::new(format!("`{path}` is missing"), remedy).at(self.place())
     }
 
     /// Elements of a list of tables; empty if the list is absent.
     pub fn list(self, key: &'d Key<Tables>) -> Result<Vec<Table<'d>>, SceneError> {
         self.find(key)?;
         let path = self.path_of(key.name);
-        let declared = self
-            .document
-            .schema
-            .find(&path)
-            .expect("a key of this table");
+        let declared = SCHEMA.find(&path).expect("a key of this table");
         let list = self.given.and_then(|table| table.get(key.name));
-        let items = list.and_then(|list| list.get_ref().as_array());
-        let element = |item: &'d Spanned<DeValue<'d>>| Table {
+        let tables = list.map(elements).unwrap_or_default().into_iter();
+        let tables = tables.map(|(table, span)| Table {
             document: self.document,
             path: &declared.path,
-            given: item.get_ref().as_table(),
-            offset: item.span().start,
-        };
-        Ok(items.into_iter().flatten().map(element).collect())
+            given: Some(table),
+            offset: span.start,
+        });
+        Ok(tables.collect())
     }
+}
 
-    fn read<K: Kind>(
-        self,
-        key: &Key<K>,
-        value: &Spanned<DeValue<'_>>,
-    ) -> Result<K::Value, SceneError> {
-        let document = self.document;
-        key.kind.read(value.get_ref()).map_err(|mismatch| {
-            let found = document.excerpt(value.span());
-            let path = self.path_of(key.name);
-            let mut expected = key.kind.expected();
-            let is_number = value.get_ref().is_integer() || value.get_ref().is_float();
-            if is_number && let Some(constant) = document.schema.constant_of(&path) {
-                expected += &format!("; a constant is `{constant}`");
-            }
-            let fault = mismatch.fault(path, expected, found);
-            fault.at(document.place(value.span().start))
-        })
-    }
+/// An item of a table with its position. A table without a heading of its own is at its name.
+fn entry<'d>(table: &'d dyn TableLike, name: &str) -> Option<(&'d Item, Range<usize>)> {
+    let (key, item) = table.get_key_value(name)?;
+    let span = item.span().or_else(|| key.span());
+    Some((item, span.unwrap_or_default()))
+}
+
+/// The tables of a list with their positions.
+fn elements(item: &Item) -> Vec<(&dyn TableLike, Range<usize>)> {
+    let headed = item.as_array_of_tables().into_iter().flatten();
+    let headed = headed.map(|table| (table as &dyn TableLike, table.span()));
+    let inline = item.as_array().into_iter().flatten();
+    let inline = inline.filter_map(Value::as_inline_table);
+    let inline = inline.map(|table| (table as &dyn TableLike, table.span()));
+    let all = headed.chain(inline);
+    all.map(|(table, span)| (table, span.unwrap_or_default()))
+        .collect()
 }
 
 /// A type that is read from the keys of a table.

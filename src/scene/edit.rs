@@ -2,51 +2,76 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
+use super::document::Document;
 use super::error::{Fault, Location, SceneError};
 use super::schema::{join, split};
+use super::spec::Scene;
 use super::tables::knots::{FileKnots, KnotKeys};
+use super::tables::load::{FACTOR, LOAD, TILT};
 
-/// Removes a key or a whole table if it is present.
-pub fn remove(document: &mut DocumentMut, path: &str) {
-    let (tables, name) = split(path);
-    let mut tables = tables.split('.').filter(|table| !table.is_empty());
-    let table = tables.try_fold(
-        document.as_table_mut() as &mut dyn TableLike,
-        |table, name| table.get_mut(name)?.as_table_like_mut(),
-    );
-    if let Some(table) = table {
-        table.remove(name);
+impl Scene {
+    /// The scene with other values of some keys in its text; `None` removes a key or a table. A form of the tilt, the
+    /// load or the rotation replaces its other forms.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub(super) fn edited(
+        &self,
+        entries: impl IntoIterator<Item = (impl AsRef<str>, Option<Value>)>,
+    ) -> Result<Self, SceneError> {
+        let mut document = self.document()?;
+        for (path, value) in entries {
+            let path = path.as_ref();
+            for forms in [&LOAD, &TILT, &FACTOR] {
+                if forms.paths().any(|form| form == path) {
+                    for other in forms.paths().filter(|form| *form != path) {
+                        remove(&mut document, other);
+                    }
+                }
+            }
+            match value {
+                Some(value) => set(&mut document, path, value),
+                None => drop(remove(&mut document, path)),
+            }
+        }
+        // The file of modes is unchanged and is not read again. A line number would be that of the changed text, which
+        // the user has not seen.
+        Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())
+            .map_err(|error| error.moved_to(self.place_of_override()))
+    }
+
+    /// The text of the scene for editing.
+    pub(super) fn document(&self) -> Result<DocumentMut, SceneError> {
+        let document = self.text.parse();
+        document.map_err(|error| Fault::syntax(&error).at(self.place_of_override()))
+    }
+
+    /// Position of an override in messages.
+    pub(super) fn place_of_override(&self) -> Location {
+        Location {
+            file: format!("override of scene {}", self.name),
+            line: None,
+        }
     }
 }
 
-/// Replaces the name of a CSV file in a scene's text by the knots (variable and value) of that file. The text
-/// is then self-contained and can be recorded and edited without the file.
-///
-/// # Errors
-/// If the text is not valid TOML.
-pub fn with_knots(
-    text: &str,
-    FileKnots { keys, knots }: &FileKnots,
-    place: impl FnOnce() -> Location,
-) -> Result<String, SceneError> {
-    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
-    let list = knot_list(keys, knots);
-    let table = document
-        .get_mut(keys.table)
-        .and_then(Item::as_table_like_mut);
-    let file = table.and_then(|table: &mut dyn TableLike| {
-        let file = table.remove(keys.csv.name);
-        table.insert(keys.knots.name, Item::Value(list));
-        file
-    });
-    let file = file.as_ref().and_then(Item::as_str).unwrap_or_default();
-    let mut text = document.to_string();
+/// Replaces the names of CSV files in a scene's text by the knots (variable and value) of the files. The text is then
+/// self-contained and can be recorded and edited without the files.
+pub fn with_knots(document: &Document<'_>, files: &[FileKnots]) -> String {
+    let mut text = document.editable();
+    let mut notes = String::new();
+    for FileKnots { keys, knots } in files {
+        let path = join(keys.table, keys.knots.name);
+        let file = remove(&mut text, &join(keys.table, keys.csv.name));
+        set(&mut text, &path, knot_list(keys, knots));
+        let file = file.as_ref().and_then(Item::as_str).unwrap_or_default();
+        notes += &format!("# {path} was read from {file:?}\n");
+    }
+    let mut text = text.to_string();
     if !text.ends_with('\n') {
         text.push('\n');
     }
-    let path = join(keys.table, keys.knots.name);
-    text.push_str(&format!("# {path} was read from {file:?}\n"));
-    Ok(text)
+    text + &notes
 }
 
 /// The list of knots, in the units of the keys.
@@ -61,12 +86,6 @@ pub fn knot_list(keys: &KnotKeys, knots: &[[f64; 2]]) -> Value {
     Value::Array(tables.collect())
 }
 
-pub fn syntax(error: &toml_edit::TomlError) -> Fault {
-    Fault::Syntax {
-        message: error.message().replace('\n', " "),
-    }
-}
-
 /// TOML literal of a number. Integral values are written as integers, which count and float keys both accept.
 pub fn number(value: f64) -> Value {
     if value.fract() == 0.0 && value.abs() < 1e15 {
@@ -77,23 +96,37 @@ pub fn number(value: f64) -> Value {
 }
 
 /// Sets the value at a dotted path and creates missing tables.
-pub fn set(root: &mut Table, path: &str, mut value: Value) {
-    let (tables, name) = split(path);
-    let mut table: &mut dyn TableLike = root;
-    for part in tables.split('.').filter(|part| !part.is_empty()) {
-        let item = table.entry(part).or_insert_with(|| {
-            let mut new = Table::new();
-            new.set_implicit(true);
-            Item::Table(new)
-        });
-        match item.as_table_like_mut() {
-            Some(inner) => table = inner,
-            // Not reached: the scene is valid, so this entry is a table.
-            None => return,
-        }
-    }
+pub fn set(document: &mut DocumentMut, path: &str, mut value: Value) {
+    let Some((table, name)) = enclosing(document, path) else {
+        return;
+    };
     if let Some(before) = table.get(name).and_then(Item::as_value) {
         *value.decor_mut() = before.decor().clone();
     }
     table.insert(name, Item::Value(value));
+}
+
+/// Removes a key or a whole table if it is present.
+pub fn remove(document: &mut DocumentMut, path: &str) -> Option<Item> {
+    let (table, name) = enclosing(document, path)?;
+    table.remove(name)
+}
+
+/// The table of a key, with the name of the key. Missing tables are created, without a heading until they have keys;
+/// `None` if a value is in the place of a table, which a valid scene excludes.
+fn enclosing<'d, 'p>(
+    document: &'d mut DocumentMut,
+    path: &'p str,
+) -> Option<(&'d mut dyn TableLike, &'p str)> {
+    let (tables, name) = split(path);
+    let mut table: &mut dyn TableLike = document.as_table_mut();
+    for part in tables.split('.').filter(|part| !part.is_empty()) {
+        let new = || {
+            let mut new = Table::new();
+            new.set_implicit(true);
+            Item::Table(new)
+        };
+        table = table.entry(part).or_insert_with(new).as_table_like_mut()?;
+    }
+    Some((table, name))
 }

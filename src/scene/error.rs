@@ -33,7 +33,7 @@ pub enum SceneError {
     /// The name is neither a built-in scene nor a file.
     #[error(
         "no scene is called `{name}`{}; choose one of {known}, or give the path of a scene file",
-        did_you_mean(nearest)
+        did_you_mean(nearest.as_deref())
     )]
     UnknownScene {
         /// The requested name.
@@ -63,29 +63,17 @@ pub enum SceneError {
         /// Size limit, bytes.
         limit: u64,
     },
-    /// The operation requires a ball joint, and the scene defines another system.
-    #[error(
-        "a ball joint is required, but the scene `{scene}` defines {subject}; choose a scene with a [load] \
-         table, such as `{}`",
-        super::DEFAULT_SCENE
-    )]
-    NoJoint {
+    /// The operation requires another system than that of the scene.
+    #[error("{required} required, but the scene `{scene}` {defines}; choose a scene {remedy}")]
+    WrongSystem {
         /// Name of the scene.
         scene: String,
-        /// The system that the scene defines.
-        subject: &'static str,
-    },
-    /// The operation requires the finite-element model of ball and beam, and the scene imports its modes.
-    #[error(
-        "modes and contact patch of ball and beam are required, but the scene `{scene}` imports them \
-         from `{file}`; choose a scene without body.modes, such as `{}`",
-        super::DEFAULT_SCENE
-    )]
-    NoBeam {
-        /// Name of the scene.
-        scene: String,
-        /// File of the modes.
-        file: String,
+        /// What is required, with the verb.
+        required: &'static str,
+        /// What the scene has, with the verb.
+        defines: String,
+        /// What a suitable scene has.
+        remedy: String,
     },
     /// The file of the modes is invalid.
     #[error("{at}: `body.modes`: {file}: {problem}")]
@@ -97,152 +85,63 @@ pub enum SceneError {
         /// Fault and remedy.
         problem: Box<ImportedModesError>,
     },
-    /// The operation requires a small system, and the scene defines a ball joint.
-    #[error(
-        "a small system is required, but the scene `{scene}` defines a ball joint; choose a scene with \
-         a table such as [impact_oscillator]"
-    )]
-    NoSmallSystem {
-        /// Name of the scene.
-        scene: String,
-    },
     /// The content is invalid.
     #[error("{at}: {fault}")]
     Content {
         /// Position of the faulty value or key, or of the table that lacks a key.
         at: Location,
         /// The fault.
-        fault: Box<Fault>,
+        fault: Fault,
     },
+}
+
+impl SceneError {
+    /// The same fault at another position.
+    pub(super) fn moved_to(self, at: Location) -> Self {
+        match self {
+            Self::Content { fault, .. } => fault.at(at),
+            other => other,
+        }
+    }
 }
 
 /// A fault in the content of a scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Fault {
-    /// The file is not UTF-8 text.
-    #[error("the scene file is not UTF-8 text; save it as UTF-8")]
-    NotText,
-    /// The text is not valid TOML.
-    #[error(
-        "not valid TOML: {message}; `squeakscope scenes NAME` prints a valid scene to start from"
-    )]
-    Syntax {
-        /// Message of the TOML parser.
-        message: String,
-    },
-    /// An undeclared key or table.
-    #[error("unknown key `{key}`{}; {known}", did_you_mean(nearest))]
-    UnknownKey {
-        /// Dotted path of the key.
-        key: String,
-        /// Dotted path of the most similar declared key, if any is similar enough.
-        nearest: Option<String>,
-        /// The declared keys of the table.
-        known: String,
-    },
-    /// A plain value in place of a table.
-    #[error("`{key}` is a table, not a value; write `[{key}]` and its keys below")]
-    NotATable {
-        /// Dotted path of the table.
-        key: String,
-    },
-    /// A required key is absent.
-    #[error("`{key}` is missing; it must be {expected}")]
-    Missing {
-        /// Dotted path of the key.
-        key: String,
-        /// Permitted values.
-        expected: String,
-    },
-    /// A value of the wrong type.
-    #[error("`{key}` is {found}; it must be {expected}")]
-    WrongType {
-        /// Dotted path of the key.
-        key: String,
-        /// The value as written, shortened.
-        found: String,
-        /// Permitted values.
-        expected: String,
-    },
-    /// A key that cannot be varied: it is not a single number, or it is part of a function of time.
-    #[error(
-        "`{key}` cannot be varied{}: it is not a single number that is constant in time; choose a numeric \
-         key from `squeakscope scenes --keys`",
-        did_you_mean(constant)
-    )]
-    NotANumber {
-        /// Dotted path of the key.
-        key: String,
-        /// Dotted path of the number that it replaces by a function of time, if there is one.
-        constant: Option<String>,
-    },
-    /// A method with a fixed step, which has no tolerance.
-    #[error(
-        "`{method}` has a fixed step and no tolerance that an accuracy could determine; choose another time.method, such \
-         as \"lawson54\""
-    )]
-    FixedStep {
-        /// Name of the method.
-        method: &'static str,
-    },
-    /// A number that is out of range or not finite.
-    #[error("`{key}` = {found} is out of range; it must be {expected}")]
-    OutOfRange {
-        /// Dotted path of the key.
-        key: String,
-        /// The value as written, shortened.
-        found: String,
-        /// Permitted values.
-        expected: String,
-    },
-    /// A word that is not among the choices.
-    #[error(
-        "`{key}` = {found} is not a valid choice{}; it must be {expected}",
-        did_you_mean(nearest)
-    )]
-    UnknownChoice {
-        /// Dotted path of the key.
-        key: String,
-        /// The value as written, shortened.
-        found: String,
-        /// The most similar choice, if any is similar enough.
-        nearest: Option<String>,
-        /// Permitted values.
-        expected: String,
-    },
-    /// Values that are valid individually but inconsistent with each other.
-    #[error("`{key}`: {problem}; {remedy}")]
-    Inconsistent {
-        /// Dotted path of the key.
-        key: String,
-        /// The inconsistency.
-        problem: String,
-        /// Remedy.
-        remedy: String,
-    },
+#[error("{problem}; {remedy}")]
+pub struct Fault {
+    /// The faulty key or value, and why it is rejected.
+    pub problem: String,
+    /// Remedy.
+    pub remedy: String,
 }
 
 impl Fault {
-    /// Builds [`Fault::Inconsistent`].
-    pub(super) fn inconsistent(
-        key: impl Into<String>,
-        problem: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
-        Self::Inconsistent {
-            key: key.into(),
+    pub(super) fn new(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
             problem: problem.into(),
             remedy: remedy.into(),
         }
     }
 
+    /// Values that are valid individually but inconsistent with each other.
+    pub(super) fn inconsistent(
+        key: impl fmt::Display,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::new(format!("`{key}`: {}", problem.into()), remedy)
+    }
+
+    /// A text that is not valid TOML.
+    pub(super) fn syntax(error: &toml_edit::TomlError) -> Self {
+        let message = error.message().replace('\n', " ");
+        let remedy = "`squeakscope scenes NAME` prints a valid scene to start from";
+        Self::new(format!("not valid TOML: {message}"), remedy)
+    }
+
     /// Builds the error for this fault at a position.
     pub(super) fn at(self, at: Location) -> SceneError {
-        SceneError::Content {
-            at,
-            fault: Box::new(self),
-        }
+        SceneError::Content { at, fault: self }
     }
 }
 
@@ -265,11 +164,8 @@ macro_rules! ensure {
 pub(super) use ensure;
 
 /// Part of a message that suggests a similar name.
-fn did_you_mean(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map(|name| format!(" (did you mean `{name}`?)"))
-        .unwrap_or_default()
+pub(super) fn did_you_mean(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 /// Minimum similarity (0 to 1) of a suggestion; a less similar name does not help the user.
@@ -295,11 +191,15 @@ pub(super) fn nearest<'c>(
 }
 
 /// A warning about a valid scene: a property that is probably unintended.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SceneWarning {
     /// The kinetic coefficient of friction exceeds the static one. Friction then increases with speed, and no
     /// negative slope excites vibration.
+    #[error(
+        "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, and no negative \
+         slope excites vibration"
+    )]
     KineticAboveStatic {
         /// Static coefficient of friction.
         mu_s: f64,
@@ -307,6 +207,12 @@ pub enum SceneWarning {
         mu_d: f64,
     },
     /// The contact patch is so wide that Hertz contact describes it badly.
+    #[error(
+        "the contact patch has a half-angle of {:.0} degrees, and Hertz contact holds for small ones: the normal \
+         force along the load is {:.1} % too small; give the pressure over the radius as contact.pressure",
+        .half_angle.to_degrees(),
+        .lost_load * 100.0
+    )]
     WidePatch {
         /// Half-angle, rad.
         half_angle: f64,
@@ -314,10 +220,20 @@ pub enum SceneWarning {
         lost_load: f64,
     },
     /// The published natural frequencies are those of another body: dimensions or material differ.
+    #[error(
+        "the published natural frequencies are those of the body of the paper, and body has other dimensions or \
+         another material; set body.frequencies = \"scaled\" or \"fe\""
+    )]
     FrequenciesOfAnotherBody,
     /// The run ends before the schedule of tilt, load or rotation ends.
     ///
     /// This includes a step at the end of the run: no sample follows it.
+    #[error(
+        "the run ends at {} ms, {} the last change of the {of} at {} ms; increase time.duration_ms",
+        .duration * 1e3,
+        if .last > .duration { "before" } else { "without a sample after" },
+        .last * 1e3
+    )]
     ScheduleCutShort {
         /// The quantity.
         of: &'static str,
@@ -327,6 +243,12 @@ pub enum SceneWarning {
         last: f64,
     },
     /// Two knots of tilt, load or rotation lie within one frame, in which the joint is constant.
+    #[error(
+        "the {of} has a knot at {} ms that follows the previous knot by less than a frame; the {of} is updated once \
+         per frame, every {} ms, and knots within a frame have no effect; reduce time.frame_samples, or use steps",
+        .time * 1e3,
+        .frame * 1e3
+    )]
     PointsWithinFrame {
         /// The quantity.
         of: &'static str,
@@ -336,6 +258,11 @@ pub enum SceneWarning {
         frame: f64,
     },
     /// The run ends before an analysis starts.
+    #[error(
+        "the run ends at {} ms, before {key} = {}, so this analysis has no result; increase time.duration_ms",
+        .duration * 1e3,
+        .start * 1e3
+    )]
     AnalysisNeverStarts {
         /// Path of the key that sets the start.
         key: &'static str,
@@ -344,59 +271,4 @@ pub enum SceneWarning {
         /// Simulated time, s.
         duration: f64,
     },
-}
-
-impl fmt::Display for SceneWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::KineticAboveStatic { mu_s, mu_d } => write!(
-                f,
-                "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, \
-                 and no negative slope excites vibration"
-            ),
-            Self::WidePatch {
-                half_angle,
-                lost_load,
-            } => write!(
-                f,
-                "the contact patch has a half-angle of {:.0} degrees, and Hertz contact holds for small ones: the normal \
-                 force along the load is {:.1} % too small; give the pressure over the radius as contact.pressure",
-                half_angle.to_degrees(),
-                100.0 * lost_load
-            ),
-            Self::FrequenciesOfAnotherBody => f.write_str(
-                "the published natural frequencies are those of the body of the paper, and body has other \
-                 dimensions or another material; set body.frequencies = \"scaled\" or \"fe\"",
-            ),
-            Self::ScheduleCutShort { of, duration, last } => write!(
-                f,
-                "the run ends at {} ms, {} the last change of the {of} at {} ms; increase time.duration_ms",
-                duration * 1e3,
-                match last > duration {
-                    true => "before",
-                    false => "without a sample after",
-                },
-                last * 1e3
-            ),
-            Self::PointsWithinFrame { of, time, frame } => write!(
-                f,
-                "the {of} has a knot at {} ms that follows the previous knot by less than a frame; the {of} is \
-                 updated once per frame, every {} ms, and knots within a frame have no effect; reduce \
-                 time.frame_samples, or use steps",
-                time * 1e3,
-                frame * 1e3
-            ),
-            Self::AnalysisNeverStarts {
-                key,
-                start,
-                duration,
-            } => write!(
-                f,
-                "the run ends at {} ms, before {key} = {}, so this analysis has no result; increase \
-                 time.duration_ms",
-                duration * 1e3,
-                start * 1e3
-            ),
-        }
-    }
 }

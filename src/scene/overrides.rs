@@ -2,15 +2,14 @@
 
 use toml_edit::Value;
 
-use super::edit::{remove, set};
-use super::error::{Location, SceneError, SceneWarning};
-use super::parameter::{declared, is_listed};
+use super::edit::number;
+use super::error::{SceneError, SceneWarning};
+use super::parameter::{Parameter, declared, is_listed};
 use super::schedule::Schedule;
-use super::schema::kind::Kind;
 use super::spec::Scene;
-use super::tables::analysis::{AnalysisBudget, AnalysisSpec};
+use super::tables::SCHEMA;
+use super::tables::analysis::AnalysisSpec;
 use super::tables::load::{FACTOR, LOAD, TILT};
-use super::tables::{SCHEMA, check_imported_patch, check_sliding, demonstrated_mechanism};
 use crate::joint::{BodySpec, Frequencies, Friction};
 
 /// Value of an override that removes a key or a table.
@@ -24,35 +23,28 @@ impl Scene {
     ///
     /// # Errors
     /// If the scene has no joint, the tilt is out of range, or the central contact point would not slide.
-    pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
-        let mut joint = self.joint()?.clone();
-        joint.tilt = Schedule::constant(self.overridden("load.tilt_deg", tilt_deg)?);
-        check_sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
-        check_imported_patch(&joint, || self.place_of_override())?;
-        *self.joint_mut()? = joint;
-        self.mechanism = demonstrated_mechanism(&self);
-        Ok(self)
+    pub fn with_tilt(self, tilt_deg: f64) -> Result<Self, SceneError> {
+        self.joint()?;
+        self.with_values(&[(Parameter::tilt(), tilt_deg)])
     }
 
     /// Returns the scene with another simulated time, 0.1 to 100,000 ms.
     ///
     /// # Errors
     /// If the time is out of range.
-    pub fn with_duration(mut self, duration_ms: f64) -> Result<Self, SceneError> {
-        self.duration = self.overridden("time.duration_ms", duration_ms)?;
-        Ok(self)
+    pub fn with_duration(self, duration_ms: f64) -> Result<Self, SceneError> {
+        self.edited([("time.duration_ms", Some(number(duration_ms)))])
     }
 
     /// Returns the scene with another relative tolerance of the integrator, 1e-13 to 0.01.
     ///
     /// # Errors
     /// If the tolerance is out of range.
-    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SceneError> {
-        self.integrator.tolerance = self.overridden("time.tolerance", tolerance)?;
-        Ok(self)
+    pub fn with_tolerance(self, tolerance: f64) -> Result<Self, SceneError> {
+        self.edited([("time.tolerance", Some(number(tolerance)))])
     }
 
-    /// Returns the scene with other values of any keys, in its text, too. Each override is the dotted path of a key,
+    /// Returns the scene with other values of any keys. Each override is the dotted path of a key,
     /// or its name if that occurs in one table only, and the value as in a scene file; quotes of a word may be left
     /// out, and `absent` removes the key, or a whole table such as `analysis.lyapunov`. A form of the tilt, the load or the rotation replaces its other forms.
     ///
@@ -62,53 +54,17 @@ impl Scene {
         &self,
         overrides: &[(impl AsRef<str>, impl AsRef<str>)],
     ) -> Result<Self, SceneError> {
-        let mut document = self.document()?;
-        for (name, value) in overrides {
+        let place = || self.place_of_override();
+        let entries = overrides.iter().map(|(name, value)| {
             let (name, value) = (name.as_ref(), value.as_ref());
             if value == ABSENT && SCHEMA.has_table(name) {
-                remove(&mut document, name);
-                continue;
+                return Ok((name, None));
             }
-            let key = declared(
-                name,
-                |key| !is_listed(key),
-                self.concerns()?,
-                || self.place_of_override(),
-            )?;
-            let path = &key.path[..];
-            for forms in [&LOAD, &TILT, &FACTOR] {
-                if forms.paths().any(|form| form == path) {
-                    forms.paths().for_each(|form| remove(&mut document, form));
-                }
-            }
-            match value {
-                ABSENT => remove(&mut document, path),
-                _ => {
-                    let value = value.parse().unwrap_or_else(|_| Value::from(value));
-                    set(document.as_table_mut(), path, value);
-                }
-            }
-        }
-        // A line number would be that of the changed text, which the user has not seen.
-        self.with_document(&document).map_err(|error| match error {
-            SceneError::Content { fault, .. } => fault.at(self.place_of_override()),
-            other => other,
-        })
-    }
-
-    /// Returns the scene with another seed of the random kick.
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.start.seed = seed;
-        self.note("start.seed", seed);
-        self
-    }
-
-    /// Returns the scene with another budget of the analyses.
-    pub fn with_analysis_budget(mut self, budget: AnalysisBudget) -> Self {
-        self.analysis.budget = budget;
-        let name: &str = budget.into();
-        self.note("analysis.budget", name);
-        self
+            let key = declared(name, |key| !is_listed(key), self.concerns()?, place)?;
+            let parsed = || value.parse().unwrap_or_else(|_| Value::from(value));
+            Ok((&key.path[..], (value != ABSENT).then(parsed)))
+        });
+        self.edited(entries.collect::<Result<Vec<_>, SceneError>>()?)
     }
 
     /// Returns the scene without analyses and without a lesson; the motion is unchanged.
@@ -125,15 +81,12 @@ impl Scene {
 
     /// Returns the scene without Lyapunov exponents and perturbed trajectory, the most expensive analyses. A
     /// mechanism that requires one of them is removed.
-    pub fn without_lyapunov(mut self) -> Self {
-        if self.analysis.exponents.take().is_some() {
-            self.note("[analysis.lyapunov]", "omitted");
-        }
-        if self.analysis.perturbed_trajectory.take().is_some() {
-            self.note("[analysis.perturbed_trajectory]", "omitted");
-        }
-        self.mechanism = demonstrated_mechanism(&self);
-        self
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn without_lyapunov(&self) -> Result<Self, SceneError> {
+        let tables = ["analysis.lyapunov", "analysis.perturbed_trajectory"];
+        self.edited(tables.map(|table| (table, None)))
     }
 
     /// Properties of this valid scene that are probably unintended.
@@ -165,19 +118,15 @@ impl Scene {
                 lost_load: joint.spec.lost_load(half_angle),
             });
         }
-        let factor = joint.rotation.as_ref().map(|r| &r.factor);
-        for (keys, schedule) in [
-            (&TILT, Some(&joint.tilt)),
-            (&LOAD, joint.load.as_ref()),
-            (&FACTOR, factor),
-        ] {
-            let last = schedule.and_then(Schedule::last_point);
-            let steps = schedule
-                .and_then(|schedule| schedule.jumps().last())
-                .is_some();
+        for (keys, schedule) in [&TILT, &LOAD, &FACTOR].into_iter().zip(joint.schedules()) {
+            let Some(schedule) = schedule else {
+                continue;
+            };
+            let has_steps = schedule.jumps().next().is_some();
             // The segment before a knot at the end of the run is simulated; no sample follows a step there.
-            let too_late = |last: &f64| *last > self.duration || steps && *last == self.duration;
-            if let Some(last) = last.filter(too_late) {
+            let too_late =
+                |last: &f64| *last > self.duration || has_steps && *last == self.duration;
+            if let Some(last) = schedule.last_point().filter(too_late) {
                 warnings.push(SceneWarning::ScheduleCutShort {
                     of: keys.word,
                     duration: self.duration,
@@ -185,7 +134,7 @@ impl Scene {
                 });
             }
             let frame = self.frame_samples as f64 / self.sample_rate;
-            if let Some(time) = schedule.and_then(|schedule| schedule.first_knot_within(frame)) {
+            if let Some(time) = schedule.first_knot_within(frame) {
                 warnings.push(SceneWarning::PointsWithinFrame {
                     of: keys.word,
                     time,
@@ -214,34 +163,6 @@ impl Scene {
             }
         }
         warnings
-    }
-
-    /// Converts an override of a number and appends a note to the recorded text.
-    fn overridden(&mut self, path: &str, stated: f64) -> Result<f64, SceneError> {
-        let declared = SCHEMA.find(path).expect("a declared key");
-        let number = declared.key.kind.as_number().expect("a plain number");
-        let value = number.accept(stated).map_err(|mismatch| {
-            let fault = mismatch.fault(path.to_owned(), number.expected(), stated.to_string());
-            fault.at(self.place_of_override())
-        })?;
-        self.note(path, stated);
-        Ok(value)
-    }
-
-    /// Appends a note about an override to the recorded text.
-    fn note(&mut self, path: &str, stated: impl std::fmt::Display) {
-        if !self.text.ends_with('\n') {
-            self.text.push('\n');
-        }
-        self.text
-            .push_str(&format!("# overridden for this run: {path} = {stated}\n"));
-    }
-
-    pub(super) fn place_of_override(&self) -> Location {
-        Location {
-            file: format!("override of scene {}", self.name),
-            line: None,
-        }
     }
 }
 

@@ -3,14 +3,15 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
 
-use toml_edit::{DocumentMut, Value};
+use toml_edit::Value;
 
-use super::edit::{knot_list, number, remove, set, syntax};
-use super::error::{CLOSE, Fault, Location, SceneError, nearest};
+use super::edit::{knot_list, number};
+use super::error::{CLOSE, Fault, Location, SceneError, did_you_mean, nearest};
+use super::schema::kind::float;
 use super::schema::{Declared, IfAbsent, join};
 use super::spec::Scene;
 use super::tables::friction::CURVE;
-use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
+use super::tables::load::{FACTOR, LOAD, is_schedule_key};
 use super::tables::{SCHEMA, joint, small};
 use crate::number::trimmed;
 
@@ -46,11 +47,12 @@ impl Parameter {
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
         // A declared key that is not a number.
         if SCHEMA.find(name).is_some_and(|key| !is_free(key)) {
-            let fault = Fault::NotANumber {
-                key: name.to_owned(),
-                constant: SCHEMA.constant_of(name).map(str::to_owned),
-            };
-            return Err(fault.at(place()));
+            let constant = did_you_mean(SCHEMA.constant_of(name));
+            let problem = format!(
+                "`{name}` cannot be varied{constant}: it is not a single number that is constant in time"
+            );
+            let remedy = "choose a numeric key from `squeakscope scenes --keys`";
+            return Err(Fault::new(problem, remedy).at(place()));
         }
         let key = declared(name, is_free, concerns, place)?;
         Ok(Self { key })
@@ -150,12 +152,9 @@ pub(super) fn declared(
         let close = nearest(name, keys().map(spelling), CLOSE);
         keys().find(|key| close == Some(spelling(key)))
     });
-    let unknown = Fault::UnknownKey {
-        key: name.to_owned(),
-        nearest: nearest.map(|key| key.path.clone()),
-        known: "`squeakscope scenes --keys` lists all keys".to_owned(),
-    };
-    Err(unknown.at(place()))
+    let nearest = did_you_mean(nearest.map(|key| &key.path[..]));
+    let remedy = "`squeakscope scenes --keys` lists all keys";
+    Err(Fault::new(format!("unknown key `{name}`{nearest}"), remedy).at(place()))
 }
 
 /// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular
@@ -204,13 +203,13 @@ impl Scene {
         for (parameter, _) in values {
             self.reject_function(*parameter)?;
         }
-        let values = values
-            .iter()
-            .map(|&(parameter, value)| match parameter.path() {
-                path @ ROTATION_PATH => (path, self.rotation_of(value)),
-                path => (path, number(value)),
-            });
-        self.with_entries(values)
+        self.edited(values.iter().map(|&(parameter, value)| {
+            let value = match parameter.path() {
+                ROTATION_PATH => self.rotation_of(value),
+                _ => number(value),
+            };
+            (parameter.path(), Some(value))
+        }))
     }
 
     /// Value of a parameter in the unit of a scene file: as written, or its default; that at the start for a
@@ -234,9 +233,7 @@ impl Scene {
             item = item.and_then(|item| item.get(part));
         }
         match (item, parameter.key.key.if_absent) {
-            (Some(item), _) => item
-                .as_float()
-                .or_else(|| item.as_integer().map(|whole| whole as f64)),
+            (Some(item), _) => float(item.as_value()?).ok(),
             (None, IfAbsent::Default(literal)) => literal.parse().ok(),
             (None, _) => None,
         }
@@ -266,7 +263,7 @@ impl Scene {
     /// As [`Scene::parse`].
     pub fn with_friction_points(&self, points: &[[f64; 2]]) -> Result<Self, SceneError> {
         let list = knot_list(&CURVE, points);
-        self.with_entries([(join(CURVE.table, CURVE.knots.name), list)])
+        self.edited([(join(CURVE.table, CURVE.knots.name), Some(list))])
     }
 
     /// Returns the scene with another description.
@@ -274,7 +271,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with_about(&self, about: &str) -> Result<Self, SceneError> {
-        self.with_entries([("about", Value::from(about))])
+        self.edited([("about", Some(Value::from(about)))])
     }
 
     /// Returns the parameter as [`Parameter::named`]; a name that several systems have is that of this scene's system.
@@ -328,35 +325,6 @@ impl Scene {
             PAPER_AXIS
         };
         Value::from_iter(axis.map(|w| size * w))
-    }
-
-    pub(super) fn with_entries(
-        &self,
-        entries: impl IntoIterator<Item = (impl AsRef<str>, Value)>,
-    ) -> Result<Self, SceneError> {
-        let mut document = self.document()?;
-        for (path, value) in entries {
-            let path = path.as_ref();
-            set(document.as_table_mut(), path, value);
-            if path == TILT_PATH {
-                for form in TILT.paths().filter(|form| *form != TILT_PATH) {
-                    remove(&mut document, form);
-                }
-            }
-        }
-        self.with_document(&document)
-    }
-
-    /// The scene with a changed text.
-    pub(super) fn with_document(&self, document: &DocumentMut) -> Result<Self, SceneError> {
-        // The file of modes is unchanged and is not read again.
-        Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())
-    }
-
-    /// The text of the scene for editing.
-    pub(super) fn document(&self) -> Result<DocumentMut, SceneError> {
-        let document = self.text.parse();
-        document.map_err(|error| syntax(&error).at(self.place_of_override()))
     }
 }
 

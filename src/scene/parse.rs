@@ -9,8 +9,7 @@ use super::error::{Fault, Location, SceneError};
 use super::spec::Scene;
 use super::subject::SystemSpec;
 use super::tables::{
-    Frames, Header, SCHEMA, analysis, check_imported_patch, check_sliding, joint, load, mechanism,
-    run, small,
+    Frames, Header, analysis, check_imported_patch, check_sliding, joint, run, small,
 };
 use crate::joint::ImportedModes;
 
@@ -24,9 +23,14 @@ impl Scene {
     /// the wrong type or out of range, inconsistent values or files.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
         let text = decoded(file, content.as_ref())?;
-        let document = Document::parse(file, text, &SCHEMA)?;
+        let document = Document::parse(file, text)?;
         let scene = build(&document, file, text, None)?;
-        mechanism::check(&document, &scene)?;
+        if let Some(mechanism) = scene.mechanism
+            && let Some([problem, remedy]) = mechanism.missing_in(&scene)
+        {
+            let problem = format!("\"{}\" {problem}", mechanism.name());
+            return Err(document.inconsistent("mechanism", &[], problem, remedy));
+        }
         controls::check(&document, &scene)?;
         Ok(scene)
     }
@@ -38,8 +42,9 @@ impl Scene {
         text: &str,
         known: Option<&Arc<ImportedModes>>,
     ) -> Result<Self, SceneError> {
-        let mut scene = build(&Document::parse(file, text, &SCHEMA)?, file, text, known)?;
-        scene.mechanism = mechanism::demonstrated(&scene);
+        let mut scene = build(&Document::parse(file, text)?, file, text, known)?;
+        let named = scene.mechanism;
+        scene.mechanism = named.filter(|mechanism| mechanism.missing_in(&scene).is_none());
         Ok(scene)
     }
 }
@@ -48,7 +53,7 @@ impl Scene {
 fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-        Fault::NotText.at(Location {
+        Fault::new("the scene file is not UTF-8 text", "save it as UTF-8").at(Location {
             file: file.to_owned(),
             line: Some(line_of(&valid, valid.len())),
         })
@@ -83,9 +88,11 @@ fn build(
         mechanism: header.mechanism,
         controls: controls::read(document)?,
         name,
-        text: tables.iter().try_fold(text.to_owned(), |text, table| {
-            with_knots(&text, table, || document.place_of([table.keys.table]))
-        })?,
+        text: if tables.is_empty() {
+            text.to_owned()
+        } else {
+            with_knots(document, &tables)
+        },
         start,
         duration: frames.duration,
         sample_rate: frames.sample_rate,
@@ -96,12 +103,8 @@ fn build(
         subject,
     };
     if let SystemSpec::Joint(joint) = &scene.subject {
-        let tilt = || ["load.azimuth_deg"].into_iter().chain(load::TILT.paths());
-        let others = ["rotation.moves_patch", "body.modes"];
-        let loading = || tilt().chain(load::LOAD.paths()).chain(others);
-        check_imported_patch(joint, || document.place_of(loading()))?;
-        let motion = || document.place_of(tilt().chain(["rotation.angular_velocity_rad_per_s"]));
-        check_sliding(&joint.spec, &joint.tilt, motion)?;
+        check_imported_patch(document, joint)?;
+        check_sliding(document, joint)?;
     }
     Ok(scene)
 }

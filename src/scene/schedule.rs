@@ -113,31 +113,21 @@ impl Schedule {
     pub fn values(&self) -> Vec<f64> {
         match &self.0 {
             Form::Lines(points) | Form::Steps(points) => points.iter().map(|p| p.1).collect(),
-            Form::Sine(_) => {
-                let (low, high) = (self.min(), self.max());
-                vec![low, 0.5 * (low + high), high]
+            Form::Sine(sine) => {
+                let swing = sine.amplitude.abs();
+                vec![sine.mean - swing, sine.mean, sine.mean + swing]
             }
         }
     }
 
     /// Minimum.
     pub fn min(&self) -> f64 {
-        match &self.0 {
-            Form::Lines(points) | Form::Steps(points) => {
-                points.iter().map(|p| p.1).fold(f64::INFINITY, f64::min)
-            }
-            Form::Sine(sine) => sine.mean - sine.amplitude.abs(),
-        }
+        self.values().into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Maximum.
     pub fn max(&self) -> f64 {
-        match &self.0 {
-            Form::Lines(points) | Form::Steps(points) => {
-                points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
-            }
-            Form::Sine(sine) => sine.mean + sine.amplitude.abs(),
-        }
+        self.values().into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether the value changes with time.

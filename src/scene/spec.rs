@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::error::SceneError;
 use super::mechanism::Mechanism;
 use super::parameter::Parameter;
+use super::presets::DEFAULT_SCENE;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
 use super::tables::{Integrator, RecordSpec, Start};
@@ -21,7 +22,7 @@ pub struct Scene {
     pub about: String,
     /// The mechanism that the scene demonstrates, if it has a lesson.
     pub mechanism: Option<Mechanism>,
-    /// Complete text of the scene. Overrides of the command line are appended as comments.
+    /// Complete text of the scene, with all overrides.
     pub text: String,
     /// The numbers that the scene is about, with the ranges of their sliders in the units of the scene file.
     pub controls: Vec<(Parameter, [f64; 2])>,
@@ -52,7 +53,7 @@ impl Scene {
     /// Returns the joint and its loading.
     ///
     /// # Errors
-    /// [`SceneError::NoJoint`] if the scene defines a small system.
+    /// [`SceneError::WrongSystem`] if the scene defines a small system.
     pub fn joint(&self) -> Result<&LoadedJoint, SceneError> {
         match &self.subject {
             SystemSpec::Joint(joint) => Ok(joint),
@@ -63,7 +64,7 @@ impl Scene {
     /// Returns the joint and its loading for modification. The result is not validated.
     ///
     /// # Errors
-    /// [`SceneError::NoJoint`] if the scene defines a small system.
+    /// [`SceneError::WrongSystem`] if the scene defines a small system.
     pub fn joint_mut(&mut self) -> Result<&mut LoadedJoint, SceneError> {
         match &mut self.subject {
             SystemSpec::Joint(joint) => Ok(joint),
@@ -78,22 +79,12 @@ impl Scene {
     pub fn ball_on_beam(&self) -> Result<&BallOnBeam, SceneError> {
         match &self.joint()?.spec.body {
             BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Imported(modes) => Err(SceneError::NoBeam {
+            BodySpec::Imported(modes) => Err(SceneError::WrongSystem {
                 scene: self.name.clone(),
-                file: modes.name().to_owned(),
+                required: "modes and contact patch of ball and beam are",
+                defines: format!("imports them from `{}`", modes.name()),
+                remedy: format!("without body.modes, such as `{DEFAULT_SCENE}`"),
             }),
-        }
-    }
-
-    /// As [`Scene::ball_on_beam`], for modification. The result is not validated.
-    ///
-    /// # Errors
-    /// As [`Scene::ball_on_beam`].
-    pub fn ball_on_beam_mut(&mut self) -> Result<&mut BallOnBeam, SceneError> {
-        self.ball_on_beam()?;
-        match &mut self.joint_mut()?.spec.body {
-            BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Imported(_) => unreachable!("rejected above"),
         }
     }
 
@@ -107,8 +98,10 @@ impl Scene {
 }
 
 fn no_joint(scene: &str, small: &SmallSystem) -> SceneError {
-    SceneError::NoJoint {
+    SceneError::WrongSystem {
         scene: scene.to_owned(),
-        subject: small.description(),
+        required: "a ball joint is",
+        defines: format!("defines {}", small.description()),
+        remedy: format!("with a [load] table, such as `{DEFAULT_SCENE}`"),
     }
 }

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::schedule::Schedule;
 use crate::joint::{JointSpec, PatchFrame};
@@ -40,17 +41,7 @@ pub struct LoadedJoint {
 
 /// Part of the motion that a change of tilt, load or rotation carries over to the new equilibrium. The modal
 /// velocities are carried over in both cases.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-    strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Carry {
     /// The perturbation `z` from the equilibrium: a change excites nothing.
@@ -167,36 +158,32 @@ impl LoadedJoint {
 
     /// Minimum and maximum load, N.
     pub fn load_span(&self) -> [f64; 2] {
-        match &self.load {
-            Some(load) => [load.min(), load.max()],
-            None => [self.spec.load; 2],
-        }
+        let load = self.load.as_ref();
+        load.map_or([self.spec.load; 2], |load| [load.min(), load.max()])
     }
 
     /// Minimum and maximum factor on the angular velocity.
     pub fn rotation_span(&self) -> [f64; 2] {
-        match &self.rotation {
-            Some(rotation) => [rotation.factor.min(), rotation.factor.max()],
-            None => [1.0; 2],
-        }
+        let [.., factor] = self.schedules();
+        factor.map_or([1.0; 2], |factor| [factor.min(), factor.max()])
+    }
+
+    /// Tilt (rad), load (N) and factor on the angular velocity; `None` for a constant.
+    pub(super) fn schedules(&self) -> [Option<&Schedule>; 3] {
+        let factor = self.rotation.as_ref().map(|rotation| &rotation.factor);
+        [Some(&self.tilt), self.load.as_ref(), factor]
     }
 
     /// Whether tilt, load or rotation change with time.
     pub fn varies(&self) -> bool {
-        let factor = self.rotation.as_ref().map(|r| &r.factor);
-        let courses = [Some(&self.tilt), self.load.as_ref(), factor];
-        self.patch_moves() || courses.into_iter().flatten().any(Schedule::varies)
+        let mut schedules = self.schedules().into_iter().flatten();
+        self.patch_moves() || schedules.any(Schedule::varies)
     }
 
     /// Times of all discontinuities of tilt, load and rotation, s, ascending, without duplicates.
     pub fn jumps(&self) -> Vec<f64> {
-        let factor = self.rotation.as_ref().map(|r| &r.factor);
-        let courses = [Some(&self.tilt), self.load.as_ref(), factor];
-        let mut jumps: Vec<f64> = courses
-            .into_iter()
-            .flatten()
-            .flat_map(Schedule::jumps)
-            .collect();
+        let schedules = self.schedules().into_iter().flatten();
+        let mut jumps: Vec<f64> = schedules.flat_map(Schedule::jumps).collect();
         jumps.sort_by(f64::total_cmp);
         jumps.dedup();
         jumps
@@ -209,17 +196,11 @@ impl LoadedJoint {
 
     /// Values of the time-dependent quantities under the given loading.
     pub fn fixed_at(&self, loading: Loading) -> FixedAt {
-        let load = self.load.as_ref();
-        let factor = self.rotation.as_ref().map(|rotation| &rotation.factor);
-        let if_varies =
-            |course: Option<&Schedule>, value| course.filter(|c| c.varies()).map(|_| value);
+        let [tilt, load, factor] = self.schedules().map(|s| s.is_some_and(Schedule::varies));
         FixedAt {
-            tilt: match self.patch_moves() {
-                true => Some(loading.tilt),
-                false => if_varies(Some(&self.tilt), loading.tilt),
-            },
-            load: if_varies(load, loading.load),
-            rotation_factor: if_varies(factor, loading.rotation_factor),
+            tilt: (tilt || self.patch_moves()).then_some(loading.tilt),
+            load: load.then_some(loading.load),
+            rotation_factor: factor.then_some(loading.rotation_factor),
         }
     }
 }

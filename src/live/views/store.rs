@@ -381,7 +381,7 @@ impl State {
 
 /// The parameters of the friction law or of the small system, as in the scene.
 fn parameters(header: &Header) -> String {
-    let scene: toml::Table = header.scene_text.parse().unwrap_or_default();
+    let scene: Map<String, Value> = toml_edit::de::from_str(&header.scene_text).unwrap_or_default();
     let tables = [
         "friction",
         "mass_on_belt",
@@ -389,9 +389,9 @@ fn parameters(header: &Header) -> String {
         "two_modes_on_belt",
         "damped_contact",
     ];
-    let table = tables.iter().find_map(|name| scene.get(*name)?.as_table());
+    let table = tables.iter().find_map(|name| scene.get(*name)?.as_object());
     let values = table.into_iter().flatten();
-    let scalars = values.filter(|(_, value)| !value.is_array() && !value.is_table());
+    let scalars = values.filter(|(_, value)| !value.is_array() && !value.is_object());
     let all: Vec<String> = scalars
         .map(|(key, value)| format!("{key} {value}"))
         .collect();

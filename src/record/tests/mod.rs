@@ -195,9 +195,10 @@ fn only_views_of_enabled_analyses_exist() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.rrd");
     let full = Scene::load("doubled-torus-3deg").unwrap();
-    let mut scene = full.clone().without_analyses();
-    scene.analysis.spectrum = full.analysis.spectrum;
-    let scene = scene.with_duration(100.0).unwrap();
+    let mut scene = full.with_duration(100.0).unwrap();
+    let spectrum = scene.analysis.spectrum;
+    scene = scene.without_analyses();
+    scene.analysis.spectrum = spectrum;
     let mut sink = RerunSink::new(&to_file(&path), scene.record).unwrap();
     run(&scene, "", &mut sink, Monitor::default()).unwrap();
     assert_no_view_is_empty(&path, paths::TIMELINE);

@@ -5,11 +5,10 @@ use std::marker::PhantomData;
 use std::str::FromStr;
 
 use strum::VariantArray;
-use toml::Spanned;
-use toml::de::DeValue;
+use toml_edit::{Array, Value};
 
 use super::unit::{ONE, Unit};
-use crate::scene::error::{CLOSE, Fault, nearest};
+use crate::scene::error::{CLOSE, Fault, did_you_mean, nearest};
 use crate::scene::setting::{AutoOr, StateCoordinate};
 
 /// A mismatch of a value and its key: why the value is rejected.
@@ -24,26 +23,17 @@ pub enum Mismatch {
 }
 
 impl Mismatch {
-    /// Builds the fault for a key with this mismatch.
-    pub fn fault(self, key: String, expected: String, found: String) -> Fault {
-        match self {
-            Self::Type => Fault::WrongType {
-                key,
-                found,
-                expected,
-            },
-            Self::Range => Fault::OutOfRange {
-                key,
-                found,
-                expected,
-            },
-            Self::Choice(nearest) => Fault::UnknownChoice {
-                key,
-                found,
-                nearest: nearest.map(str::to_owned),
-                expected,
-            },
-        }
+    /// Builds the fault for a key with this mismatch; `found` is the value as written, shortened.
+    pub fn fault(self, key: &str, expected: &str, found: &str) -> Fault {
+        let problem = match self {
+            Self::Type => format!("`{key}` is {found}"),
+            Self::Range => format!("`{key}` = {found} is out of range"),
+            Self::Choice(nearest) => {
+                let nearest = did_you_mean(nearest);
+                format!("`{key}` = {found} is not a valid choice{nearest}")
+            }
+        };
+        Fault::new(problem, format!("it must be {expected}"))
     }
 }
 
@@ -55,7 +45,7 @@ pub trait Kind: Sync {
         Self: Sized;
 
     /// Reads a TOML value.
-    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch>
+    fn read(&self, value: &Value) -> Result<Self::Value, Mismatch>
     where
         Self: Sized;
 
@@ -154,7 +144,7 @@ impl Number {
 impl Kind for Number {
     type Value = f64;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<f64, Mismatch> {
+    fn read(&self, value: &Value) -> Result<f64, Mismatch> {
         self.accept(float(value)?)
     }
 
@@ -172,29 +162,22 @@ impl Kind for Number {
 }
 
 /// A number, written as a decimal or an integer.
-fn float(value: &DeValue<'_>) -> Result<f64, Mismatch> {
-    match value {
-        DeValue::Float(float) => float.as_str().parse().map_err(|_| Mismatch::Range),
-        DeValue::Integer(_) => Ok(integer(value)? as f64),
-        _ => Err(Mismatch::Type),
-    }
+pub fn float(value: &Value) -> Result<f64, Mismatch> {
+    let whole = || integer(value).map(|whole| whole as f64);
+    value.as_float().map_or_else(whole, Ok)
 }
 
-/// An integer literal of any base; out of range if it does not fit in 64 bits.
-fn integer(value: &DeValue<'_>) -> Result<i64, Mismatch> {
-    let digits = value.as_integer().ok_or(Mismatch::Type)?;
-    i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|_| Mismatch::Range)
+fn integer(value: &Value) -> Result<i64, Mismatch> {
+    value.as_integer().ok_or(Mismatch::Type)
 }
 
-/// Items of a list.
-fn items<'v, 't>(value: &'v DeValue<'t>) -> Result<&'v [Spanned<DeValue<'t>>], Mismatch> {
-    value.as_array().map(|list| &list[..]).ok_or(Mismatch::Type)
+fn items(value: &Value) -> Result<&Array, Mismatch> {
+    value.as_array().ok_or(Mismatch::Type)
 }
 
 /// Numbers of a list.
-fn numbers(item: &Number, list: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
-    let numbers = items(list)?.iter().map(|value| item.read(value.get_ref()));
-    numbers.collect()
+fn numbers(item: &Number, list: &Value) -> Result<Vec<f64>, Mismatch> {
+    items(list)?.iter().map(|value| item.read(value)).collect()
 }
 
 /// An integer between two bounds, inclusive.
@@ -204,7 +187,7 @@ pub struct Count(pub u32, pub u32);
 impl Kind for Count {
     type Value = usize;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<usize, Mismatch> {
+    fn read(&self, value: &Value) -> Result<usize, Mismatch> {
         let n = u32::try_from(integer(value)?).ok();
         n.filter(|n| (self.0..=self.1).contains(n))
             .map(|n| n as usize)
@@ -227,7 +210,7 @@ pub struct Seed;
 impl Kind for Seed {
     type Value = u64;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<u64, Mismatch> {
+    fn read(&self, value: &Value) -> Result<u64, Mismatch> {
         u64::try_from(integer(value)?).map_err(|_| Mismatch::Range)
     }
 
@@ -247,7 +230,7 @@ pub struct Flag;
 impl Kind for Flag {
     type Value = bool;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<bool, Mismatch> {
+    fn read(&self, value: &Value) -> Result<bool, Mismatch> {
         value.as_bool().ok_or(Mismatch::Type)
     }
 
@@ -263,7 +246,7 @@ pub struct Text;
 impl Kind for Text {
     type Value = String;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<String, Mismatch> {
+    fn read(&self, value: &Value) -> Result<String, Mismatch> {
         let text = value.as_str().ok_or(Mismatch::Type)?.trim();
         let given = (!text.is_empty()).then(|| text.to_owned());
         given.ok_or(Mismatch::Range)
@@ -292,7 +275,7 @@ impl<T: VariantArray + Clone + Into<&'static str> + Sync> Choice<T> {
 impl<T: VariantArray + Clone + Into<&'static str> + FromStr + Sync> Kind for Choice<T> {
     type Value = T;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<T, Mismatch> {
+    fn read(&self, value: &Value) -> Result<T, Mismatch> {
         let word = value.as_str().ok_or(Mismatch::Type)?;
         let unknown = |_| Mismatch::Choice(nearest(word, Self::names(), CLOSE));
         word.parse().map_err(unknown)
@@ -339,7 +322,7 @@ pub const fn all_or(count: Count) -> OrWord<Count, usize> {
 impl<K: Kind, V: Copy + Sync> Kind for OrWord<K, V> {
     type Value = V;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<V, Mismatch> {
+    fn read(&self, value: &Value) -> Result<V, Mismatch> {
         match value.as_str() {
             Some(word) if word == self.word => Ok(self.meaning),
             Some(_) => Err(Mismatch::Choice(None)),
@@ -367,13 +350,9 @@ pub struct Vector(pub Number);
 impl Kind for Vector {
     type Value = [f64; 3];
 
-    fn read(&self, value: &DeValue<'_>) -> Result<[f64; 3], Mismatch> {
-        match items(value)?.len() {
-            3 => numbers(&self.0, value)?
-                .try_into()
-                .map_err(|_| Mismatch::Type),
-            _ => Err(Mismatch::Type),
-        }
+    fn read(&self, value: &Value) -> Result<[f64; 3], Mismatch> {
+        let numbers = numbers(&self.0, value)?;
+        numbers.try_into().map_err(|_| Mismatch::Type)
     }
 
     fn allowed(&self) -> String {
@@ -392,11 +371,11 @@ pub struct List(pub Number);
 impl Kind for List {
     type Value = Vec<f64>;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
-        match items(value)? {
-            [] => Err(Mismatch::Range),
-            _ => numbers(&self.0, value),
-        }
+    fn read(&self, value: &Value) -> Result<Vec<f64>, Mismatch> {
+        let numbers = numbers(&self.0, value)?;
+        (!numbers.is_empty())
+            .then_some(numbers)
+            .ok_or(Mismatch::Range)
     }
 
     fn allowed(&self) -> String {
@@ -424,10 +403,11 @@ pub enum Numbers {
 impl Kind for OneOrMany {
     type Value = Numbers;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<Numbers, Mismatch> {
-        match value.is_array() {
-            true => numbers(&self.0, value).map(Numbers::Many),
-            false => self.0.read(value).map(Numbers::One),
+    fn read(&self, value: &Value) -> Result<Numbers, Mismatch> {
+        if value.is_array() {
+            numbers(&self.0, value).map(Numbers::Many)
+        } else {
+            self.0.read(value).map(Numbers::One)
         }
     }
 
@@ -451,11 +431,9 @@ pub struct Coordinates;
 impl Kind for Coordinates {
     type Value = [StateCoordinate; 2];
 
-    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
-        let [first, second] = items(value)? else {
-            return Err(Mismatch::Type);
-        };
-        Ok([coordinate(first.get_ref())?, coordinate(second.get_ref())?])
+    fn read(&self, value: &Value) -> Result<Self::Value, Mismatch> {
+        let pair: Result<Vec<_>, _> = items(value)?.iter().map(coordinate).collect();
+        pair?.try_into().map_err(|_| Mismatch::Type)
     }
 
     fn allowed(&self) -> String {
@@ -464,7 +442,7 @@ impl Kind for Coordinates {
 }
 
 /// A coordinate of the modal state, such as `qdot12`.
-fn coordinate(value: &DeValue<'_>) -> Result<StateCoordinate, Mismatch> {
+fn coordinate(value: &Value) -> Result<StateCoordinate, Mismatch> {
     let word = value.as_str().ok_or(Mismatch::Type)?;
     let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot") {
         Some(number) => (number, StateCoordinate::Qdot),
@@ -486,9 +464,9 @@ pub struct Tables(pub usize);
 impl Kind for Tables {
     type Value = usize;
 
-    fn read(&self, value: &DeValue<'_>) -> Result<usize, Mismatch> {
+    fn read(&self, value: &Value) -> Result<usize, Mismatch> {
         let tables = items(value)?;
-        if !tables.iter().all(|item| item.get_ref().is_table()) {
+        if !tables.iter().all(Value::is_inline_table) {
             return Err(Mismatch::Type);
         }
         let is_allowed = (1..=self.0).contains(&tables.len());

@@ -23,7 +23,7 @@ const MAX_BYTES: u64 = 4 << 20;
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
 pub fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(keys.table);
-    let path = document.folder().join(table.get(&keys.csv)?);
+    let path = document.folder().join(table.get(keys.csv)?);
     let file = path.display().to_string();
     let text = read(&path).map_err(|problem| {
         let remedy =
@@ -63,7 +63,7 @@ impl KnotFile<'_> {
         for (line, row) in rows {
             let knot = self.knot(line, &row)?;
             if knots.last().is_some_and(|before| knot[0] <= before[0]) {
-                let variable = self.path_of(&self.keys.knot[0]);
+                let variable = self.path_of(self.keys.knot[0]);
                 return Err(out_of_order(&variable, self.keys.order, self.place(line)));
             }
             if knots.len() == MAX_POINTS {
@@ -84,7 +84,7 @@ impl KnotFile<'_> {
     /// Checks the names of the columns in the first line.
     fn check_heading(&self, first: Option<(usize, String)>) -> Result<(), SceneError> {
         let (line, heading) = first.unwrap_or((1, String::new()));
-        let names = self.keys.knot.each_ref().map(|key| key.name);
+        let names = self.keys.knot.map(|key| key.name);
         if heading.split(',').map(str::trim).eq(names) {
             return Ok(());
         }
@@ -98,7 +98,7 @@ impl KnotFile<'_> {
 
     fn knot(&self, line: usize, row: &str) -> Result<[f64; 2], SceneError> {
         let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-        let [variable, value] = &self.keys.knot;
+        let [variable, value] = self.keys.knot;
         let [at, there] = fields[..] else {
             let problem = format!("the line has {} fields instead of 2", fields.len());
             let heading = format!("{},{}", variable.name, value.name);
@@ -116,8 +116,8 @@ impl KnotFile<'_> {
         let stated: Result<f64, Mismatch> = field.parse().map_err(|_| Mismatch::Type);
         let accepted = stated.and_then(|stated| key.kind.accept(stated).map(|_| stated));
         accepted.map_err(|mismatch| {
-            let fault =
-                mismatch.fault(self.path_of(key), key.kind.expected(), format!("`{field}`"));
+            let (path, found) = (self.path_of(key), format!("`{field}`"));
+            let fault = mismatch.fault(&path, &key.kind.expected(), &found);
             fault.at(self.place(line))
         })
     }

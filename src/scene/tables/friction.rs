@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
 use super::csv;
 use super::knots::{KnotKeys, MAX_POINTS, points};
 use crate::joint::{
@@ -23,17 +25,15 @@ pub const CREEP: Number = number(SECOND_PER_METRE, Positive(1e8));
 
 pub fn declare(schema: &mut Schema) {
     Friction::declare(schema, "friction");
-    schema.add(CURVE.table, &CURVE.knots);
-    schema.add(CURVE.table, &CURVE.csv);
-    for key in &CURVE.knot {
+    schema.add(CURVE.table, CURVE.knots);
+    schema.add(CURVE.table, CURVE.csv);
+    for key in CURVE.knot {
         schema.add("friction.points", key);
     }
 }
 
 /// Names of the friction laws.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 enum Law {
     /// Eq. (5).
@@ -204,40 +204,27 @@ pub fn check_states(
     Ok(())
 }
 
+keys! {
+    /// Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.
+    static CURVE_POINTS: Tables = "points": Tables(MAX_POINTS), else ONE_CURVE;
+    /// Slip speed of the point; higher than that of the previous point.
+    static SPEED: Number = "speed_m_per_s": number(METRE_PER_SECOND, Closed(0.0, 1e3));
+    /// Coefficient of friction at this speed.
+    static MU: Number = "mu": COEFFICIENT;
+    /// Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.
+    static CURVE_FILE: Text = "points_csv": Text, else ONE_CURVE;
+}
+
 /// Keys of the measured friction curve.
 pub static CURVE: KnotKeys = KnotKeys {
     table: "friction",
-    knots: Key {
-        name: "points",
-        meaning: "Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.",
-        kind: Tables(MAX_POINTS),
-        if_absent: ONE_CURVE,
-    },
-    knot: [
-        Key {
-            name: "speed_m_per_s",
-            meaning: "Slip speed of the point; higher than that of the previous point.",
-            kind: number(METRE_PER_SECOND, Closed(0.0, 1e3)),
-            if_absent: IfAbsent::Required,
-        },
-        Key {
-            name: "mu",
-            meaning: "Coefficient of friction at this speed.",
-            kind: COEFFICIENT,
-            if_absent: IfAbsent::Required,
-        },
-    ],
-    csv: Key {
-        name: "points_csv",
-        meaning: "Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.",
-        kind: Text,
-        if_absent: ONE_CURVE,
-    },
+    knots: &CURVE_POINTS,
+    knot: [&SPEED, &MU],
+    csv: &CURVE_FILE,
     order: ["speed", "higher"],
 };
 
-const ONE_CURVE: IfAbsent =
-    IfAbsent::Described("exactly one of `points` and `points_csv` with `table`");
+const ONE_CURVE: &str = "exactly one of `points` and `points_csv` with `table`";
 
 /// Reads the points of the measured friction curve: slip speed (m/s) and coefficient.
 fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError> {
@@ -252,7 +239,7 @@ fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError>
         )),
         // The units of the file are SI units.
         (false, true) => csv::knots(document, &CURVE),
-        (true, false) => points(table.list(&CURVE.knots)?, &CURVE.knot, CURVE.order),
+        (true, false) => points(table.list(CURVE.knots)?, CURVE.knot, CURVE.order),
         (false, false) => Err(document.missing("friction.points")),
     }
 }

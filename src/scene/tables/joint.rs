@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
+use super::SCHEMA;
 use super::friction::{self, CURVE, reject_parameters_of_other_laws};
 use super::knots::{FileKnots, MAX_POINTS, points};
 use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
@@ -53,9 +56,8 @@ pub fn declare(schema: &mut Schema) {
     super::load::declare(schema);
     Contact::declare(schema, "contact");
     schema.add("contact", &PRESSURE);
-    for key in &PRESSURE_POINT {
-        schema.add("contact.pressure", key);
-    }
+    schema.add("contact.pressure", &RADIUS);
+    schema.add("contact.pressure", &LOCAL_PRESSURE);
     friction::declare(schema);
     schema.add("damping", &DAMPING);
 }
@@ -144,9 +146,7 @@ keys! {
 }
 
 /// Names of the contact damping laws.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 enum DampingLaw {
     /// A dashpot in parallel with the spring.
@@ -175,27 +175,14 @@ keys! {
     };
 }
 
-/// Pressure over the radius of the patch.
-static PRESSURE: Key<Tables> = Key {
-    name: "pressure",
-    meaning: "Pressure over the radius of the patch instead of that of Hertz, linear between these points and scaled to carry the load along its direction; for wide patches. The last point is the edge of the patch, whose radius does not change with the load. The total stiffness stays that of Hertz: adjust `stiffness_factor`.",
-    kind: Tables(MAX_POINTS),
-    if_absent: IfAbsent::Described("the pressure of Hertz"),
-};
-static PRESSURE_POINT: [Key<Number>; 2] = [
-    Key {
-        name: "radius_mm",
-        meaning: "Distance of the point from the axis of the patch: zero for the first point, then larger than that of the previous point.",
-        kind: number(MILLIMETRE, Closed(0.0, 250.0)),
-        if_absent: IfAbsent::Required,
-    },
-    Key {
-        name: "pressure_mpa",
-        meaning: "Pressure at this distance; positive, or zero at the edge.",
-        kind: number(MEGAPASCAL, Closed(0.0, 1e6)),
-        if_absent: IfAbsent::Required,
-    },
-];
+keys! {
+    /// Pressure over the radius of the patch instead of that of Hertz, linear between these points and scaled to carry the load along its direction; for wide patches. The last point is the edge of the patch, whose radius does not change with the load. The total stiffness stays that of Hertz: adjust `stiffness_factor`.
+    static PRESSURE: Tables = "pressure": Tables(MAX_POINTS), else "the pressure of Hertz";
+    /// Distance of the point from the axis of the patch: zero for the first point, then larger than that of the previous point.
+    static RADIUS: Number = "radius_mm": number(MILLIMETRE, Closed(0.0, 250.0));
+    /// Pressure at this distance; positive, or zero at the edge.
+    static LOCAL_PRESSURE: Number = "pressure_mpa": number(MEGAPASCAL, Closed(0.0, 1e6));
+}
 
 /// Largest half-angle of a Hertz patch, degrees.
 const WIDEST_HERTZ_PATCH: f64 = 40.0;
@@ -276,7 +263,7 @@ fn pressure(
         "remove this key");
     let points = points(
         table.list(&PRESSURE)?,
-        &PRESSURE_POINT,
+        [&RADIUS, &LOCAL_PRESSURE],
         ["radius", "larger"],
     )?;
     let pressure = PressureTable::new(points);
@@ -362,7 +349,7 @@ fn imported_modes(
         "radius_factor",
         "pressure",
     ];
-    let excluded = document.schema.0.iter().filter(|key| match &key.table[..] {
+    let excluded = SCHEMA.0.iter().filter(|key| match &key.table[..] {
         "body" => key.key.name != MODES.name,
         "contact" => patch.contains(&key.key.name),
         table => table == "socket",

@@ -13,11 +13,11 @@ pub struct KnotKeys {
     /// Table of the curve.
     pub table: &'static str,
     /// List of the knots.
-    pub knots: Key<Tables>,
+    pub knots: &'static Key<Tables>,
     /// Variable and value of a knot.
-    pub knot: [Key<Number>; 2],
+    pub knot: [&'static Key<Number>; 2],
     /// Name of a CSV file with knots.
-    pub csv: Key<Text>,
+    pub csv: &'static Key<Text>,
     /// Name of the variable in messages, with the comparative for its order: `time`, `later`.
     pub order: [&'static str; 2],
 }
@@ -33,7 +33,7 @@ pub struct FileKnots {
 /// Reads points of a list in the scene, converted to SI units. Their variable must increase.
 pub fn points(
     tables: Vec<Table<'_>>,
-    [variable, value]: &[Key<Number>; 2],
+    [variable, value]: [&Key<Number>; 2],
     order: [&str; 2],
 ) -> Result<Vec<[f64; 2]>, SceneError> {
     let mut points: Vec<[f64; 2]> = Vec::with_capacity(tables.len());

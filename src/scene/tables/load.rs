@@ -15,11 +15,11 @@ pub struct ScheduleKeys {
     pub curve: KnotKeys,
     /// Key of the constant; the factor on the rotation has none.
     pub constant: Option<Key<Number>>,
-    pub steps: Key<Tables>,
+    pub steps: &'static Key<Tables>,
     /// Time and value of a step.
-    pub step: [Key<Number>; 2],
+    pub step: [&'static Key<Number>; 2],
     /// Mean, amplitude, frequency and phase of a sine.
-    pub sine: [Key<Number>; 4],
+    pub sine: [&'static Key<Number>; 4],
     /// Paths of the alternative forms.
     forms: [(Form, &'static str); 5],
 }
@@ -75,12 +75,12 @@ macro_rules! schedule_keys {
             word: $word,
             curve: KnotKeys {
                 table: $table,
-                knots: key($name, $knots, POINTS, FORM),
+                knots: &key($name, $knots, POINTS, FORM),
                 knot: [
-                    key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
-                    key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
+                    &key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
+                    &key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
                 ],
-                csv: key(
+                csv: &key(
                     concat!($name, "_csv"),
                     concat!($title, " as knots from a CSV file, relative to the folder of the scene file: the line `time_ms,", $name, $suffix, "`, then one knot on each line."),
                     Text,
@@ -92,36 +92,36 @@ macro_rules! schedule_keys {
                 Some(meaning) => Some(key(VALUE_NAME, meaning, VALUE, FORM)),
                 None => None,
             },
-            steps: key(
+            steps: &key(
                 concat!($name, "_steps"),
                 concat!($title, " as a step function: each value holds from its time on, the first value also before it. A frame ends exactly at each step."),
                 POINTS,
                 FORM,
             ),
             step: [
-                key("time_ms", "Time of the step; later than that of the previous step.", MOMENT, Required),
-                key(VALUE_NAME, concat!($title, " from this time on."), VALUE, Required),
+                &key("time_ms", "Time of the step; later than that of the previous step.", MOMENT, Required),
+                &key(VALUE_NAME, concat!($title, " from this time on."), VALUE, Required),
             ],
             sine: [
-                key(
+                &key(
                     concat!("mean", $suffix),
                     "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.",
                     VALUE,
                     Required,
                 ),
-                key(
+                &key(
                     concat!("amplitude", $suffix),
                     concat!("Amplitude of the sine", $bound, "."),
                     number(VALUE.unit, $amplitude),
                     Required,
                 ),
-                key(
+                &key(
                     "frequency_hz",
                     "Frequency of the sine. The value is updated at the start of each frame (every 1.28 ms by default); a period must be at least 20 frames.",
                     number(HERTZ, Positive(1e5)),
                     Required,
                 ),
-                key("phase_deg", "Phase of the sine at time 0.", PHASE, Default("0")),
+                &key("phase_deg", "Phase of the sine at time 0.", PHASE, Default("0")),
             ],
             forms: [
                 (Form::Constant, concat!($table, ".", $name, $suffix)),
@@ -205,21 +205,21 @@ impl ScheduleKeys {
         if let Some(constant) = &self.constant {
             schema.add(curve.table, constant);
         }
-        schema.add(curve.table, &curve.knots);
-        schema.add(curve.table, &self.steps);
-        schema.add(curve.table, &curve.csv);
+        schema.add(curve.table, curve.knots);
+        schema.add(curve.table, self.steps);
+        schema.add(curve.table, curve.csv);
     }
 
     /// Declares the keys in the tables of the forms.
     fn declare_points(&'static self, schema: &mut Schema) {
         for (form, path) in self.forms {
-            let keys: &[Key<Number>] = match form {
+            let keys: &[&'static Key<Number>] = match form {
                 Form::Knots => &self.curve.knot,
                 Form::Steps => &self.step,
                 Form::Sine => &self.sine,
                 Form::Constant | Form::Csv => &[],
             };
-            keys.iter().for_each(|key| schema.add(path, key));
+            keys.iter().for_each(|&key| schema.add(path, key));
         }
     }
 

@@ -7,7 +7,6 @@ pub mod friction;
 pub mod joint;
 pub mod knots;
 pub mod load;
-pub mod mechanism;
 pub mod quantity;
 pub mod run;
 pub mod small;
@@ -19,7 +18,6 @@ use super::document::FromTable;
 use super::schema::{Declared, Schema};
 
 pub use axis::{check_imported_patch, check_sliding};
-pub use mechanism::demonstrated as demonstrated_mechanism;
 pub use run::{Events, Frames, Header, Integrator, RecordSpec, Start};
 
 /// All keys of all tables.

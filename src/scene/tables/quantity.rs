@@ -51,17 +51,17 @@ impl Quantity {
                 Some(Schedule::constant(table.get(constant)?))
             }
             Form::Knots => {
-                let knots = points(table.list(&curve.knots)?, &curve.knot, TIME_ORDER)?;
+                let knots = points(table.list(curve.knots)?, curve.knot, TIME_ORDER)?;
                 Schedule::piecewise_linear(knots.into_iter().map(Into::into).collect())
             }
             Form::Steps => {
-                let steps = points(table.list(&keys.steps)?, &keys.step, TIME_ORDER)?;
+                let steps = points(table.list(keys.steps)?, keys.step, TIME_ORDER)?;
                 Schedule::steps(steps.into_iter().map(Into::into).collect())
             }
             Form::Sine => Some(sine(document.table(path), keys)?),
             Form::Csv => {
                 let knots = csv::knots(document, curve)?;
-                let [time, value] = curve.knot.each_ref().map(|key| key.kind.unit);
+                let [time, value] = curve.knot.map(|key| key.kind.unit);
                 let si = |&[t, x]: &[f64; 2]| (time.to_si(t), value.to_si(x));
                 let schedule = Schedule::piecewise_linear(knots.iter().map(si).collect());
                 knots_from_file = Some(FileKnots { keys: curve, knots });
@@ -80,7 +80,7 @@ impl Quantity {
 /// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
 fn sine(table: Table<'_>, keys: &ScheduleKeys) -> Result<Schedule, SceneError> {
     let (word, value) = (keys.word, keys.curve.knot[1].kind);
-    let [mean, amplitude, frequency, phase] = &keys.sine;
+    let [mean, amplitude, frequency, phase] = keys.sine;
     let sine = Sine {
         mean: table.get(mean)?,
         amplitude: table.get(amplitude)?,

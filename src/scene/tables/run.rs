@@ -1,5 +1,7 @@
 //! Name and description of a scene, initial state, duration, integrator and recording.
 
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
 use crate::dynamics::MethodName;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
@@ -67,17 +69,7 @@ keys! {
 }
 
 /// Treatment of separation and closure of contact nodes within a step.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-    strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Events {
     /// The step passes through the event; error control shortens it if necessary.

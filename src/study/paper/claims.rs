@@ -45,7 +45,7 @@ struct Claims {
 /// All claims, in the order of the paper.
 pub fn claims() -> Vec<Claim> {
     // A test parses the built-in file.
-    toml::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
+    toml_edit::de::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
 }
 
 /// Finding on a claim: its comparison with the simulation results.

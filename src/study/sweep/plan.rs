@@ -215,7 +215,7 @@ impl SweepPlan {
             axes: axes.collect(),
         };
         // TOML can represent strings, numbers and lists of them without errors.
-        toml::to_string_pretty(&record).unwrap_or_default()
+        toml_edit::ser::to_string_pretty(&record).unwrap_or_default()
     }
 
     /// The plan described by an identity text.
@@ -223,7 +223,8 @@ impl SweepPlan {
     /// # Errors
     /// A description of the fault in the text.
     pub fn from_identity(identity: &str) -> Result<Self, String> {
-        let record: PlanRecord = toml::from_str(identity).map_err(|e| e.message().to_owned())?;
+        let record: PlanRecord =
+            toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())?;
         let scene = Scene::parse(&record.scene, record.text).map_err(|e| e.to_string())?;
         if fingerprint(&scene) != record.modes {
             return Err(

@@ -11,7 +11,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use arrow_ipc::writer::StreamWriter;
-use toml::Value;
+use serde_json::{Map, Value};
 
 use super::batch::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
@@ -259,7 +259,8 @@ pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(
     if found == wanted {
         return Ok(());
     }
-    let tables = [found, wanted].map(|text| text.parse::<toml::Table>().unwrap_or_default());
+    let tables: [Map<String, Value>; 2] =
+        [found, wanted].map(|text| toml_edit::de::from_str(text).unwrap_or_default());
     let [found, wanted] = &tables;
     let difference = difference("", found, wanted)
         .unwrap_or_else(|| "its plan is written differently".to_owned());
@@ -270,7 +271,11 @@ pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(
 }
 
 /// The first key whose values differ, with both values.
-fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<String> {
+fn difference(
+    path: &str,
+    found: &Map<String, Value>,
+    wanted: &Map<String, Value>,
+) -> Option<String> {
     let keys = found.keys().chain(wanted.keys());
     let key = keys
         .into_iter()
@@ -278,14 +283,14 @@ fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<S
     let path = format!("{path}{key}");
     let pair = [found, wanted].map(|table| table.get(key));
     match pair {
-        [Some(Value::Table(found)), Some(Value::Table(wanted))] => {
+        [Some(Value::Object(found)), Some(Value::Object(wanted))] => {
             difference(&format!("{path}."), found, wanted)
         }
         [Some(Value::Array(found)), Some(Value::Array(wanted))]
-            if found.iter().chain(wanted).all(Value::is_table) =>
+            if found.iter().chain(wanted).all(Value::is_object) =>
         {
             let both = found.iter().zip(wanted);
-            let mut both = both.filter_map(|(a, b)| Some((a.as_table()?, b.as_table()?)));
+            let mut both = both.filter_map(|(a, b)| Some((a.as_object()?, b.as_object()?)));
             both.find_map(|(a, b)| difference(&format!("{path}."), a, b))
                 .or_else(|| {
                     Some(format!(

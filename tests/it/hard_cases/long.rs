@@ -103,8 +103,8 @@ fn resident_bytes() -> f64 {
 
 /// The tone of `periodic-2deg` over `duration_ms`.
 fn tone(duration_ms: f64) -> Tone {
-    let scene = Scene::load("periodic-2deg").unwrap().without_analyses();
-    let scene = scene.with_duration(duration_ms).unwrap();
+    let scene = Scene::load("periodic-2deg").unwrap();
+    let scene = scene.with_duration(duration_ms).unwrap().without_analyses();
     let mut tone = Tone::default();
     run(&scene, "test", &mut tone, Monitor::default()).unwrap();
     let [amplitude, frequency, memory] = tone.windows[0];

@@ -85,7 +85,7 @@ fn frequencies(scene: &Scene, run: &Run) -> Vec<f64> {
 /// The description of a scene, and what the tour says of it.
 fn texts(scene: &Scene) -> String {
     let tour = include_str!("../../../assets/tour/squeak.toml");
-    let tour: toml::Table = tour.parse().expect("TOML");
+    let tour: serde_json::Value = toml_edit::de::from_str(tour).expect("TOML");
     let steps = tour["step"].as_array().expect("steps").iter();
     let own = steps.filter(|step| step["scene"].as_str() == Some(&scene.name));
     let said = own.flat_map(|step| [&step["say"], &step["notes"]]);

@@ -2,6 +2,8 @@
 
 mod check;
 
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
@@ -40,17 +42,7 @@ const ONE_THRESHOLD: &str =
     "exactly one of `recurrence_rate`, `threshold_um`, `threshold_std` and `neighbours`";
 
 /// The budget of an analysis: the windows that are computed if the analyses are slow.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-    strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 pub enum AnalysisBudget {
     /// Every window that the scene requests.
@@ -307,9 +299,7 @@ keys! {
 }
 
 /// Names of the methods.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, VariantArray, IntoStaticStr, EnumString)]
 #[strum(serialize_all = "kebab-case")]
 enum Divergence {
     /// The nearest neighbour of each state.
