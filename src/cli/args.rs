@@ -139,6 +139,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
         value_parser = viewer_url, help_heading = "Viewer")]
     pub connect: Option<String>,
+    #[command(flatten)]
+    pub figures: FigureArgs,
 }
 
 /// Arguments of `squeakscope scenes`.

@@ -31,7 +31,7 @@ pub struct FigureStyle {
     /// Style of the figures. For slides each panel is a file of its own, such as bifurcation-1.png.
     #[arg(long, value_enum, default_value_t = Style::Screen)]
     pub style: Style,
-    /// File formats, separated by commas [default: svg,png; for analyse and lyapunov: png].
+    /// File formats, separated by commas [default: svg,png; for run, analyse and lyapunov: png].
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',')]
     pub format: Vec<Format>,
     /// Width and height of each figure in mm, such as 180x120 [default: 254x143 for slides, else depends on the

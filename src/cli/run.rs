@@ -12,6 +12,7 @@ use super::audit::{self, Audit};
 use super::common_args::changed;
 use super::console;
 use super::error::{Cause, CliError};
+use super::figures::PIXELS;
 use super::harness::{Files, Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
@@ -22,6 +23,7 @@ use crate::export::SamplesSink;
 use crate::number::significant;
 use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
+use crate::plot::{RUN_FIGURES, RunFigures};
 use crate::record::{Output, RERUN_VERSION, RerunSink};
 use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{Integrator, Scene};
@@ -95,17 +97,20 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--save", recording, saved)
         .file("--npz", Kind::ARRAYS, args.npz.as_ref())
-        .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())
+        .figures(&args.figures, PIXELS, RUN_FIGURES);
     let files = outputs.check()?;
     let watch = Watch::new(stop);
-    let simulated = simulate(args, &scene, &files, stop, &watch);
+    let figures = args.figures.path.is_some().then(RunFigures::default);
+    let simulated = simulate(args, &scene, (&files, figures.as_ref()), stop, &watch);
     let (summary, audio) = simulated.map_err(CliError::during("run"))?;
     let result = RunResult::new(&scene, &summary, audio);
     let saved = files.path("--save");
     let ended = files.finish(watch, Some(&scene.name), &result, |files| {
         ["--save", "--npz", "--wav"]
             .into_iter()
-            .try_for_each(|option| files.write(option, |_| Ok::<_, CliError>(())))
+            .try_for_each(|option| files.write(option, |_| Ok::<_, CliError>(())))?;
+        files.draw(|| figures.as_ref().map_or(Vec::new(), RunFigures::figures))
     });
     if let Some(recording) = saved.filter(|_| matches!(ended, Ok(()) | Err(CliError::Interrupted)))
     {
@@ -123,7 +128,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
-    files: &Files<'_>,
+    (files, figures): (&Files<'_>, Option<&RunFigures>),
     stop: &Arc<AtomicBool>,
     watch: &Watch<'_>,
 ) -> Result<(Summary, Option<String>), Cause> {
@@ -134,6 +139,7 @@ fn simulate(
     let output = output(args, files.path("--save"));
     interrupt::start_work();
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+    sinks.extend(figures.map(|figures| -> Box<dyn Sink> { Box::new(figures.clone()) }));
     // The recording is the last sink, so it gets its final name only after the samples.
     if let Some(path) = files.path("--npz") {
         sinks.push(Box::new(SamplesSink::new(path)));
@@ -197,7 +203,12 @@ fn scene(args: &RunArgs) -> Result<Scene, CliError> {
 /// The file for the recording: the default file, which is replaced, if there is no other output.
 fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
     let watched = args.spawn || args.connect.is_some();
-    let files = [&args.npz, &args.audio.wav, &args.output.json];
+    let files = [
+        &args.npz,
+        &args.audio.wav,
+        &args.output.json,
+        &args.figures.path,
+    ];
     let other = watched || files.into_iter().any(Option::is_some);
     match &args.save {
         None if !other => (
@@ -412,6 +423,35 @@ mod tests {
             let text = std::fs::read(self.folder.path().join("out.json")).expect("written");
             serde_json::from_slice(&text).expect("JSON")
         }
+    }
+
+    /// The figures of a run: those of its analyses, and of its lesson.
+    #[test]
+    fn a_run_draws_its_pictures() {
+        let test = TestFolder::new();
+        test.run("--duration 2000 --figures @/figures")
+            .expect("success");
+        let names = std::fs::read_dir(test.folder.path().join("figures")).expect("made");
+        let mut names: Vec<_> = names
+            .map(|entry| {
+                entry
+                    .expect("readable")
+                    .file_name()
+                    .into_string()
+                    .expect("text")
+            })
+            .collect();
+        names.sort();
+        for name in [
+            "portrait.png",
+            "return-times.png",
+            "section.png",
+            "spectrum.png",
+        ] {
+            assert!(names.iter().any(|found| found == name), "{name}: {names:?}");
+        }
+        let files = test.json()["files"].as_array().expect("a list").len();
+        assert_eq!(files, names.len() + 1, "the recording, too");
     }
 
     #[test]

@@ -226,6 +226,32 @@ pub fn round_up(x: f64) -> f64 {
     round_step(x, &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0])
 }
 
+/// The full scale of a plot: a round number that changes only if the data exceed it or fall far below it, so
+/// that the plot does not rescale continuously.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FullScale(f64);
+
+impl FullScale {
+    /// Starts at the smallest scale.
+    pub fn new(smallest: f64) -> Self {
+        Self(round_up(smallest))
+    }
+
+    /// The current full scale.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+
+    /// Updates the scale with the largest magnitude shown; returns whether it changed.
+    pub fn update(&mut self, peak: f64, smallest: f64) -> bool {
+        let before = self.0;
+        if peak.is_finite() && (peak > self.0 || peak < 0.3 * self.0) {
+            self.0 = round_up(peak.max(smallest));
+        }
+        self.0 != before
+    }
+}
+
 fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
@@ -337,6 +363,22 @@ mod tests {
         assert_eq!(powers([0, 12], &[1e10]), ["10¹⁰"]);
         assert_eq!(powers([-1, 2], &[0.1, 100.0]), ["0.1", "100"]);
         assert_eq!(powers([3, 5], &[2e3, 5e4]), ["2000", "50000"]);
+    }
+
+    #[test]
+    fn full_scale_is_constant_within_its_band() {
+        let mut scale = FullScale::new(1e-3);
+        assert!(scale.update(0.9, 1e-3));
+        assert!((scale.get() - 1.0).abs() < 1e-12);
+        assert!(!scale.update(0.31, 1e-3), "within the band");
+        assert!(scale.update(0.1, 1e-3));
+        assert!((scale.get() - 0.1).abs() < 1e-12);
+        assert!(
+            scale.update(0.0, 1e-3),
+            "a zero signal has the smallest scale"
+        );
+        assert!((scale.get() - 1e-3).abs() < 1e-12);
+        assert!(!scale.update(f64::NAN, 1e-3));
     }
 
     #[test]

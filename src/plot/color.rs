@@ -82,7 +82,7 @@ impl Color {
     }
 
     /// The colour on a dark background, such as that of the Rerun viewer.
-    pub fn on_dark(self) -> Rgb {
+    pub const fn on_dark(self) -> Rgb {
         match self {
             Self::Ink => [244, 246, 248],
             Self::Faint => [154, 164, 178],

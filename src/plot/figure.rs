@@ -185,6 +185,8 @@ pub struct Layer {
     pub color: Color,
     /// Geometry of the layer.
     pub shape: Shape,
+    /// Whether points fade with age in a recording, the oldest first.
+    pub fading: bool,
 }
 
 /// The geometry of a layer. Widths and radii are in points for a font size of 8 points.
@@ -277,6 +279,7 @@ impl Layer {
             label: String::new(),
             color,
             shape,
+            fading: false,
         }
     }
 
@@ -399,6 +402,13 @@ impl Layer {
     #[must_use]
     pub fn with_id(mut self, id: impl Into<String>) -> Self {
         self.id = id.into();
+        self
+    }
+
+    /// Makes points fade with age, the oldest first.
+    #[must_use]
+    pub fn fading(mut self) -> Self {
+        self.fading = true;
         self
     }
 

@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 
+use super::response::SpectrumAxes;
 use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{SpectralLine, range};
 use crate::pipeline::message::{
-    CurveQuantity, Frame, Header, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
-    TiltDirection, TrajectoryDivergence,
+    CurveQuantity, Frame, Header, JointInfo, LevelSample, NodeState, PredictedCurves, StatusKind,
+    Subject, TiltDirection, TrajectoryDivergence,
 };
 use crate::scene::Mechanism;
 
@@ -84,9 +85,8 @@ pub struct LessonPictures {
     contact: Course,
     /// Displacement (µm) and velocity (mm/s) of a small system, and 1 while it sticks.
     motion: Course,
-    /// Frequency (kHz) and amplitude (mm/s), and the lines.
-    spectrum: Vec<[f64; 2]>,
-    lines: Vec<SpectralLine>,
+    /// Spacing of the bins, Hz, amplitudes, m/s, and lines of the spectrum.
+    spectrum: (f64, Vec<f64>, Vec<SpectralLine>),
 }
 
 impl LessonPictures {
@@ -122,12 +122,14 @@ impl LessonPictures {
         self.divergence = Some(*divergence);
     }
 
-    /// Sets the spectrum: spacing of the bins, Hz, amplitudes, m/s, and named lines.
-    pub fn add_spectrum(&mut self, bin: f64, amplitude: &[f32], lines: &[SpectralLine]) {
-        let points = (0_u32..).zip(amplitude);
-        let point = |(k, &a): (u32, &f32)| [1e-3 * bin * f64::from(k), 1e3 * f64::from(a)];
-        self.spectrum = points.map(point).collect();
-        self.lines = lines.to_vec();
+    /// Sets the spectrum: spacing of the bins, Hz, amplitudes, m/s, and lines.
+    pub fn add_spectrum(
+        &mut self,
+        bin: f64,
+        amplitude: impl Iterator<Item = f64>,
+        lines: &[SpectralLine],
+    ) {
+        self.spectrum = (bin, amplitude.collect(), lines.to_vec());
     }
 
     /// Adds the energies, contact forces and states of a frame.
@@ -186,7 +188,13 @@ impl LessonPictures {
                     &curves,
                 )]
             }
-            Mechanism::Articulation | Mechanism::Hysteresis => vec![self.tone_loop()],
+            Mechanism::Articulation | Mechanism::Hysteresis => {
+                let tones = self.tones.clone().map(Vec::from);
+                let joint = header.joint().into_iter();
+                joint
+                    .map(|joint| tone_loop(joint, tones.clone(), self.now.clone()))
+                    .collect()
+            }
             Mechanism::StickSlip if header.joint().is_none() => vec![self.portrait()],
             Mechanism::StickSlip => vec![self.nodes()],
             Mechanism::LiftOff => {
@@ -197,36 +205,13 @@ impl LessonPictures {
                 vec![forces, self.nodes()]
             }
             Mechanism::WhichModeWins | Mechanism::Prediction => {
-                let unstable = computed.unstable();
-                let lines = unstable.iter().map(|mode| 1e-3 * mode.frequency_hz);
-                vec![
-                    self.energies(header),
-                    self.spectrum(header, lines.collect()),
-                ]
+                vec![self.energies(header), self.spectrum(header)]
             }
-            Mechanism::Torus | Mechanism::TorusBirth => vec![self.spectrum(header, Vec::new())],
+            Mechanism::Torus | Mechanism::TorusBirth => vec![self.spectrum(header)],
             Mechanism::Chaos => vec![self.distance()],
         };
         panels.extend(computed.picture.as_ref().map(prediction_panel));
         panels
-    }
-
-    fn tone_loop(&self) -> Panel {
-        let layer =
-            |points: Vec<_>, color, label| Layer::points(points, 1.6, color).with_label(label);
-        let [up, down] = [0, 1].map(|k| self.tones[k].iter().copied().collect());
-        let layers = vec![
-            layer(up, Color::Run, "rising tilt"),
-            layer(down, Color::Compared, "falling tilt"),
-            Layer::points(self.now.clone(), 3.5, Color::Ink).with_label("now"),
-        ];
-        let all = || self.tones.iter().flatten();
-        Panel::new(
-            "Strongest line over tilt",
-            Axis::with_margin("tilt, °", all().map(|p| p[0])),
-            Axis::rounded_logarithmic("strongest line, kHz", all().map(|p| p[1])),
-            layers,
-        )
     }
 
     fn distance(&self) -> Panel {
@@ -301,28 +286,46 @@ impl LessonPictures {
         Panel::new("Phase portrait", x, y, layers)
     }
 
-    /// The spectrum with its named lines, and with computed frequencies (kHz) as grey lines.
-    fn spectrum(&self, header: &Header, computed: Vec<f64>) -> Panel {
-        let grey = computed.iter().map(|f| vec![[*f, 1e-9], [*f, 1e9]]);
-        let named = self.lines.iter().filter(|line| !line.label.is_empty());
-        let peaks = named.map(|line| {
-            let at = [1e-3 * line.frequency, 1e3 * line.amplitude];
-            (at, line.label.clone())
-        });
-        let mut layers = vec![
-            Layer::lines(grey.collect(), Color::Faint).with_label("computed, unstable modes"),
-            Layer::line(self.spectrum.clone(), Color::Run).with_label("measured"),
-            Layer::peaks(peaks.collect()),
-        ];
-        layers.drain(..usize::from(computed.is_empty()));
-        let x = Axis::linear("frequency, kHz", [0.0, 1e-3 * header.highest_frequency()]);
-        Panel::new(
-            "Spectrum",
-            x,
-            Axis::decades("amplitude, mm/s", [-4, 2]),
-            layers,
-        )
+    /// The spectrum with its named lines, and with computed frequencies as grey lines.
+    fn spectrum(&self, header: &Header) -> Panel {
+        let (bin, amplitude, lines) = &self.spectrum;
+        let named = lines.iter().filter(|line| !line.label.is_empty());
+        let named: Vec<SpectralLine> = named.cloned().collect();
+        let axes = SpectrumAxes::of_run(header);
+        let amplitude = amplitude.iter().copied();
+        let mut panel = axes.panel(*bin, amplitude, &named, Color::Run);
+        for layer in &mut panel.layers {
+            match &*layer.id {
+                "computed" => layer.label = "computed, unstable modes".to_owned(),
+                "curve" => layer.label = "measured".to_owned(),
+                _ => {}
+            }
+        }
+        panel.with_title("Spectrum")
     }
+}
+
+/// The strongest line (kHz) over the tilt (deg), with rising and with falling tilt and now: the hysteresis loop. `modes`
+/// gives the axes.
+pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f64; 2]>) -> Panel {
+    let layer = |points: Vec<_>, radius, color, label: &str, id| {
+        let points = Layer::points(points, radius, color);
+        points.with_label(label).with_id(id)
+    };
+    let layers = vec![
+        layer(up, 2.0, Color::Run, "rising tilt", "up"),
+        layer(down, 2.0, Color::Compared, "falling tilt", "down"),
+        layer(now, 3.5, Color::Ink, "now", "now"),
+    ];
+    let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
+    let frequencies = joint.modes.iter().map(|mode| 1e-3 * mode.frequency_hz);
+    let highest = 1.2 * frequencies.fold(2.0, f64::max);
+    Panel::new(
+        "Strongest line over tilt",
+        Axis::linear("tilt, °", [low, 1.05 * high]),
+        Axis::rounded_logarithmic("strongest line, kHz", [1.0, highest].into_iter()),
+        layers,
+    )
 }
 
 /// The computed curves of a lesson, with the operating points of the run.

@@ -4,6 +4,7 @@ use super::axis::Axis;
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
+use crate::report::Measured;
 use crate::study::lyapunov::{LyapunovStudy, SceneLyapunov};
 
 /// Number of negative exponents shown besides the non-negative ones.
@@ -126,6 +127,26 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
         ),
         layers,
     )
+}
+
+/// The exponents so far with their intervals, on an axis of ± `full` (1/s).
+pub fn current_spectrum(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
+    let numbered = || (0..).zip(&spectrum.exponents);
+    let mut layers = vec![Layer::horizontal_line(0.0).with_id("zero")];
+    layers.extend(numbered().map(|(k, exponent)| {
+        Layer::intervals(&[span(k as f64 + 1.0, *exponent)], Color::Exponent(k))
+    }));
+    layers.extend(numbered().map(|(k, exponent)| {
+        let point = [k as f64 + 1.0, exponent.value];
+        Layer::points(vec![point], 3.3, Color::Exponent(k))
+    }));
+    let caption = match &spectrum.kaplan_yorke {
+        Some(dimension) => format!("Kaplan-Yorke dimension {}", Measured::from(dimension)),
+        None => "95 % intervals".to_owned(),
+    };
+    let index = Axis::integers("index", spectrum.exponents.len());
+    let values = Axis::linear("exponent, 1/s", [-full, full]);
+    Panel::new("Lyapunov exponents", index, values, layers).with_caption(caption)
 }
 
 /// Values with their intervals, with one marker for each sign.

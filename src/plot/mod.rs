@@ -12,6 +12,7 @@
 mod axis;
 mod basins;
 mod branch;
+mod chaos;
 mod color;
 mod cost;
 mod embedding;
@@ -21,6 +22,8 @@ mod lyapunov;
 mod orbits;
 pub(crate) mod paper;
 pub(crate) mod response;
+mod run;
+mod section;
 mod sensitivities;
 mod signal;
 mod sweep;
@@ -44,16 +47,20 @@ mod layout_tests;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Axis, Scale, round_up};
+pub use axis::{Axis, FullScale, Scale, round_up};
 pub use basins::basins_figure;
 pub use branch::{map_figure, modes_figure};
 pub use color::{Color, Rgb};
 pub use cost::cost_figure;
-pub use embedding::{false_neighbours, mutual_information};
+use embedding::{false_neighbours, mutual_information};
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
-pub use lesson::{LessonPictures, prediction_panel};
+pub use lesson::{LessonPictures, prediction_panel, tone_loop};
 pub use lyapunov::lyapunov_figure;
 pub use orbits::{branch_figure, multipliers_figure, multipliers_panel};
+pub use run::{
+    RUN_FIGURES, RedrawTimer, RunFigures, RunPanels, full_scale, letter, range_shown, units,
+};
+pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
 pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]

@@ -5,8 +5,12 @@
 use super::axis::{Axis, round_up};
 use super::color::{Color, colormap, colormap_index};
 use super::figure::{Image, Layer, Panel, Swatch};
+use super::run::{full_scale, units};
+use super::section::SectionAxes;
 use super::unit::Unit;
-use crate::analysis::{RecurrenceImage, SpectralLine, range};
+use crate::analysis::{RecurrenceImage, SpectralLine};
+use crate::pipeline::message::{Header, Subject};
+use crate::scene::Mechanism;
 use crate::study::response::{PhasePortrait, SettledResponse};
 
 /// Delay of reconstructions, s: a quarter of the period of 4.1 kHz.
@@ -145,95 +149,115 @@ pub fn reconstruction(portrait: &PhasePortrait, color: Color) -> Panel {
 /// The common axes of several spectra.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumAxes {
-    unit: Unit,
+    /// Unit of the frequencies.
+    pub frequency: Unit,
+    amplitude: Unit,
     x: Axis,
     y: Axis,
+    /// Frequencies of modes that are marked, Hz.
+    marked: Vec<f64>,
 }
 
 impl SpectrumAxes {
-    /// Amplitudes over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
+    /// Amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
     pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
-        let unit = Unit::of("m", largest);
-        let top = (unit.factor * largest).max(1e-15).log10().ceil() as i32;
+        let amplitude = Unit::of("m", largest);
+        let top = (amplitude.factor * largest).max(1e-15).log10().ceil() as i32;
+        let name = amplitude.after("amplitude");
+        Self::with_units(amplitude, name, [top - decades, top], highest)
+    }
+
+    /// Velocity amplitudes of a run of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its full scale.
+    /// Frequencies that the lesson computes are marked.
+    pub fn of_run(header: &Header) -> Self {
+        let [_, unit] = units(&header.subject);
+        let (amplitude, name, decades) = match &header.subject {
+            Subject::Joint(_) | Subject::Small(_) => {
+                (Unit::of(unit, 1e-3), "velocity amplitude", [-4, 2])
+            }
+            Subject::Signal(signal) => {
+                let full = full_scale(signal);
+                let unit = Unit::of(unit, full);
+                let top = (unit.factor * full).log10().ceil() as i32;
+                (unit, "amplitude", [top - 7, top])
+            }
+        };
+        let name = amplitude.after(name);
+        let axes = Self::with_units(amplitude, name, decades, header.highest_frequency());
+        let compares = [Mechanism::WhichModeWins, Mechanism::Prediction];
+        let computed = header.computed.iter();
+        let computed = computed.filter(|computed| compares.contains(&computed.mechanism));
+        let unstable = computed.flat_map(|computed| computed.unstable());
         Self {
-            x: Axis::linear("frequency, kHz", [0.0, 1e-3 * highest]),
-            y: Axis::decades(unit.after("amplitude"), [top - decades, top]),
-            unit,
+            marked: unstable.map(|mode| mode.frequency_hz).collect(),
+            ..axes
         }
     }
 
-    /// A spectrum with its labelled lines.
-    pub fn panel(&self, bin: f64, amplitude: &[f32], lines: &[SpectralLine]) -> Panel {
+    fn with_units(amplitude: Unit, name: String, decades: [i32; 2], highest: f64) -> Self {
+        let frequency = Unit::of("Hz", highest);
+        let x = frequency.after("frequency");
+        Self {
+            x: Axis::linear(x, [0.0, frequency.factor * highest]),
+            y: Axis::decades(name, decades),
+            frequency,
+            amplitude,
+            marked: Vec::new(),
+        }
+    }
+
+    /// A spectrum with bins `bin` (Hz) apart, and its labelled lines, strongest first.
+    pub fn panel(
+        &self,
+        bin: f64,
+        amplitude: impl IntoIterator<Item = f64>,
+        lines: &[SpectralLine],
+        color: Color,
+    ) -> Panel {
         let end = self.x.range[1];
-        let points = amplitude.iter().enumerate().skip(1);
-        let points = points.map(|(k, a)| [1e-3 * bin * k as f64, self.unit.factor * f64::from(*a)]);
+        let place = |hz: f64| self.frequency.factor * hz;
+        let points = amplitude.into_iter().enumerate();
+        let points = points.map(|(k, a)| [place(bin * k as f64), self.amplitude.factor * a]);
         let points = points.take_while(|point| point[0] <= end).collect();
-        let shown = lines.iter().filter(|line| 1e-3 * line.frequency <= end);
+        let shown = lines.iter().filter(|line| place(line.frequency) <= end);
         let peaks = shown.take(NAMED).map(|line| {
-            let kilohertz = 1e-3 * line.frequency;
+            let frequency = place(line.frequency);
             let name = match &*line.label {
-                "" => format!("{kilohertz:.2}"),
-                name => format!("{name}: {kilohertz:.2}"),
+                "" => format!("{frequency:.2}"),
+                name => format!("{name}: {frequency:.2}"),
             };
-            ([kilohertz, self.unit.factor * line.amplitude], name)
+            ([frequency, self.amplitude.factor * line.amplitude], name)
         });
-        Panel::new(
-            "spectrum",
-            self.x.clone(),
-            self.y.clone(),
-            vec![
-                Layer::line(points, Color::Faint),
-                Layer::peaks(peaks.collect()),
-            ],
-        )
+        let marked = self.marked.iter().map(|hz| place(*hz));
+        let marked = marked.filter(|place| *place <= end);
+        let marked = marked.map(|place| self.y.range.map(|y| [place, y]).to_vec());
+        let mut layers = vec![Layer::line(points, color), Layer::peaks(peaks.collect())];
+        if !self.marked.is_empty() {
+            let lines = Layer::lines(marked.collect(), Color::Faint);
+            layers.insert(0, lines.with_id("computed"));
+        }
+        Panel::new("spectrum", self.x.clone(), self.y.clone(), layers)
     }
 }
 
-/// The common axes of several Poincaré sections: square and as small as possible, but not below a fraction of
-/// the motion's amplitude, so that a periodic motion appears as a point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SectionAxes {
-    unit: Unit,
-    axes: [Axis; 2],
+/// The spectrum of a motion with its labelled lines.
+pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
+    let amplitude = motion.spectrum.iter().map(|a| f64::from(*a));
+    axes.panel(motion.bin, amplitude, lines, Color::Faint)
 }
 
-impl SectionAxes {
-    /// Axes for some responses. `letter` is the symbol of the displacement, `fallback` the half-width without
-    /// intersections.
-    pub fn new(found: &[&SettledResponse], letter: &str, fallback: f64) -> Self {
-        let points = || found.iter().flat_map(|response| &response.section);
-        let ends: [[f64; 2]; 2] = std::array::from_fn(|c| range(points().map(|point| point[c])));
-        let motion = points().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
-        let spread = ends.iter().map(|[low, high]| high - low);
-        let spread = spread.fold(0.0, f64::max);
-        let (half, middles) = match points().next() {
-            Some(_) => (
-                (0.6 * spread).max(0.15 * motion).max(SMALLEST[0]),
-                ends.map(|[low, high]| 0.5 * (low + high)),
-            ),
-            None => (fallback, [0.0; 2]),
-        };
-        let size = middles.iter().map(|middle| middle.abs() + half);
-        let unit = Unit::of("m", size.fold(0.0, f64::max));
-        let axes = std::array::from_fn(|c| {
-            let name = unit.after(&[format!("{letter}(t)"), format!("{letter}(t + 2τ)")][c]);
-            let ends = [middles[c] - half, middles[c] + half];
-            Axis::linear(name, ends.map(|end| unit.factor * end))
-        });
-        Self { unit, axes }
-    }
+/// The axes of the sections of some responses. `letter` is the symbol of the displacement, `fallback` the half-width
+/// without intersections.
+pub fn section_axes(found: &[&SettledResponse], letter: &str, fallback: f64) -> SectionAxes {
+    let points = || found.iter().flat_map(|response| &response.section);
+    let smallest = points().next().map_or(fallback, |_| SMALLEST[0]);
+    SectionAxes::delayed(letter, "m", [0.0, smallest]).fit(points())
+}
 
-    /// The section of one response; an empty panel without one.
-    pub fn panel(&self, response: Option<&SettledResponse>) -> Panel {
-        let passages = response.map_or(&[][..], |response| &response.section);
-        let points = passages.iter().map(|p| p.map(|y| self.unit.factor * y));
-        let color = response.map_or(Color::Ink, color);
-        let [x, y] = self.axes.clone();
-        // A few points must be visible, many must not overlap.
-        let radius = if passages.len() > 500 { 1.1 } else { 1.8 };
-        let layer = Layer::points(points.collect(), radius, color);
-        Panel::new("Poincaré section", x, y, vec![layer]).square()
-    }
+/// The section of one response; an empty panel without one.
+pub fn section(axes: &SectionAxes, response: Option<&SettledResponse>) -> Panel {
+    let points = response.map_or(&[][..], |response| &response.section);
+    axes.section(points, response.map_or(Color::Ink, color))
 }
 
 /// Distance classes of a recurrence plot, 0 the nearest; recurrences are the next class. The number is small,
@@ -256,6 +280,20 @@ pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
         palette: recurrence_palette(),
     });
     Panel::new("recurrence plot", axis(), axis(), vec![image]).square()
+}
+
+/// Recurrence rate, threshold (a distance in `unit`), dimension and delay of a recurrence plot.
+pub fn recurrence_caption(plot: &RecurrenceImage, unit: &str) -> String {
+    let epsilon = match plot.threshold {
+        Some(threshold) => format!("ε = {}", Unit::write(threshold, unit)),
+        None => "ε chosen for each state".to_owned(),
+    };
+    format!(
+        "RR = {:.0} %, {epsilon}, m = {}, τ = {}",
+        1e2 * plot.rate,
+        plot.dimension,
+        Unit::write(plot.lag, "s"),
+    )
 }
 
 /// The class of each pixel, the latest row first.

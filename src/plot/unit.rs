@@ -1,5 +1,10 @@
 //! Units with SI prefixes for display.
 
+use crate::number::short;
+
+/// Units that take a prefix.
+const PREFIXED: [&str; 10] = ["m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "s", "Hz"];
+
 /// A unit for displayed values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
@@ -13,7 +18,12 @@ impl Unit {
     /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
     /// power of ten.
     pub fn of(unit: &str, largest: f64) -> Self {
-        const PREFIXED: [&str; 10] = ["m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "s", "Hz"];
+        // The unit of modal coordinates.
+        if let Some(rest) = unit.strip_prefix("√kg ") {
+            let Self { symbol, factor } = Self::of(rest, largest);
+            let symbol = format!("√kg {symbol}");
+            return Self { symbol, factor };
+        }
         const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
         let step = match largest.is_finite() && largest > 0.0 {
             true => (largest.log10() / 3.0 + 1e-9).floor() as i32,
@@ -45,6 +55,17 @@ impl Unit {
         }
     }
 
+    /// A value with its unit, such as `3.2 µm`.
+    pub fn write(value: f64, unit: &str) -> String {
+        let (value, symbol) = if PREFIXED.contains(&unit) {
+            let Self { symbol, factor } = Self::of(unit, value.abs());
+            (factor * value, symbol)
+        } else {
+            (value, unit.to_owned())
+        };
+        format!("{} {symbol}", short(value)).trim_end().to_owned()
+    }
+
     /// A name with the unit, such as `u, µm`.
     pub fn after(&self, name: &str) -> String {
         match &*self.symbol {
@@ -68,7 +89,11 @@ mod tests {
         assert_eq!(symbol("s", 4e5), "s");
         assert_eq!(symbol("", 0.3), "");
         assert_eq!(symbol("counts", 3e7), "1e6 counts");
+        assert_eq!(symbol("√kg m/s", 0.02), "√kg mm/s");
         assert_eq!(Unit::of("m", 0.0).factor, 1.0);
+        assert_eq!(Unit::write(0.3, "s"), "300 ms");
+        assert_eq!(Unit::write(-2e-5, "counts"), "-2e-5 counts");
+        assert_eq!(Unit::write(0.0, ""), "0");
         assert_eq!(Unit::of("m", 2e-6).after("u"), "u, µm");
     }
 }

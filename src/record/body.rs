@@ -8,9 +8,10 @@ use super::{
     error::RecordError,
     paths,
     stream::{self, RecordingStream},
-    style::{self, ColorMap, FullScale, Quantity},
+    style::{self, ColorMap},
 };
 use crate::pipeline::message::{Frame, JointInfo, SurfaceMesh, vertex_normals};
+use crate::plot::{FullScale, Unit};
 
 /// Vertices per batch, summed over its pictures.
 const BATCH_VERTICES: usize = 40_000;
@@ -147,7 +148,7 @@ impl Body {
     fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let lowest = self.rest.iter().map(|v| v[2]).fold(0.0, f64::min);
         let full = self.scale.get();
-        let words = format!("grey at rest, yellow {}", Quantity::Length.format(full));
+        let words = format!("grey at rest, yellow {}", Unit::write(full, "m"));
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])
             .with_colors([style::AXIS])

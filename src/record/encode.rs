@@ -1,34 +1,34 @@
 //! Encoding of records as rows of entities.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
+
+use rerun::Scalars;
 
 use super::{
     body::Body,
-    chaos::Chaos,
     controls::Controls,
-    delay::Delay,
     error::RecordError,
-    exponents::ExponentsPlot,
+    exponents::RunningExponents,
     health,
     lesson::Lesson,
+    panel_view::PanelView,
     patch::Patch,
-    paths,
+    paths::{self, Root},
     perturbed::PerturbedTrajectory,
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
-    recurrence::Recurrence,
     regime,
-    samples::{Samples, Waveform},
-    section::Section,
+    samples::{Samples, Waveform, name_series},
     small::SmallFrames,
-    spectrum::{Spectrogram, SpectrumPlot},
-    stream::RecordingStream,
-    style::{self, Quantity},
-    text,
+    spectrogram::Spectrogram,
+    stream::{self, Moment, RecordingStream},
+    style, text,
 };
 use crate::{
     analysis::Verdict,
     pipeline::message::{AnalysisKind, Frame, Header, Record, Subject},
+    plot::RunPanels,
     scene::RecordSpec,
 };
 
@@ -37,15 +37,13 @@ use crate::{
 pub struct Encoder {
     header: Arc<Header>,
     frames: Frames,
-    spectrum: SpectrumPlot,
+    /// The pictures that are panels, and where they are drawn.
+    panels: RunPanels,
+    views: BTreeMap<&'static str, PanelView>,
     spectrogram: Spectrogram,
-    recurrence: Recurrence,
     embedding: Embedding,
-    delay: Delay,
     quantification: Quantification,
-    section: Section,
-    chaos: Chaos,
-    exponents: ExponentsPlot,
+    exponents: RunningExponents,
     perturbed: Option<PerturbedTrajectory>,
     lesson: Option<Lesson>,
     controls: Controls,
@@ -128,24 +126,22 @@ impl Encoder {
         text::send_properties(rec, header.as_ref().into())?;
         text::log_about(rec, &header)?;
         regime::name_regimes(rec)?;
-        let spectrum = SpectrumPlot::new(&header);
-        spectrum.plot().draw(rec, paths::SPECTRUM, None)?;
-        let subject = &header.subject;
+        name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
+        let panels = RunPanels::new(Arc::clone(&header));
+        let mut spectrum = PanelView::of("spectrum", &Root::of_run());
+        spectrum.draw_axes(rec, None, &panels.empty_spectrum())?;
         let lesson = header.computed.as_ref();
-        let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed, &spectrum));
+        let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed));
         Ok(Self {
             lesson: lesson.transpose()?,
             controls: Controls::new(rec, &header)?,
             frames: Frames::new(rec, &header, spec)?,
-            spectrum,
+            panels,
+            views: BTreeMap::from([("spectrum", spectrum)]),
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(Quantity::displacement(subject)),
-            embedding: Embedding::new(subject),
-            delay: Delay::default(),
+            embedding: Embedding::new(&header.subject),
             quantification: Quantification::default(),
-            section: Section::new(rec, &header)?,
-            chaos: Chaos::new(rec, &header)?,
-            exponents: ExponentsPlot::new(),
+            exponents: RunningExponents::default(),
             perturbed: match header.has(AnalysisKind::PerturbedTrajectory) {
                 true => Some(PerturbedTrajectory::new(rec)?),
                 false => None,
@@ -156,11 +152,20 @@ impl Encoder {
 
     /// Logs a record.
     pub fn accept(&mut self, rec: &RecordingStream, record: &Record) -> Result<(), RecordError> {
+        for (name, time, panel) in self.panels.accept(record) {
+            let view = self.views.entry(name);
+            let view = view.or_insert_with(|| PanelView::of(name, &Root::of_run()));
+            view.draw(rec, Some(Moment::from(time)), &panel)?;
+        }
         match record {
-            // This encoder was created from the header; another header would be the same.
-            Record::Header(_) => Ok(()),
+            // This encoder was created from the header; another header would be the same. The other records have panels
+            // only.
+            Record::Header(_)
+            | Record::Spectrum { .. }
+            | Record::Recurrence { .. }
+            | Record::Delay { .. }
+            | Record::Section { .. } => Ok(()),
             Record::Samples(frame) => {
-                self.section.redraw.set_rate(frame);
                 self.frames.push(rec, frame)?;
                 self.controls.push(rec, frame)?;
                 match &mut self.perturbed {
@@ -168,22 +173,12 @@ impl Encoder {
                     None => Ok(()),
                 }
             }
-            Record::Spectrum {
-                time,
-                bin,
-                amplitude,
-                peaks,
-            } => self.spectrum.draw(rec, *time, *bin, amplitude, peaks),
             Record::SpectrogramColumn {
                 time,
                 bin,
                 level_db,
             } => self.spectrogram.push(rec, *time, *bin, level_db),
-            Record::Recurrence { time, image } => self.recurrence.draw(rec, *time, image),
             Record::Embedding { time, points } => self.embedding.draw(rec, *time, points),
-            Record::Delay {
-                time, dt, choice, ..
-            } => self.delay.draw(rec, *time, *dt, choice),
             Record::Quantification {
                 time,
                 dt,
@@ -191,16 +186,8 @@ impl Encoder {
                 periods,
                 ..
             } => self.quantification.draw(rec, *time, *dt, measures, periods),
-            Record::Section { time, points } => self.section.push(rec, *time, points),
-            Record::Chaos {
-                time,
-                window,
-                dt,
-                divergence,
-                zero_one,
-            } => {
-                let times = [*time, *window, *dt];
-                self.chaos.draw(rec, times, divergence, zero_one)
+            Record::Chaos { time, zero_one, .. } => {
+                stream::log_at(rec, paths::ZERO_ONE, *time, &Scalars::single(zero_one.k))
             }
             Record::Regime {
                 time,
@@ -227,7 +214,7 @@ impl Encoder {
                 None => Ok(()),
             },
             Record::LevelSample(course) => match &mut self.lesson {
-                Some(lesson) => lesson.push(rec, course),
+                Some(lesson) => lesson.push(rec, &self.header, course),
                 None => Ok(()),
             },
             Record::Warning { time, text } => text::warn(rec, *time, text),

@@ -3,30 +3,23 @@
 
 use std::sync::Arc;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
+use rerun::SeriesLines;
 
 use super::{
     error::RecordError,
     panel_view::PanelView,
-    paths,
-    plot::{Bounds, Plot, legend_height},
+    paths::{self, Root},
     samples::{Rows, name_series},
-    spectrum::SpectrumPlot,
     stream::{self, RecordingStream},
     style, text,
 };
 use crate::{
-    analysis::range,
     pipeline::message::{
-        self, Header, LevelSample, MechanismPrediction, PredictedCurves, TiltDirection, TiltedTone,
+        self, Header, LevelSample, MechanismPrediction, TiltDirection, TiltedTone,
     },
-    plot::{Axis, prediction_panel},
-    scene::Mechanism,
+    plot::{Panel, prediction_panel, tone_loop},
     text::LessonText,
 };
-
-/// Size of the plots, pixels.
-const FIELD: [f32; 2] = [400.0, 260.0];
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
@@ -41,9 +34,9 @@ pub struct Lesson {
 /// The strongest line over the tilt.
 #[derive(Debug)]
 struct HysteresisLoop {
-    plot: Plot,
+    view: PanelView,
     /// Tilt and frequency for increasing and for decreasing tilt.
-    heard: [Vec<[f64; 2]>; 2],
+    tones: [Vec<[f64; 2]>; 2],
 }
 
 impl Lesson {
@@ -52,33 +45,30 @@ impl Lesson {
         rec: &RecordingStream,
         header: &Header,
         computed: &Arc<MechanismPrediction>,
-        spectrum: &SpectrumPlot,
     ) -> Result<Self, RecordError> {
         let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
         one(paths::LESSON_VELOCITY_LEVEL, "measured", style::SIGNAL)?;
         one(paths::LESSON_PREDICTED, "computed growth", style::ACCENT)?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
         rec.log_static(paths::LESSON_PREDICTED, &width)?;
-        let compares = [Mechanism::WhichModeWins, Mechanism::Prediction];
-        if compares.contains(&computed.mechanism) {
-            draw_modes(rec, computed, spectrum)?;
-        }
         if let Some(picture) = &computed.picture {
-            picture_view().draw(rec, None, &prediction_panel(picture))?;
+            let mut view = PanelView::of("computed", &Root::of_run());
+            view.draw(rec, None, &prediction_panel(picture))?;
         }
-        let hysteresis = loop_plot(header);
-        if let Some(plot) = &hysteresis {
-            plot.draw(rec, paths::HYSTERESIS, None)?;
-            plot.draw_legend(rec, paths::HYSTERESIS, &loop_legend())?;
-        }
+        let hysteresis = match empty_loop(header) {
+            Some(panel) => {
+                let mut view = PanelView::of("line-over-tilt", &Root::of_run());
+                view.draw_axes(rec, None, &panel)?;
+                let tones = Default::default();
+                Some(HysteresisLoop { view, tones })
+            }
+            None => None,
+        };
         Ok(Self {
             text: LessonText::default(),
             level: Rows::new(paths::LESSON_VELOCITY_LEVEL, 1),
             predicted_level: Rows::new(paths::LESSON_PREDICTED, 1),
-            hysteresis: hysteresis.map(|plot| HysteresisLoop {
-                plot,
-                heard: [Vec::new(), Vec::new()],
-            }),
+            hysteresis,
         })
     }
 
@@ -98,7 +88,12 @@ impl Lesson {
     }
 
     /// Adds a point of the velocity level or of the hysteresis loop.
-    pub fn push(&mut self, rec: &RecordingStream, course: &LevelSample) -> Result<(), RecordError> {
+    pub fn push(
+        &mut self,
+        rec: &RecordingStream,
+        header: &Header,
+        course: &LevelSample,
+    ) -> Result<(), RecordError> {
         // Logarithm of the level in mm/s; a gap where it is not finite.
         let shown = |level: f64| match (1e3 * level).log10() {
             log if log.is_finite() => log,
@@ -106,7 +101,7 @@ impl Lesson {
         };
         if let Some(tone) = &course.tone {
             return match &mut self.hysteresis {
-                Some(hysteresis) => hysteresis.push(rec, course.time, tone),
+                Some(hysteresis) => hysteresis.push(rec, (header, course.time), tone),
                 None => Ok(()),
             };
         }
@@ -128,88 +123,27 @@ impl HysteresisLoop {
     fn push(
         &mut self,
         rec: &RecordingStream,
-        time: f64,
+        (header, time): (&Header, f64),
         tone: &TiltedTone,
     ) -> Result<(), RecordError> {
         let point = [tone.tilt.to_degrees(), 1e-3 * tone.frequency];
-        let (way, path, color) = match tone.way {
-            TiltDirection::Up => (0, paths::HYSTERESIS_UP, style::SIGNAL),
-            TiltDirection::Down => (1, paths::HYSTERESIS_DOWN, style::ACCENT),
+        let way = usize::from(tone.way == TiltDirection::Down);
+        self.tones[way].push(point);
+        let Some(joint) = header.joint() else {
+            return Ok(());
         };
-        self.heard[way].push(point);
-        let heard = self.heard[way].iter().copied();
-        self.plot
-            .draw_points(rec, path, time, heard, (color, 3.0))?;
-        let now = Points2D::new([self.plot.at(point[0], point[1])])
-            .with_colors([style::POLE])
-            .with_radii([Radius::new_ui_points(5.0)])
-            .with_draw_order(1.0);
-        stream::log_at(rec, paths::HYSTERESIS_NOW, time, &now)
+        let panel = tone_loop(joint, self.tones.clone(), vec![point]);
+        let changed = [&panel.layers[way], &panel.layers[2]].map(Clone::clone);
+        let plot = self.view.plot(&panel);
+        self.view
+            .draw_layers(rec, Some(time.into()), &plot, &changed)
     }
 }
 
-fn loop_legend() -> Vec<(String, Color)> {
-    vec![
-        ("increasing tilt".to_owned(), style::SIGNAL),
-        ("decreasing tilt".to_owned(), style::ACCENT),
-        ("current".to_owned(), style::POLE),
-    ]
-}
-
-/// The plot of the strongest line over the tilt; `None` if the tilt is constant or there is no joint.
-fn loop_plot(header: &Header) -> Option<Plot> {
+/// The plot of the strongest line over the tilt without data; `None` if the tilt is constant or there is no joint.
+pub fn empty_loop(header: &Header) -> Option<Panel> {
     let joint = header.joint()?;
-    let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
-    let frequencies = joint.modes.iter().map(|mode| 1e-3 * mode.frequency_hz);
-    let [_, highest] = range(frequencies);
-    (low < high).then(|| Plot {
-        width: FIELD[0],
-        height: FIELD[1],
-        top_margin: legend_height(FIELD[0], &loop_legend()),
-        x: Axis::linear("tilt, deg", [low, 1.05 * high]),
-        y: Axis::rounded_logarithmic(
-            "strongest line, kHz",
-            [1.0, 1.2 * highest.max(2.0)].into_iter(),
-        ),
-        grid: true,
-    })
-}
-
-/// Bounds of the view of the hysteresis loop; `None` if the tilt is constant.
-pub fn loop_bounds(header: &Header) -> Option<Bounds> {
-    loop_plot(header).map(|plot| plot.bounds())
-}
-
-fn picture_view() -> PanelView {
-    PanelView::new(paths::LESSON_COMPUTED, FIELD)
-}
-
-/// Bounds of the view of a computed plot.
-pub fn picture_bounds(picture: &PredictedCurves) -> Bounds {
-    picture_view().bounds(&prediction_panel(picture))
-}
-
-/// Draws the computed frequencies of the unstable modes as vertical lines in the spectrum.
-fn draw_modes(
-    rec: &RecordingStream,
-    computed: &MechanismPrediction,
-    spectrum: &SpectrumPlot,
-) -> Result<(), RecordError> {
-    let plot = spectrum.plot();
-    let unstable = computed.unstable();
-    let shown = unstable
-        .iter()
-        .map(|mode| spectrum.frequency.per_si * mode.frequency_hz);
-    let across = shown.filter(|frequency| *frequency <= plot.x.range[1]);
-    let lines = across.map(|frequency| {
-        let [x, _] = plot.at(frequency, plot.y.range[0]);
-        [[x, 0.0], [x, plot.height]]
-    });
-    let lines = LineStrips2D::new(lines)
-        .with_colors([style::AXIS])
-        .with_radii([Radius::new_ui_points(0.8)])
-        .with_draw_order(-0.5);
-    rec.log_static(paths::SPECTRUM_COMPUTED, &lines)
+    (joint.min_tilt < joint.max_tilt).then(|| tone_loop(joint, Default::default(), Vec::new()))
 }
 
 #[cfg(test)]
@@ -217,6 +151,7 @@ mod tests {
     use super::super::{Output, RerunSink, tests::read};
     use super::*;
     use crate::pipeline::{Monitor, run};
+    use crate::scene::Mechanism;
 
     /// Entities that show each mechanism.
     fn evidence_entities(mechanism: Mechanism) -> &'static [&'static str] {
@@ -224,29 +159,32 @@ mod tests {
             Mechanism::NegativeSlope | Mechanism::ModeCoupling | Mechanism::ExchangedFriction => &[
                 paths::LESSON_VELOCITY_LEVEL,
                 paths::LESSON_PREDICTED,
-                paths::LESSON_COMPUTED_CURVES,
-                paths::LESSON_COMPUTED_MARKS,
+                "lesson/computed/curves",
+                "lesson/computed/marks",
             ],
             Mechanism::Bristles | Mechanism::ContactAge | Mechanism::MeasuredFriction => &[
                 paths::LESSON_VELOCITY_LEVEL,
                 paths::LESSON_PREDICTED,
-                paths::LESSON_COMPUTED_CURVES,
-                paths::LESSON_COMPUTED_MARKS,
+                "lesson/computed/curves",
+                "lesson/computed/marks",
             ],
             Mechanism::Articulation => &[
                 paths::LESSON_VELOCITY_LEVEL,
-                paths::LESSON_COMPUTED_CURVES,
-                paths::HYSTERESIS_UP,
+                "lesson/computed/curves",
+                "lesson/hysteresis/up",
             ],
             Mechanism::StickSlip => &[paths::PORTRAIT_TRAIL, paths::VELOCITY],
             Mechanism::LiftOff => &[paths::NODES, paths::NODE_COUNTS, paths::CONTACT_FORCE],
             Mechanism::WhichModeWins | Mechanism::Prediction => {
-                &[paths::SPECTRUM_COMPUTED, paths::MODES_ENERGY]
+                &["spectrum/computed", paths::MODES_ENERGY]
             }
-            Mechanism::Hysteresis => &[paths::HYSTERESIS_UP, paths::HYSTERESIS_NOW],
-            Mechanism::Torus => &[paths::SPECTRUM_PEAKS, paths::SECTION_POINTS],
-            Mechanism::TorusBirth => &[paths::SPECTRUM_PEAKS, paths::LESSON_COMPUTED_CURVES],
-            Mechanism::Chaos => &[paths::DIVERGENCE_DISTANCE, paths::REFERENCE_TRAIL],
+            Mechanism::Hysteresis => &["lesson/hysteresis/up", "lesson/hysteresis/now"],
+            Mechanism::Torus => &["spectrum/peaks", "poincare_section/points"],
+            Mechanism::TorusBirth => &["spectrum/peaks", "lesson/computed/curves"],
+            Mechanism::Chaos => &[
+                paths::DIVERGENCE_DISTANCE,
+                "divergence/phase_portrait/reference",
+            ],
         }
     }
 

@@ -13,10 +13,10 @@ use rerun::{
 };
 
 use super::{
+    blueprint::{layout::Row, tree::View},
     error::RecordError,
-    paths,
-    peak_names::{NAMES_HEIGHT, Named, names_and_stems},
-    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot, legend_height},
+    paths::{self, Root},
+    plot::{CAPTION_HEIGHT, Plot, legend_height},
     stream::{self, Moment, RecordingStream},
     style,
 };
@@ -30,7 +30,7 @@ const CROSS: f32 = 6.0;
 /// Lengths of the dashes and gaps of a dashed line, pixels.
 const STROKE: f32 = 8.0;
 const GAP: f32 = 6.0;
-/// Width of a character, pixels.
+/// Width of a character, pixels: an upper limit, because the viewer uses a fixed font size.
 const LETTER: f32 = 8.0;
 /// Screen points per point on paper.
 const ENLARGED: f64 = 0.8;
@@ -40,7 +40,10 @@ const ENLARGED: f64 = 0.8;
 pub struct PanelView {
     path: String,
     field: [f32; 2],
-    axes: Axes,
+    /// Axes, caption and note as drawn last.
+    axes: Option<Plot>,
+    caption: String,
+    note: String,
     /// Size and palette length of the current image.
     image: Option<([usize; 2], usize)>,
 }
@@ -63,24 +66,26 @@ struct Entity {
 }
 
 impl PanelView {
-    /// Panels at a path with a plot area of a size in pixels.
-    pub fn new(path: impl Into<String>, field: [f32; 2]) -> Self {
+    /// The picture of a name in the layout, below a root.
+    ///
+    /// # Panics
+    /// If the layout has no such picture.
+    pub fn of(name: &str, root: &Root) -> Self {
+        let row = Row::of(name).expect("a picture of the layout");
+        let (field, _) = row.field().expect("a picture has a size");
         Self {
-            path: path.into(),
+            path: root.at(row.paths[0]),
             field,
-            axes: Axes::default(),
+            axes: None,
+            caption: String::new(),
+            note: String::new(),
             image: None,
         }
     }
 
-    /// Path of the panels.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
-    /// Bounds of a view of the panel.
-    pub fn bounds(&self, panel: &Panel) -> Bounds {
-        self.plot(panel).bounds()
+    /// A view of a panel, under the title of the panel.
+    pub fn view(&self, panel: &Panel) -> View {
+        View::picture(panel.title.as_str(), &self.path, self.plot(panel).bounds())
     }
 
     /// Axes and size of a panel.
@@ -104,6 +109,25 @@ impl PanelView {
         }
     }
 
+    /// Draws the axes and the legend of a panel if the axes have changed, either static or from a moment on.
+    pub fn draw_axes(
+        &mut self,
+        rec: &RecordingStream,
+        at: Option<Moment>,
+        panel: &Panel,
+    ) -> Result<Plot, RecordError> {
+        let plot = self.plot(panel);
+        if self.axes.as_ref() != Some(&plot) {
+            plot.draw(rec, &self.path, at)?;
+            let key = key(panel);
+            if !key.is_empty() {
+                plot.draw_legend(rec, &self.path, &key)?;
+            }
+            self.axes = Some(plot.clone());
+        }
+        Ok(plot)
+    }
+
     /// Draws a panel, either static or from a moment on.
     pub fn draw(
         &mut self,
@@ -111,29 +135,18 @@ impl PanelView {
         at: Option<Moment>,
         panel: &Panel,
     ) -> Result<(), RecordError> {
-        let plot = self.plot(panel);
-        match at {
-            Some(at) => self.axes.draw(rec, &self.path, at, &plot)?,
-            None => plot.draw(rec, &self.path, None)?,
-        }
-        let key = key(panel);
-        if !key.is_empty() {
-            plot.draw_legend(rec, &self.path, &key)?;
-        }
+        let plot = self.draw_axes(rec, at, panel)?;
         self.draw_layers(rec, at, &plot, &panel.layers)?;
-        // A panel that changes with time updates its note each time, also to clear it.
-        if at.is_some() {
-            let middle = [0.5 * plot.width, 0.5 * plot.height];
-            log(
-                rec,
-                &self.at(paths::PANEL_NOTE),
-                at,
-                &words(&panel.note, middle, style::POLE),
-            )?;
+        let [middle, height] = [0.5 * plot.width, 0.5 * plot.height];
+        if self.note != panel.note {
+            self.note.clone_from(&panel.note);
+            let note = words(&panel.note, [middle, height], style::POLE);
+            log(rec, &self.at(paths::PANEL_NOTE), at, &note)?;
         }
-        if !panel.caption.is_empty() {
-            let above = words(&panel.caption, [0.5 * plot.width, -36.0], style::AXIS);
-            log(rec, &paths::caption(&self.path), at, &above)?;
+        if self.caption != panel.caption {
+            self.caption.clone_from(&panel.caption);
+            let caption = words(&panel.caption, [middle, -36.0], style::AXIS);
+            log(rec, &paths::caption(&self.path), at, &caption)?;
         }
         Ok(())
     }
@@ -234,6 +247,73 @@ impl PanelView {
     }
 }
 
+/// Rows of peak labels above the plot area, and their height, pixels.
+const NAME_LINES: usize = 3;
+const NAME_HEIGHT: f32 = 24.0;
+/// Height of all rows of peak labels, pixels.
+pub const NAMES_HEIGHT: f32 = NAME_LINES as f32 * NAME_HEIGHT - 4.0;
+/// Space around a label, pixels.
+const NAME_PADDING: f32 = 16.0;
+
+/// Labels of peaks above the plot area, and lines from them to the peaks.
+fn names_and_stems(
+    width: f32,
+    named: impl Iterator<Item = Named>,
+    color: Color,
+) -> (Points2D, LineStrips2D) {
+    let placed = place_names(width, named);
+    let names = Points2D::new(placed.iter().map(|name| name.at))
+        .with_labels(placed.iter().map(|name| shown(&name.named.name)))
+        .with_show_labels(true)
+        .with_colors(vec![color; placed.len()])
+        .with_radii([Radius::new_ui_points(0.0)]);
+    // The lines start below the label, which the viewer draws below its position.
+    let stems = placed.iter().map(|name| {
+        let [x, tip] = name.named.tip;
+        [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
+    });
+    let stems = LineStrips2D::new(stems)
+        .with_colors([style::faded(color, 0.5)])
+        .with_radii([Radius::new_ui_points(0.5)]);
+    (names, stems)
+}
+
+/// Position and label of a peak.
+#[derive(Clone, Debug, PartialEq)]
+struct Named {
+    /// Position of the peak.
+    tip: [f32; 2],
+    /// Label of the peak.
+    name: String,
+}
+
+/// A label and its position.
+#[derive(Clone, Debug, PartialEq)]
+struct Placed {
+    named: Named,
+    at: [f32; 2],
+}
+
+/// Places labels above the plot area, centred over their peaks if possible, in the given order. Each label
+/// takes the lowest row in which it overlaps no other; a label without space is omitted, its peak keeps its
+/// mark.
+fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
+    let mut placed: Vec<Placed> = Vec::new();
+    let mut taken: [Vec<[f32; 2]>; NAME_LINES] = Default::default();
+    for named in names {
+        let half = 0.5 * (LETTER * named.name.chars().count() as f32 + NAME_PADDING);
+        let middle = named.tip[0].clamp(half - NAME_PADDING, width + NAME_PADDING - half);
+        let [left, right] = [middle - half, middle + half];
+        let is_free = |line: &Vec<[f32; 2]>| line.iter().all(|[a, b]| right <= *a || *b <= left);
+        if let Some(line) = taken.iter().position(is_free) {
+            taken[line].push([left, right]);
+            let at = [middle, -(line as f32 + 1.0) * NAME_HEIGHT - 4.0];
+            placed.push(Placed { named, at });
+        }
+    }
+    placed
+}
+
 /// Labels of the layers with their colours.
 fn key(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
@@ -302,6 +382,13 @@ impl Entity {
                 self.radius = Some((1.2 * radius).max(1.6) as f32);
                 match marker {
                     Marker::Cross => self.add_strips(places.map(cross), color),
+                    _ if layer.fading => {
+                        let count = points.len();
+                        let aged = (1..=count).map(|k| style::fade(color, k, count));
+                        self.has_points = true;
+                        self.points.extend(places);
+                        self.point_colors.extend(aged);
+                    }
                     _ => self.add_points(places, color),
                 }
             }
@@ -333,12 +420,18 @@ impl Entity {
         }
     }
 
+    /// Adds points of a colour; those within a quarter of a pixel are merged.
     fn add_points(&mut self, points: impl IntoIterator<Item = [f32; 2]>, color: Color) {
         self.has_points = true;
-        for point in points {
-            self.points.push(point);
-            self.point_colors.push(color);
-        }
+        let near = points.into_iter();
+        let near = near.map(|point| point.map(|c| (4.0 * c).round() as i32));
+        let mut near: Vec<[i32; 2]> = near.collect();
+        near.sort_unstable();
+        near.dedup();
+        self.point_colors.extend(vec![color; near.len()]);
+        let near = near.into_iter();
+        self.points
+            .extend(near.map(|at| at.map(|c| c as f32 / 4.0)));
     }
 
     fn log(
@@ -362,9 +455,6 @@ impl Entity {
         if !self.has_points {
             return Ok(());
         }
-        if self.labels.is_empty() {
-            self.thin_out();
-        }
         let mut points = Points2D::new(self.points).with_colors(single(self.point_colors));
         if let Some(radius) = self.radius {
             let radius = Radius::new_ui_points(radius);
@@ -377,20 +467,6 @@ impl Entity {
             points = points.with_show_labels(true);
         }
         log(rec, path, at, &points)
-    }
-
-    /// Merges points within a quarter of a pixel.
-    fn thin_out(&mut self) {
-        let near = |[x, y]: [f32; 2]| [x, y].map(|c| (4.0 * c).round() as i32);
-        let colored = self.points.iter().zip(&self.point_colors);
-        let mut colored: Vec<([i32; 2], Color)> = colored.map(|(p, c)| (near(*p), *c)).collect();
-        colored.sort_by_key(|(at, _)| *at);
-        colored.dedup_by_key(|(at, _)| *at);
-        self.points = colored
-            .iter()
-            .map(|(at, _)| at.map(|c| c as f32 / 4.0))
-            .collect();
-        self.point_colors = colored.into_iter().map(|(_, color)| color).collect();
     }
 }
 
@@ -447,9 +523,34 @@ mod tests {
     fn overlapping_points_are_merged() {
         let mut entity = Entity::default();
         let color = style::on_dark(crate::plot::Color::Ink);
-        entity.add_points([[1.0, 1.0], [1.05, 1.0], [2.0, 1.0]], color);
-        entity.thin_out();
+        entity.add_points([[2.0, 1.0], [1.0, 1.0], [1.05, 1.0]], color);
         assert_eq!(entity.points, [[1.0, 1.0], [2.0, 1.0]]);
         assert_eq!(single(entity.point_colors), [color]);
+    }
+
+    #[test]
+    fn labels_do_not_overlap() {
+        let named = |x: f32, name: &str| Named {
+            tip: [x, 50.0],
+            name: name.to_owned(),
+        };
+        let crowd = [
+            (100.0, "f1: 4.12"),
+            (103.0, "f2: 3.88"),
+            (390.0, "3 f1: 12.36"),
+            (97.0, "f3: 4"),
+        ];
+        let placed = place_names(400.0, crowd.map(|(x, name)| named(x, name)).into_iter());
+        let line = |k: usize| (-placed[k].at[1] / NAME_HEIGHT) as usize;
+        assert_eq!([line(0), line(1), line(2), line(3)], [1, 2, 1, 3]);
+        assert_eq!(placed[0].at[0], 100.0, "over its peak");
+        assert!(placed[2].at[0] < 390.0, "within the view");
+        // There is no space for a fourth label at the same place.
+        let five = [100.0, 101.0, 102.0, 103.0, 300.0].map(|x| named(x, "f1: 4.12"));
+        let kept: Vec<_> = place_names(400.0, five.into_iter())
+            .iter()
+            .map(|p| p.named.tip[0])
+            .collect();
+        assert_eq!(kept, [100.0, 101.0, 102.0, 300.0]);
     }
 }

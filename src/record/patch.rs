@@ -12,12 +12,12 @@ use super::{
     camera::Camera,
     error::RecordError,
     paths,
-    redraw::RedrawTimer,
     samples::{Rows, name_series},
     stream::{self, RecordingStream},
     style::{self, short},
 };
 use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
+use crate::plot::{RedrawTimer, round_up};
 
 /// Nodes per batch, summed over its snapshots.
 const BATCH_NODES: usize = 32_000;
@@ -187,7 +187,7 @@ impl Patch {
     /// Draws the legend of node colours and friction arrows, in a row below the region of the patch.
     fn draw_legend(&self, rec: &RecordingStream) -> Result<(), RecordError> {
         let nodes = self.geometry.positions.len() as f64;
-        let shown = style::round_up(0.5 * self.load / nodes);
+        let shown = round_up(0.5 * self.load / nodes);
         let entries = [
             ("slip".to_owned(), style::node(NodeState::Slip)),
             ("stick (creep)".to_owned(), style::node(NodeState::Stick)),

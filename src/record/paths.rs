@@ -15,20 +15,6 @@ pub const LESSON: &str = "lesson/text";
 pub const LESSON_VELOCITY_LEVEL: &str = "lesson/velocity_level";
 /// Velocity level predicted by the computed growth rate.
 pub const LESSON_PREDICTED: &str = "lesson/predicted_level";
-/// Plot of computed curves.
-pub const LESSON_COMPUTED: &str = "lesson/computed";
-/// The computed curves.
-pub const LESSON_COMPUTED_CURVES: &str = "lesson/computed/curves";
-/// Position of this run on the computed curves.
-pub const LESSON_COMPUTED_MARKS: &str = "lesson/computed/marks";
-/// Hysteresis loop: strongest line over the tilt.
-pub const HYSTERESIS: &str = "lesson/hysteresis";
-/// Branch of increasing tilt.
-pub const HYSTERESIS_UP: &str = "lesson/hysteresis/up";
-/// Branch of decreasing tilt.
-pub const HYSTERESIS_DOWN: &str = "lesson/hysteresis/down";
-/// Current point of the hysteresis loop.
-pub const HYSTERESIS_NOW: &str = "lesson/hysteresis/now";
 /// Description of the scene and of the views, versions.
 pub const ABOUT: &str = "about";
 /// Log of warnings, events and the summary.
@@ -100,15 +86,6 @@ pub const EMBEDDING: &str = "embedding";
 /// Trail of the delay vectors.
 pub const EMBEDDING_TRAIL: &str = "embedding/trail";
 
-/// Amplitude spectrum.
-pub const SPECTRUM: &str = "spectrum";
-/// Curve of the spectrum.
-pub const SPECTRUM_CURVE: &str = "spectrum/curve";
-/// Peaks of the strongest lines of the spectrum.
-pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
-/// Computed frequencies of the unstable modes.
-pub const SPECTRUM_COMPUTED: &str = "spectrum/computed";
-
 /// Spectrogram.
 pub const SPECTROGRAM: &str = "spectrogram";
 /// Ridges of the tonal events of a sound: the fundamental over time.
@@ -116,28 +93,11 @@ pub const SPECTROGRAM_RIDGES: &str = "spectrogram/events/ridges";
 /// Numbers of the tonal events, at their starts.
 pub const SPECTROGRAM_NUMBERS: &str = "spectrogram/events/numbers";
 
-/// Recurrence plot.
-pub const RECURRENCE: &str = "recurrence";
 /// Image of the recurrence plot.
 pub const RECURRENCE_IMAGE: &str = "recurrence/image";
 
-/// Average mutual information.
-pub const DELAY_MUTUAL: &str = "delay/mutual_information";
 /// Average mutual information over the delay.
 pub const DELAY_MUTUAL_CURVE: &str = "delay/mutual_information/curve";
-/// False nearest neighbours.
-pub const DELAY_NEIGHBOURS: &str = "delay/false_neighbours";
-
-/// Poincaré section.
-pub const SECTION: &str = "poincare_section";
-/// Intersections with the plane of the section.
-pub const SECTION_POINTS: &str = "poincare_section/points";
-/// Return map of the section.
-pub const RETURN_MAP: &str = "return_map";
-/// Each intersection over the previous one.
-pub const RETURN_MAP_POINTS: &str = "return_map/points";
-/// Diagonal of the return map: points of a periodic motion.
-pub const RETURN_MAP_DIAGONAL: &str = "return_map/diagonal";
 
 /// Recurrence rate RR, 0 to 1.
 pub const RECURRENCE_RATE: &str = "quantification/recurrence_rate";
@@ -164,21 +124,13 @@ pub const DIVERGENCE_RATE: &str = "quantification/divergence";
 /// TREND: decrease of the recurrence rate with the distance from the main diagonal.
 pub const TREND: &str = "quantification/trend";
 
-/// Divergence of nearby states.
-pub const DIVERGENCE: &str = "chaos/divergence";
-/// Largest Lyapunov exponent of the signal, and the ends of its error interval, 1/s.
-pub const EXPONENT: &str = "chaos/largest_exponent";
 /// Result K of the 0-1 test.
 pub const ZERO_ONE: &str = "chaos/zero_one";
-/// Plot of the 0-1 test.
-pub const ZERO_ONE_PICTURE: &str = "chaos/translation";
 
 /// Running Lyapunov exponents and the ends of their intervals, 1/s.
 pub const EXPONENTS_RUNNING: &str = "lyapunov/running";
 /// Zero line of the running exponents.
 pub const EXPONENTS_ZERO: &str = "lyapunov/zero";
-/// Plot of the current Lyapunov spectrum.
-pub const EXPONENTS_SPECTRUM: &str = "lyapunov/spectrum";
 /// Exponents and attractor, as text.
 pub const EXPONENTS_TEXT: &str = "lyapunov/text";
 
@@ -188,16 +140,6 @@ pub const PERTURBED_DISPLACEMENT: &str = "divergence/displacement";
 pub const DIVERGENCE_DISTANCE: &str = "divergence/distance";
 /// Line fitted to the logarithmic distance.
 pub const DIVERGENCE_FIT: &str = "divergence/fit";
-/// Phase portraits of both trajectories.
-pub const DIVERGENCE_PORTRAIT: &str = "divergence/phase_portrait";
-/// Trail of the reference trajectory.
-pub const REFERENCE_TRAIL: &str = "divergence/phase_portrait/reference";
-/// Current point of the reference trajectory.
-pub const REFERENCE_NOW: &str = "divergence/phase_portrait/reference_now";
-/// Trail of the perturbed trajectory.
-pub const PERTURBED_TRAIL: &str = "divergence/phase_portrait/perturbed";
-/// Current point of the perturbed trajectory.
-pub const PERTURBED_NOW: &str = "divergence/phase_portrait/perturbed_now";
 /// Divergence of both trajectories, as text.
 pub const DIVERGENCE_TEXT: &str = "divergence/text";
 
@@ -230,8 +172,6 @@ pub const MODE_SHAPES: &str = "mode_shapes";
 pub const MODE_SHAPE_AXES: &str = "mode_shapes/axes";
 /// Labels of the modes.
 pub const MODE_SHAPE_NAMES: &str = "mode_shapes/names";
-/// Bifurcation diagram: local maxima in the steady state over the swept parameter.
-pub const DIAGRAM: &str = "bifurcation_diagram";
 /// Description of a point of a sweep, as text.
 pub const POINT_TEXT: &str = "text";
 
@@ -248,10 +188,6 @@ pub const NOW: &str = "now";
 
 /// Root of a study of branches, with a folder for each branch.
 pub const BRANCH: &str = "branch";
-/// Branch diagram: amplitude of the periodic orbits over the parameter.
-pub const BRANCH_DIAGRAM: &str = "diagram";
-/// Multipliers of a periodic orbit in the complex plane.
-pub const MULTIPLIERS: &str = "multipliers";
 
 /// Root path of a part of the recording: empty for a run, one folder per start for a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -2,33 +2,28 @@
 
 use std::collections::VecDeque;
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
+use rerun::SeriesLines;
 
 use super::{
     error::RecordError,
-    paths,
-    plot::{Axes, Bounds},
-    portrait::Field,
-    redraw::RedrawTimer,
+    panel_view::PanelView,
+    paths::{self, Root},
     samples::{Rows, name_series},
     stream::{self, RecordingStream},
-    style::{self, FullScale, Quantity},
-    text,
+    style, text,
 };
 use crate::number::with_error;
 use crate::pipeline::message::{DivergenceFit, Frame, Header, TrajectoryDivergence};
+use crate::plot::{
+    Color, FullScale, Layer, RedrawTimer, Unit,
+    response::{SMALLEST, phase_portrait},
+};
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
 const TRAIL: f64 = 4e-3;
-/// Smallest full scales: displacement in m and velocity in m/s.
-const SMALLEST: [f64; 2] = [1e-12, 1e-8];
-/// Colours of the reference and the perturbed trajectory.
-const COLORS: [Color; 2] = [style::SIGNAL, style::ACCENT];
-/// Trail and current point of both trajectories.
-const TRAJECTORIES: [[&str; 2]; 2] = [
-    [paths::REFERENCE_TRAIL, paths::REFERENCE_NOW],
-    [paths::PERTURBED_TRAIL, paths::PERTURBED_NOW],
-];
+/// Both trajectories: entity and colour.
+const TRAJECTORIES: [(&str, Color); 2] =
+    [("reference", Color::Run), ("perturbed", Color::Compared)];
 
 /// Draws both trajectories and their distance.
 #[derive(Debug)]
@@ -38,7 +33,7 @@ pub struct PerturbedTrajectory {
     /// Displacement (m) and velocity (m/s) of both trajectories at the last samples, oldest first.
     trail: VecDeque<[[f64; 2]; 2]>,
     scales: [FullScale; 2],
-    axes: Axes,
+    portraits: PanelView,
     redraw: RedrawTimer,
     last: Option<TrajectoryDivergence>,
 }
@@ -50,7 +45,7 @@ impl PerturbedTrajectory {
         one(
             paths::PERTURBED_DISPLACEMENT,
             "perturbed trajectory, µm",
-            COLORS[1],
+            style::ACCENT,
         )?;
         one(paths::DIVERGENCE_DISTANCE, "distance", style::SIGNAL)?;
         Ok(Self {
@@ -58,15 +53,10 @@ impl PerturbedTrajectory {
             distance: Rows::new(paths::DIVERGENCE_DISTANCE, 1),
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
-            axes: Axes::default(),
+            portraits: PanelView::of("both-portraits", &Root::of_run()),
             redraw: RedrawTimer::default(),
             last: None,
         })
-    }
-
-    /// Bounds of the view of the phase portraits.
-    pub fn bounds() -> Bounds {
-        Field::new([1.0, 1.0]).plot.bounds()
     }
 
     /// Adds a frame; the trails are redrawn once per frame.
@@ -102,30 +92,25 @@ impl PerturbedTrajectory {
     }
 
     fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
-        let Field {
-            plot,
-            units: [length, speed],
-        } = Field::new(self.scales.map(FullScale::get));
-        self.axes
-            .draw(rec, paths::DIVERGENCE_PORTRAIT, time, &plot)?;
-        for (copy, [path, now]) in TRAJECTORIES.into_iter().enumerate() {
-            let points = self.trail.iter().map(|point| {
-                let [u, v] = point[copy];
-                plot.at(length.per_si * u, speed.per_si * v)
+        let reach = Some(self.scales.map(FullScale::get));
+        let portraits = TRAJECTORIES
+            .iter()
+            .enumerate()
+            .map(|(copy, (name, color))| {
+                let points: Vec<[f64; 2]> = self.trail.iter().map(|point| point[copy]).collect();
+                let mut portrait = phase_portrait(&points, reach, *color);
+                portrait.layers[0].id = (*name).to_owned();
+                let last = Vec::from_iter(portrait.layers[0].last_point());
+                let now = Layer::points(last, 4.2, *color).with_id(format!("{name}_now"));
+                portrait.layers.push(now);
+                portrait
             });
-            let points: Vec<[f32; 2]> = points.collect();
-            let last = points.last().copied();
-            let trail = LineStrips2D::new([points])
-                .with_colors([style::faded(COLORS[copy], 0.8)])
-                .with_radii([Radius::new_ui_points(0.7)]);
-            stream::log_at(rec, path, time, &trail)?;
-            let point = Points2D::new(last)
-                .with_colors([COLORS[copy]])
-                .with_radii([Radius::new_ui_points(5.0)])
-                .with_draw_order(1.0);
-            stream::log_at(rec, now, time, &point)?;
-        }
-        Ok(())
+        let mut portraits = portraits.collect::<Vec<_>>().into_iter();
+        let (Some(mut both), Some(second)) = (portraits.next(), portraits.next()) else {
+            return Ok(());
+        };
+        both.layers.extend(second.layers);
+        self.portraits.draw(rec, Some(time.into()), &both)
     }
 
     /// Adds a distance of the trajectories.
@@ -183,7 +168,7 @@ fn rate(line: DivergenceFit) -> String {
 
 /// The divergence of the trajectories as text.
 fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
-    let age = Quantity::Time.format(separation.time - separation.start);
+    let age = Unit::write(separation.time - separation.start, "s");
     let heading = match separation.saturated {
         Some(_) => "The trajectories have separated",
         None if separation.line.is_some_and(|line| line.grows()) => {
@@ -201,7 +186,7 @@ fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
     let saturated = match separation.saturated {
         Some(time) => format!(
             "The distance reached a tenth of the motion after **{}**; then it saturated.",
-            Quantity::Time.format(time - separation.start)
+            Unit::write(time - separation.start, "s")
         ),
         None => "The distance is still small compared with the motion.".to_owned(),
     };

@@ -17,6 +17,18 @@ const SPACE: f32 = 22.0;
 /// Space for a tick and its label along the horizontal and the vertical axis, pixels.
 const TICKS: [f32; 2] = [75.0, 55.0];
 
+/// Space for labels around a plot area, pixels: left, right, above, below.
+const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
+
+/// Bounds of a view of a plot area of a size, with its labels and a space above it.
+pub fn bounds([width, height]: [f32; 2], top_margin: f32) -> Bounds {
+    let [left, right, above, below] = MARGINS;
+    Bounds {
+        x: [-left, width + right],
+        y: [-above - top_margin, height + below],
+    }
+}
+
 /// A plot of fixed size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
@@ -35,9 +47,6 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// Space for labels around the plot area, pixels: left, right, above, below.
-    const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
-
     /// Position of a pair of values, clamped to the plot area.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
         // NaN is drawn at the lower end.
@@ -65,11 +74,7 @@ impl Plot {
 
     /// Bounds of a view of the plot: the plot area and its labels.
     pub fn bounds(&self) -> Bounds {
-        let [left, right, above, below] = Self::MARGINS;
-        Bounds {
-            x: [-left, self.width + right],
-            y: [-above - self.top_margin, self.height + below],
-        }
+        bounds([self.width, self.height], self.top_margin)
     }
 
     /// Logs the axes of the plot at `path`, either static or from a moment on.
@@ -147,23 +152,6 @@ impl Plot {
 }
 
 impl Plot {
-    /// Draws points; `radius` is in screen points.
-    pub fn draw_points(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        at: impl Into<Moment>,
-        points: impl Iterator<Item = [f64; 2]>,
-        (color, radius): (Color, f32),
-    ) -> Result<(), RecordError> {
-        let points = Points2D::new(points.map(|[x, y]| self.at(x, y)))
-            .with_colors([color])
-            .with_radii([Radius::new_ui_points(radius)]);
-        stream::log_at(rec, path, at, &points)
-    }
-}
-
-impl Plot {
     /// Draws a static legend above the plot area; a plot with a legend needs a top margin of
     /// [`legend_height`].
     pub fn draw_legend(
@@ -219,28 +207,6 @@ fn legend_positions(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
 
 /// Height of a line of text above the plot area, pixels.
 pub const CAPTION_HEIGHT: f32 = 26.0;
-
-/// Axes that are logged only when they change.
-#[derive(Debug, Default)]
-pub struct Axes(Option<Plot>);
-
-impl Axes {
-    /// Logs the axes of `plot` at `path` from a moment on, unless they are unchanged.
-    pub fn draw(
-        &mut self,
-        rec: &RecordingStream,
-        path: &str,
-        at: impl Into<Moment>,
-        plot: &Plot,
-    ) -> Result<(), RecordError> {
-        if self.0.as_ref() == Some(plot) {
-            return Ok(());
-        }
-        plot.draw(rec, path, Some(at.into()))?;
-        self.0 = Some(plot.clone());
-        Ok(())
-    }
-}
 
 /// Bounds of a view in pixels; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]

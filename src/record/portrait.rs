@@ -6,15 +6,19 @@ use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::{
     error::RecordError,
+    panel_view::PanelView,
     paths::{self, Root},
     plot::Plot,
-    redraw::RedrawTimer,
     stream::{self, Moment, RecordingStream},
-    style::{self, FullScale, Quantity, Unit, short},
+    style::{self, short},
 };
 use crate::{
     pipeline::message::{Frame, Subject},
-    plot::Axis,
+    plot::{
+        self, FullScale, RedrawTimer, Unit, letter, range_shown,
+        response::{SMALLEST, phase_portrait},
+        units,
+    },
 };
 
 /// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
@@ -22,10 +26,6 @@ use crate::{
 pub const TRAIL: f64 = 20e-3;
 /// Interval of the logged current points, samples.
 const POINT_EVERY: usize = 10;
-/// Side of the plot area, pixels.
-const SIDE: f32 = 400.0;
-/// Smallest full scales: displacement in m and velocity in m/s.
-const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 /// Approximate maximum number of pieces of the trail of the phase portrait.
 const FADES: f64 = 100.0;
 /// Number of pieces of the delay trail, each with one colour.
@@ -93,11 +93,6 @@ impl Portrait {
         }
     }
 
-    /// Bounds of the view; they do not depend on the scale.
-    pub fn bounds() -> super::plot::Bounds {
-        Field::new([1.0, 1.0]).plot.bounds()
-    }
-
     /// Adds a frame; the trail is redrawn once per frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         if frame.is_empty() {
@@ -162,7 +157,7 @@ impl Portrait {
                 let (stretch, rest) = piece.points[start..].split_at(length);
                 let points = stretch.iter().chain(rest.first().or(next));
                 strips.push(points.map(|p| field.at(*p)).collect::<Vec<_>>());
-                colors.push(fade(self.colors[usize::from(status)], k + 1, pieces));
+                colors.push(style::fade(self.colors[usize::from(status)], k + 1, pieces));
                 start += length;
             }
         }
@@ -173,44 +168,26 @@ impl Portrait {
     }
 }
 
-/// The plot of the phase plane and the units of its axes.
-pub(super) struct Field {
-    pub plot: Plot,
-    pub units: [Unit; 2],
+/// The phase plane: the axes of its panel, and the factors to their units.
+struct Field {
+    plot: Plot,
+    factors: [f64; 2],
 }
 
 impl Field {
     /// The phase plane with given full scales (m and m/s).
-    pub fn new(scales: [f64; 2]) -> Self {
-        let units = [
-            Quantity::Length.unit(scales[0]),
-            Quantity::Speed.unit(scales[1]),
-        ];
-        let axis = |name: &str, full: f64, unit: &Unit| {
-            let full = unit.per_si * full;
-            Axis::linear(format!("{name}, {}", unit.symbol), [-full, full])
-        };
-        let plot = Plot {
-            width: SIDE,
-            height: SIDE,
-            top_margin: 0.0,
-            x: axis("displacement", scales[0], &units[0]),
-            y: axis("velocity", scales[1], &units[1]),
-            grid: true,
-        };
-        Self { plot, units }
+    fn new(scales: [f64; 2]) -> Self {
+        let panel = phase_portrait(&[], Some(scales), plot::Color::Run);
+        Self {
+            factors: [panel.x.range[1] / scales[0], panel.y.range[1] / scales[1]],
+            plot: PanelView::of("portrait", &Root::of_run()).plot(&panel),
+        }
     }
 
     /// Position of a displacement (m) and a velocity (m/s) in the plot.
-    fn at(&self, point: [f64; 2]) -> [f32; 2] {
-        let [x, y] = self.values(point);
-        self.plot.at(x, y)
-    }
-
-    /// A displacement (m) and a velocity (m/s) in the units of the axes.
-    pub fn values(&self, [u, v]: [f64; 2]) -> [f64; 2] {
-        let [length, speed] = &self.units;
-        [length.per_si * u, speed.per_si * v]
+    fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
+        let [length, speed] = self.factors;
+        self.plot.at(length * u, speed * v)
     }
 }
 
@@ -228,12 +205,6 @@ fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(),
     stream::send_rows(rec, paths::PORTRAIT_NOW, &times, columns)
 }
 
-/// The colour of piece `k` (1 is the oldest) of `count`.
-pub fn fade(color: Color, k: usize, count: usize) -> Color {
-    let age = k as f32 / count as f32;
-    style::faded(color, 0.18 + 0.82 * age.powi(2))
-}
-
 /// Logs the static style of the current point.
 pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
     let style = Points2D::update_fields()
@@ -247,7 +218,7 @@ pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
 #[derive(Debug)]
 pub struct Embedding {
     letter: &'static str,
-    quantity: Quantity,
+    unit: String,
     /// Value at the centre of the cube.
     middle: f64,
     /// Smallest full scale.
@@ -259,13 +230,13 @@ pub struct Embedding {
 impl Embedding {
     /// Starts empty. A displacement oscillates about zero; a signal can have any mean.
     pub fn new(subject: &Subject) -> Self {
-        let (middle, smallest) = match subject {
-            Subject::Joint(_) | Subject::Small(_) => (0.0, SMALLEST[0]),
-            Subject::Signal(signal) => style::range_shown(signal.span),
+        let [middle, smallest] = match subject {
+            Subject::Joint(_) | Subject::Small(_) => [0.0, SMALLEST[0]],
+            Subject::Signal(signal) => range_shown(signal.span),
         };
         Self {
-            letter: style::letter(subject),
-            quantity: Quantity::displacement(subject),
+            letter: letter(subject),
+            unit: units(subject)[0].to_owned(),
             middle,
             smallest,
             scale: FullScale::new(smallest),
@@ -301,14 +272,14 @@ impl Embedding {
             .collect();
         let count = pieces.len();
         let trail = LineStrips3D::new(pieces)
-            .with_colors((0..count).map(|k| fade(style::SIGNAL, k + 1, count)))
+            .with_colors((0..count).map(|k| style::fade(style::SIGNAL, k + 1, count)))
             .with_radii([Radius::new_ui_points(0.8)]);
         stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
     }
 
     /// Names and ranges of the axes, such as `u(t), ±0.8 µm`.
     fn names(&self) -> [String; 3] {
-        let mut range = format!("±{}", self.quantity.format(self.scale.get()));
+        let mut range = format!("±{}", Unit::write(self.scale.get(), &self.unit));
         if self.middle != 0.0 {
             range = format!("{} {range}", short(self.middle));
         }

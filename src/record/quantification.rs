@@ -8,9 +8,9 @@ use super::{
     samples::name_series,
     stream::{self, RecordingStream},
     style,
-    style::Quantity,
 };
 use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriods};
+use crate::plot::Unit;
 
 /// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
@@ -93,8 +93,8 @@ impl Quantification {
 
 /// Names the series; the units depend on the spacing of the states (s).
 fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
-    let short = Quantity::Time.unit(dt);
-    let long = Quantity::Time.unit(LONG * dt);
+    let short = Unit::of("s", dt);
+    let long = Unit::of("s", LONG * dt);
     let (s, l) = (&short.symbol, &long.symbol);
     let series = [
         (paths::RECURRENCE_RATE, "RR".to_owned(), style::SIGNAL),
@@ -124,7 +124,7 @@ fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
     let colors = [style::ACCENT, style::SIGNAL, style::FRICTION];
     name_series(rec, paths::PERIOD, names, colors)?;
     Ok(Units {
-        short: short.per_si,
-        long: long.per_si,
+        short: short.factor,
+        long: long.factor,
     })
 }

@@ -13,6 +13,7 @@ use crate::{
     analysis::{Regime, Verdict},
     number::significant,
     pipeline::message::Header,
+    plot::Unit,
 };
 
 /// Names the regimes and the series.
@@ -92,7 +93,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
         "{heading}, window of {window} before {now}. {limitation}\n\n{items}",
         heading = heading(verdict),
         limitation = limitation(verdict),
-        window = style::Quantity::Time.format(window),
+        window = Unit::write(window, "s"),
         now = style::format_time(header, time),
     )
 }

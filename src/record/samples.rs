@@ -99,7 +99,7 @@ impl Samples {
     pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
         let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
         one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL)?;
-        one(paths::VELOCITY, "velocity, mm/s", style::SECOND)?;
+        one(paths::VELOCITY, "velocity, mm/s", style::LOAD)?;
         one(paths::TILT, "tilt, deg", style::LOAD)?;
         let varying = |varies: bool, path, name, color| -> Result<Option<Rows>, RecordError> {
             if !varies {
@@ -214,7 +214,8 @@ pub struct Waveform(Rows);
 impl Waveform {
     /// Names the series and starts empty.
     pub fn new(rec: &RecordingStream, signal: &SignalInfo) -> Result<Self, RecordError> {
-        let name = style::with_unit(style::signal_name(signal), &signal.unit);
+        let name = format!("{}, {}", style::signal_name(signal), signal.unit);
+        let name = name.trim_end_matches(", ").to_owned();
         name_series(rec, paths::WAVEFORM, [name], [style::SIGNAL])?;
         Ok(Self(Rows::new(paths::WAVEFORM, 1)))
     }

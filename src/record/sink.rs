@@ -11,9 +11,8 @@ use super::{
     blueprint, check_memory,
     encode::Encoder,
     error::RecordError,
-    file_stream,
+    file::RecordingFile,
     part_file::PartFile,
-    rrd_file::RrdFile,
     stream::{MessageSink, RecordingStream},
     viewer::{self, Feed, LiveConnection},
 };
@@ -28,6 +27,13 @@ use crate::{
 
 /// Application id: recordings with the same id share their layout in the viewer.
 pub const APPLICATION: &str = "squeakscope";
+/// Maximum wall time that rows wait for a larger batch while a viewer is connected: short, so that views
+/// agree.
+const WATCHED: Duration = Duration::from_millis(30);
+/// The same for a file without a viewer. The file must be readable to within a second of its end at any time.
+/// Rows of this time share a chunk; each chunk has an entry in the index, which takes about 6 kB of memory
+/// until the end of the file.
+const UNWATCHED: Duration = Duration::from_millis(800);
 /// Wall time between flushes, which detect errors of the disk or the viewer.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 
@@ -66,8 +72,7 @@ pub struct RerunSink {
 #[derive(Debug)]
 enum Destination {
     File {
-        part: PartFile,
-        rrd: RrdFile,
+        file: RecordingFile,
         feed: Option<Feed>,
     },
     Viewer(LiveConnection),
@@ -81,10 +86,11 @@ impl Destination {
         }
     }
 
-    fn is_watched(&self) -> bool {
+    /// Maximum wall time that rows wait for a larger batch.
+    fn lag(&self) -> Duration {
         match self {
-            Self::File { feed, .. } => feed.is_some(),
-            Self::Viewer(_) => true,
+            Self::File { feed: None, .. } => UNWATCHED,
+            Self::File { .. } | Self::Viewer(_) => WATCHED,
         }
     }
 }
@@ -102,7 +108,7 @@ impl RerunSink {
     /// Path of the part file; `None` without a file.
     pub fn part(&self) -> Option<&Path> {
         match &self.destination {
-            Destination::File { part, .. } => Some(part.part()),
+            Destination::File { file, .. } => Some(file.part.part()),
             Destination::Viewer(_) => None,
         }
     }
@@ -125,11 +131,10 @@ impl RerunSink {
         };
         let end = match (&output.save, address) {
             (Some(path), address) => {
-                let part = PartFile::create(path)?;
-                let rrd = file_stream::begin(&part)?;
-                let feed = address.map(|address| Feed::start(part.part(), address));
+                let file = RecordingFile::begin(PartFile::create(path)?)?;
+                let feed = address.map(|address| Feed::start(file.part.part(), address));
                 let feed = feed.transpose()?;
-                Destination::File { part, rrd, feed }
+                Destination::File { file, feed }
             }
             (None, Some(address)) => Destination::Viewer(LiveConnection::start(address)?),
             (None, None) => return Err(RecordError::NoOutput),
@@ -142,14 +147,13 @@ impl RerunSink {
     /// # Errors
     /// [`RecordError::Create`] if the file cannot be written.
     pub fn into_reserved_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
-        let rrd = file_stream::begin(&part)?;
-        let feed = None;
-        Self::with_destination(Destination::File { part, rrd, feed }, spec)
+        let file = RecordingFile::begin(part)?;
+        Self::with_destination(Destination::File { file, feed: None }, spec)
     }
 
     fn with_destination(destination: Destination, spec: RecordSpec) -> Result<Self, RecordError> {
         let sink: Arc<dyn MessageSink> = match &destination {
-            Destination::File { rrd, .. } => Arc::new(rrd.writer()),
+            Destination::File { file, .. } => Arc::new(file.writer()),
             Destination::Viewer(live) => Arc::new(live.clone()),
         };
         Ok(Self {
@@ -217,7 +221,7 @@ impl RerunSink {
     /// Sends rows that have waited long enough, and flushes regularly.
     fn send_due(&mut self) -> Result<(), RecordError> {
         if let Some(encoder) = &mut self.encoder
-            && self.sent.elapsed() >= file_stream::lag(self.destination.is_watched())
+            && self.sent.elapsed() >= self.destination.lag()
         {
             encoder.send_pending(&self.rec)?;
             self.rec.send_pending()?;
@@ -233,7 +237,7 @@ impl RerunSink {
     /// Writes all pending data and returns write errors, which logging does not report.
     fn flush(&mut self) -> Result<(), RecordError> {
         let result = match &self.destination {
-            Destination::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
+            Destination::File { file, .. } => file.flush(&self.rec),
             Destination::Viewer(live) => self.rec.send_pending().and_then(|()| live.flush()),
         };
         self.flushed = Instant::now();
@@ -246,7 +250,7 @@ impl RerunSink {
             encoder.finish(&self.rec)?;
         }
         match &mut self.destination {
-            Destination::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
+            Destination::File { file, .. } => file.seal(&self.rec),
             Destination::Viewer(_) => self.flush(),
         }
     }
@@ -254,9 +258,9 @@ impl RerunSink {
     fn close(&mut self) -> Result<(), RecordError> {
         self.close_stream()?;
         match &self.destination {
-            Destination::File { part, feed, .. } => {
+            Destination::File { file, feed } => {
                 // Before the viewer is served, because that can take time and the user can interrupt it.
-                part.commit()?;
+                file.part.commit()?;
                 let Some(feed) = feed else {
                     return Ok(());
                 };

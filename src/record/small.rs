@@ -11,6 +11,7 @@ use super::{
     style,
 };
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
+use crate::plot::Unit;
 
 /// Natural periods in the trail of the phase portrait.
 const TRAIL: f64 = 40.0;
@@ -127,7 +128,7 @@ impl SmallFrames {
             .collect();
         format!(
             "Last {}: {}; {} {}.",
-            style::Quantity::Time.format(stats.time),
+            Unit::write(stats.time, "s"),
             shares.join(", "),
             stats.transitions,
             self.small.transition,

@@ -6,32 +6,28 @@ use rerun::Color;
 pub(crate) use crate::number::short;
 use crate::{
     analysis::Regime,
-    pipeline::message::{Header, NodeState, SignalInfo, Subject},
-    plot,
+    pipeline::message::{Header, NodeState, SignalInfo},
+    plot::{self, Unit},
 };
-
-pub use crate::plot::round_up;
 
 /// Background of three-dimensional views.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
 /// Axes, ticks and text.
-pub const AXIS: Color = rgb(0x9a, 0xa4, 0xb2);
+pub const AXIS: Color = on_dark(plot::Color::Faint);
 /// Grid lines.
-pub const GRID: Color = rgb(0x2e, 0x34, 0x3d);
+pub const GRID: Color = on_dark(plot::Color::Grid);
 /// Circles of equal tilt.
-pub const RULER: Color = rgb(0x55, 0x5f, 0x6d);
+pub const RULER: Color = on_dark(plot::Color::Pale);
 /// Mark of the beam axis, and other neutral marks.
-pub const POLE: Color = rgb(0xf4, 0xf6, 0xf8);
-/// The main signal: probe, phase portrait, spectrum.
-pub const SIGNAL: Color = rgb(0x56, 0xb4, 0xe9);
-/// The second signal of a pair.
-pub const SECOND: Color = rgb(0xf5, 0xc7, 0x4a);
-/// Highlights: peaks, the current point.
-pub const ACCENT: Color = rgb(0xff, 0x8c, 0x42);
-/// The load.
-pub const LOAD: Color = rgb(0xf5, 0xc7, 0x4a);
+pub const POLE: Color = on_dark(plot::Color::Ink);
+/// The main signal: probe, phase portrait.
+pub const SIGNAL: Color = on_dark(plot::Color::Run);
+/// Highlights, and what the run is compared with.
+pub const ACCENT: Color = on_dark(plot::Color::Compared);
+/// The load, and the second signal of a pair.
+pub const LOAD: Color = on_dark(plot::Color::Regime(Regime::Transient));
 /// The rotation.
-pub const ROTATION: Color = rgb(0x4c, 0xd0, 0x9e);
+pub const ROTATION: Color = on_dark(plot::Color::Regime(Regime::QuasiPeriodic));
 /// Friction.
 pub const FRICTION: Color = rgb(0xd9, 0x8c, 0xc3);
 
@@ -65,7 +61,7 @@ pub fn regime(regime: Regime) -> Color {
 }
 
 /// The colour of figures on the viewer's dark background.
-pub fn on_dark(color: plot::Color) -> Color {
+pub const fn on_dark(color: plot::Color) -> Color {
     let [r, g, b] = color.on_dark();
     rgb(r, g, b)
 }
@@ -140,142 +136,18 @@ impl ColorMap {
     }
 }
 
-/// The full scale of a plot: a round number that changes only if the data exceed it or fall far below it, so
-/// that the plot does not rescale continuously.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FullScale(f64);
-
-impl FullScale {
-    /// Starts at the smallest scale.
-    pub fn new(smallest: f64) -> Self {
-        Self(round_up(smallest))
-    }
-
-    /// The current full scale.
-    pub fn get(self) -> f64 {
-        self.0
-    }
-
-    /// Updates the scale with the largest magnitude shown; returns whether it changed.
-    pub fn update(&mut self, peak: f64, smallest: f64) -> bool {
-        let before = self.0;
-        if peak.is_finite() && (peak > self.0 || peak < 0.3 * self.0) {
-            self.0 = round_up(peak.max(smallest));
-        }
-        self.0 != before
-    }
-}
-
-/// A unit of displayed values.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unit {
-    /// Symbol; may be empty.
-    pub symbol: String,
-    /// Factor from SI (or the signal's own unit) to this unit.
-    pub per_si: f64,
-}
-
-/// The quantity of a value; it determines the units of display.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// A length, m: µm to pm.
-    Length,
-    /// A speed, m/s: mm/s to nm/s.
-    Speed,
-    /// A modal coordinate, sqrt(kg) m: √kg µm to √kg pm.
-    Modal,
-    /// A modal velocity, sqrt(kg) m/s: √kg mm/s to √kg nm/s.
-    ModalSpeed,
-    /// A frequency, Hz: kHz to µHz.
-    Frequency,
-    /// A duration, s: s to µs.
-    Time,
-    /// A signal from a file in its own unit; empty if the unit is unknown.
-    Own(String),
-}
-
-impl Quantity {
-    /// The quantity of the displacement of a subject.
-    pub fn displacement(subject: &Subject) -> Self {
-        match subject {
-            Subject::Joint(_) | Subject::Small(_) => Self::Length,
-            Subject::Signal(signal) => Self::Own(signal.unit.clone()),
-        }
-    }
-
-    /// The quantity of the velocity of a subject.
-    pub fn velocity(subject: &Subject) -> Self {
-        match subject {
-            Subject::Joint(_) | Subject::Small(_) => Self::Speed,
-            Subject::Signal(signal) => Self::Own(signal.unit.clone()),
-        }
-    }
-
-    /// The unit for values up to `full`.
-    pub fn unit(&self, full: f64) -> Unit {
-        let (units, least): (&[(&str, f64)], f64) = match self {
-            Self::Length => (&[("µm", 1e6), ("nm", 1e9), ("pm", 1e12)], 0.1),
-            Self::Speed => (&[("mm/s", 1e3), ("µm/s", 1e6), ("nm/s", 1e9)], 0.1),
-            Self::Modal => (&[("√kg µm", 1e6), ("√kg nm", 1e9), ("√kg pm", 1e12)], 0.1),
-            Self::ModalSpeed => (
-                &[("√kg mm/s", 1e3), ("√kg µm/s", 1e6), ("√kg nm/s", 1e9)],
-                0.1,
-            ),
-            Self::Frequency => (
-                &[("kHz", 1e-3), ("Hz", 1.0), ("mHz", 1e3), ("µHz", 1e6)],
-                0.1,
-            ),
-            Self::Time => (&[("s", 1.0), ("ms", 1e3), ("µs", 1e6)], 1.0),
-            Self::Own(symbol) => (&[(symbol, 1.0)], 0.0),
-        };
-        // The largest unit in which the value is not too small, else the smallest unit.
-        let fits = |(_, per_si): &&(&str, f64)| full * per_si >= least * (1.0 - 1e-9);
-        let (symbol, per_si) = units.iter().find(fits).unwrap_or(&units[units.len() - 1]);
-        Unit {
-            symbol: (*symbol).to_owned(),
-            per_si: *per_si,
-        }
-    }
-
-    /// A value with its unit, such as `3.2 µm`.
-    pub fn format(&self, value: f64) -> String {
-        let unit = self.unit(value.abs());
-        let number = short(unit.per_si * value);
-        if unit.symbol.is_empty() {
-            number
-        } else {
-            format!("{number} {}", unit.symbol)
-        }
-    }
-}
-
-/// Mean of a signal's range, and the smallest half-range worth showing.
-pub fn range_shown(span: [f64; 2]) -> (f64, f64) {
-    (0.5 * (span[0] + span[1]), smallest_shown(span))
-}
-
 /// A time of the run with its unit, to about a thousandth of the duration.
 pub fn format_time(header: &Header, time: f64) -> String {
-    let unit = Quantity::Time.unit(header.duration);
-    let length = unit.per_si * header.duration;
+    let unit = Unit::of("s", header.duration);
+    let length = unit.factor * header.duration;
     let decimals = (2.0 - length.log10().floor()).clamp(0.0, 3.0) as usize;
-    format!("{:.decimals$} {}", unit.per_si * time, unit.symbol)
+    format!("{:.decimals$} {}", unit.factor * time, unit.symbol)
 }
 
-/// Smallest full scale of a signal with a given range: 1e-4 of half the range, and a positive value for a
-/// constant signal.
-pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
-    let size = low.abs().max(high.abs());
-    let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
-    (1e-4 * 0.5 * (high - low)).max(least)
-}
-
-/// Symbol of the samples: u for a joint's displacement, x otherwise.
-pub fn letter(subject: &Subject) -> &'static str {
-    match subject {
-        Subject::Joint(_) => "u",
-        Subject::Small(_) | Subject::Signal(_) => "x",
-    }
+/// The colour of piece `k` (1 is the oldest) of `count`.
+pub fn fade(color: Color, k: usize, count: usize) -> Color {
+    let age = k as f32 / count as f32;
+    faded(color, 0.18 + 0.82 * age.powi(2))
 }
 
 /// Name of a signal from a file: its column, else its source.
@@ -284,15 +156,6 @@ pub fn signal_name(signal: &SignalInfo) -> &str {
         &signal.source
     } else {
         &signal.column
-    }
-}
-
-/// Label of an axis or series, such as `displacement, µm`.
-pub fn with_unit(name: &str, unit: &str) -> String {
-    if unit.is_empty() {
-        name.to_owned()
-    } else {
-        format!("{name}, {unit}")
     }
 }
 
@@ -325,33 +188,6 @@ mod tests {
             assert_eq!(map.at(f32::NAN), map.at(0.0));
         }
         assert_eq!(ColorMap::inferno().at(1.0), [0xfc, 0xff, 0xa4]);
-    }
-
-    #[test]
-    fn full_scale_is_constant_within_its_band() {
-        let mut scale = FullScale::new(1e-3);
-        assert!(scale.update(0.9, 1e-3));
-        assert!((scale.get() - 1.0).abs() < 1e-12);
-        assert!(!scale.update(0.31, 1e-3), "within the band");
-        assert!(scale.update(0.1, 1e-3));
-        assert!((scale.get() - 0.1).abs() < 1e-12);
-        assert!(
-            scale.update(0.0, 1e-3),
-            "a zero signal has the smallest scale"
-        );
-        assert!((scale.get() - 1e-3).abs() < 1e-12);
-        assert!(!scale.update(f64::NAN, 1e-3));
-    }
-
-    #[test]
-    fn units_fit_the_scale() {
-        let symbols = [1e-6, 1e-7, 5e-8, 2e-11, 0.0].map(|full| Quantity::Length.unit(full).symbol);
-        assert_eq!(symbols, ["µm", "µm", "nm", "pm", "pm"]);
-        assert_eq!(Quantity::Speed.format(3e-6), "3 µm/s");
-        assert_eq!(Quantity::Frequency.format(50.0), "50 Hz");
-        assert_eq!(Quantity::Time.format(0.3), "300 ms");
-        assert_eq!(Quantity::Own("V".to_owned()).format(-2e-5), "-2e-5 V");
-        assert_eq!(Quantity::Own(String::new()).format(0.0), "0");
     }
 
     /// The word for a colour.

@@ -7,10 +7,10 @@ use super::{
     error::RecordError,
     paths,
     stream::{self, RecordingStream},
-    style::{self, Quantity},
+    style,
 };
 use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
-use crate::plot::shown;
+use crate::plot::{Unit, shown};
 use crate::scene::Scene;
 use crate::{VERSION, escape};
 
@@ -177,8 +177,7 @@ pub fn study_about(scene: &Scene, command: &str) -> String {
 
 /// Source and properties of a signal.
 fn signal_about(header: &Header, signal: &SignalInfo) -> String {
-    let quantity = Quantity::displacement(&header.subject);
-    let [low, high] = signal.span.map(|value| quantity.format(value));
+    let [low, high] = signal.span.map(|value| Unit::write(value, &signal.unit));
     let rows = [
         ("source", escape::markdown(&signal.source)),
         ("column", escape::markdown(&signal.column)),
@@ -187,7 +186,7 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
             "time of the first sample",
             style::format_time(header, header.start()),
         ),
-        ("duration", Quantity::Time.format(header.duration)),
+        ("duration", Unit::write(header.duration, "s")),
         ("minimum", low),
         ("maximum", high),
     ];
@@ -219,13 +218,13 @@ pub fn narrate(
         Subject::Small(small) => format!(
             "System: {}, natural frequency {}.",
             small.words,
-            Quantity::Frequency.format(small.frequency_hz),
+            Unit::write(small.frequency_hz, "Hz"),
         ),
         Subject::Signal(signal) => format!(
             "{}, sample rate {} Hz, duration {}.",
             escape::code(style::signal_name(signal)),
             style::short(header.sample_rate),
-            Quantity::Time.format(header.duration),
+            Unit::write(header.duration, "s"),
         ),
     };
     let text = format!(
@@ -266,8 +265,8 @@ pub fn summarise(
         .iter()
         .take(4)
         .map(|peak| {
-            let unit = Quantity::Frequency.unit(peak.frequency);
-            format!("{:.2} {}", unit.per_si * peak.frequency, unit.symbol)
+            let unit = Unit::of("Hz", peak.frequency);
+            format!("{:.2} {}", unit.factor * peak.frequency, unit.symbol)
         })
         .collect();
     let end = if summary.interrupted {
@@ -310,9 +309,9 @@ pub fn summarise(
             calls = summary.stats.rhs_evals,
             transitions = summary.transitions,
         ),
-        Subject::Signal(_) => {
-            let quantity = Quantity::displacement(&header.subject);
-            format!("{end}; amplitude {}", quantity.format(summary.amplitude))
+        Subject::Signal(ref signal) => {
+            let amplitude = Unit::write(summary.amplitude, &signal.unit);
+            format!("{end}; amplitude {amplitude}")
         }
     };
     let line = TextLog::new(words).with_level(TextLogLevel::INFO);

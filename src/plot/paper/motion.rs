@@ -3,7 +3,7 @@
 use crate::analysis::{DelayChoice, RecurrenceImage};
 use crate::joint::ExplainedMode;
 use crate::plot::response::{
-    self, LAG, SMALLEST, SectionAxes, SpectrumAxes, interpolated, largest,
+    self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, section, section_axes,
 };
 use crate::plot::sensitivities::contributions;
 use crate::plot::{Figure, Panel, false_neighbours, mutual_information};
@@ -43,7 +43,7 @@ pub fn motion(
         panels.extend([
             response::time_series(portrait, color),
             response::phase_portrait(&interpolated(portrait), None, color),
-            plane.panel(portrait.bin, &portrait.spectrum, &response.lines),
+            response::spectrum(&plane, portrait, &response.lines),
             response::reconstruction(portrait, color),
             response::recurrence(recurrence(portrait).as_ref(), false),
         ]);
@@ -100,10 +100,10 @@ pub fn recurrence_plots(points: &[(f64, &SettledResponse)]) -> Figure {
 pub fn sections(points: &[(f64, &SettledResponse)]) -> Figure {
     let found: Vec<&SettledResponse> = points.iter().map(|(_, response)| *response).collect();
     let size = found.iter().map(|response| largest(response)[0]);
-    let plane = SectionAxes::new(&found, "u", size.fold(SMALLEST[0], f64::max));
+    let plane = section_axes(&found, "u", size.fold(SMALLEST[0], f64::max));
     let panels = points
         .iter()
-        .map(|point| plane.panel(Some(point.1)).with_title(title(point)));
+        .map(|point| section(&plane, Some(point.1)).with_title(title(point)));
     let panels: Vec<Panel> = panels.collect();
     let microseconds = 1e6 * LAG;
     let title = format!("Fig. 10: Poincaré sections at u(t + τ) = 0, τ = {microseconds:.0} µs");

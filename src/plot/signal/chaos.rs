@@ -1,9 +1,8 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{SignalFigures, skipped_panel};
-use crate::analysis::{Divergence, Evidence, Regime, ScalingRegion};
-use crate::plot::axis::extent;
-use crate::plot::{Axis, Color, Figure, Layer, Panel};
+use crate::analysis::{Divergence, Evidence, Regime};
+use crate::plot::{Axis, Color, Figure, Layer, Panel, chaos};
 use crate::study::signal::Outcome;
 
 impl SignalFigures<'_> {
@@ -26,31 +25,7 @@ impl SignalFigures<'_> {
             Ok(divergence) => divergence,
             Err(reason) => return skipped_panel(&format!("{title}: skipped"), reason),
         };
-        let ms = 1e3 * divergence.step;
-        let curve = divergence.curve.iter().enumerate();
-        let curve: Vec<[f64; 2]> = curve.map(|(k, &v)| [k as f64 * ms, v]).collect();
-        let mut layers = vec![Layer::line(curve.clone(), Color::Ink)];
-        let verdict = match &divergence.region {
-            Some(region) => {
-                let at = |time: f64| [1e3 * time, region.intercept + region.slope * time];
-                let straight = Layer::line(vec![at(region.from), at(region.to)], Color::Accent);
-                layers.push(straight.with_line_width(1.6).with_label("scaling region"));
-                let ScalingRegion { slope, error, .. } = *region;
-                // Two digits of the error, and as many decimals of the value.
-                let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
-                let places = places as usize;
-                format!("{title}: {slope:.places$} ± {error:.places$} 1/s")
-            }
-            None => format!("{title}: no scaling region"),
-        };
-        let [times, values] = [0, 1].map(|c| curve.iter().map(move |p| p[c]));
-        let x = Axis::linear("time, ms", extent(times));
-        Panel::new(
-            verdict,
-            x,
-            Axis::with_margin("mean ln(distance)", values),
-            layers,
-        )
+        chaos::divergence(divergence, &self.unit).with_title(title)
     }
 
     pub fn zero_one(&self) -> Figure {
@@ -64,12 +39,7 @@ impl SignalFigures<'_> {
             Axis::linear("K", [-1.05, 1.05]),
             vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
         );
-        let path = Panel::new(
-            "path at the median K: bounded or a random walk",
-            Axis::with_margin("p", test.path.iter().map(|p| p[0])),
-            Axis::with_margin("q", test.path.iter().map(|p| p[1])),
-            vec![Layer::line(test.path.clone(), Color::Ink).with_line_width(0.7)],
-        );
+        let path = chaos::zero_one_path(test, &self.report.signal.unit, test.path.len());
         let title = self.title("0–1 test for chaos");
         Figure::new("zero_one", title, 84.0, vec![vec![k, path]])
     }

@@ -15,7 +15,7 @@ use crate::study::signal::{SignalAnalysis, SkipReason};
 const MOST_POINTS: usize = 4000;
 
 /// Names of the figures of [`signal_figures`].
-pub const SIGNAL_FIGURES: [&str; 12] = [
+pub const SIGNAL_FIGURES: [&str; 13] = [
     "events",
     "waveform",
     "spectrum",
@@ -25,6 +25,7 @@ pub const SIGNAL_FIGURES: [&str; 12] = [
     "recurrence",
     "measures",
     "section",
+    "return_times",
     "divergence",
     "zero_one",
     "regime",
@@ -43,6 +44,7 @@ pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
         view.recurrence(),
         view.measures(),
         view.section(),
+        view.return_times(),
         view.divergence(),
         view.zero_one(),
         view.regime(),

@@ -1,7 +1,9 @@
 //! Delay embedding: delay and dimension, delay portrait, Poincaré section.
 
 use super::{MOST_POINTS, SignalFigures};
-use crate::analysis::return_map;
+use crate::plot::axis::extent;
+use crate::plot::run::range_shown;
+use crate::plot::section::SectionAxes;
 use crate::plot::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
 
 impl SignalFigures<'_> {
@@ -44,33 +46,34 @@ impl SignalFigures<'_> {
             Ok(section) => section,
             Err(reason) => return self.skipped("section", "Poincaré section", reason),
         };
-        let scaled = |c: usize| {
-            let passages = section.passages.iter();
-            passages.map(move |passage| passage.at[c] * self.unit.factor)
-        };
-        let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(1).collect());
-        let points: Vec<[f64; 2]> = first.iter().zip(&third).map(|(&a, &b)| [a, b]).collect();
-        let radius = if points.len() > 1000 { 0.7 } else { 1.4 };
-        let axis = |name: &str, values: &[f64]| {
-            Axis::with_margin(self.unit.after(name), values.iter().copied())
-        };
-        let panel = |title: String, x, y, points| {
-            let points = Layer::points(points, radius, Color::Ink);
-            Panel::new(title, x, y, vec![points]).square()
-        };
-        let section = panel(
-            format!("{} intersections", points.len()),
-            axis("y(t)", &first),
-            axis("y(t + 2τ)", &third),
-            points,
-        );
-        let map = panel(
-            "return map".to_owned(),
-            axis("y(t) at an intersection", &first),
-            axis("y(t) at the next", &first),
-            return_map(&first),
-        );
+        let points: Vec<[f64; 2]> = section.passages.iter().map(|passage| passage.at).collect();
+        let axes = self.section_axes().fit(points.iter());
+        let map = axes.return_map(&points, Color::Ink);
+        let section = axes.section(&points, Color::Ink);
+        let section = section.with_title(format!("{} intersections", points.len()));
         let title = self.title("Poincaré section y(t + τ) = mean");
         Figure::new("section", title, 96.0, vec![vec![section, map]])
+    }
+
+    /// The axes of a section about the middle of the samples.
+    fn section_axes(&self) -> SectionAxes {
+        let span = extent(self.report.analysed().samples.iter().copied());
+        SectionAxes::delayed("y", &self.report.signal.unit, range_shown(span))
+    }
+
+    pub fn return_times(&self) -> Figure {
+        let title = "Times between the crossings of the Poincaré section";
+        let section = match self.report.section.get() {
+            Ok(section) => section,
+            Err(reason) => return self.skipped("return_times", title, reason),
+        };
+        let times: Vec<f64> = section
+            .passages
+            .iter()
+            .map(|passage| passage.time)
+            .collect();
+        let panel = self.section_axes().return_times(&times, Color::Ink);
+        let rows = vec![vec![panel]];
+        Figure::new("return_times", self.title(title), 88.0, rows)
     }
 }

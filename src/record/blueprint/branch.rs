@@ -10,7 +10,7 @@ use super::{
     tree::{self, Part, View},
 };
 use crate::record::{
-    branch::{Course, Picture, root},
+    branch::{BranchStudy, Course, picture, root},
     error::RecordError,
     paths,
     stream::RecordingStream,
@@ -22,18 +22,16 @@ const PLAYS: f64 = 8.0;
 /// Sends the layout of branches.
 pub fn send(
     rec: &RecordingStream,
-    courses: &[(&Course<'_>, [Picture; 3])],
+    study: &BranchStudy<'_>,
+    courses: &[Course<'_>],
 ) -> Result<(), RecordError> {
     let tabs = courses.iter();
     let mut tabs: Vec<Part> = tabs
-        .filter_map(|(course, [diagram, portrait, multipliers])| {
-            let picture = |(name, path, bounds): &Picture| View::picture(*name, path, *bounds);
+        .filter_map(|course| {
             let screen = screen_of("branch", &mut |view| {
                 Some(match view {
                     "point" => View::text("Orbit", &root(course.number).at(paths::POINT_TEXT)),
-                    "diagram" => picture(diagram),
-                    "portrait" => picture(portrait),
-                    _ => picture(multipliers),
+                    name => picture(study, course, name),
                 })
             });
             Some(named(&format!("Branch {}", course.number), screen?))
@@ -45,7 +43,7 @@ pub fn send(
         .with_state(PanelState::Collapsed)
         .with_loop_mode(LoopMode::All)
         .with_play_state(PlayState::Paused);
-    if let Some((course, _)) = courses.first() {
+    if let Some(course) = courses.first() {
         time_panel = time_panel
             .with_timeline(course.timeline.name.as_str())
             .with_fps(PLAYS * course.timeline.gap().abs());

@@ -1,9 +1,82 @@
-//! The tabs of `layout.txt` with their views.
+//! The views and tabs of `layout.txt`.
 
+use rerun::external::re_sdk_types::blueprint::components::Corner2D;
+
+use super::run::WINDOW;
 use super::tree::{Container, Part, View};
+use crate::record::{
+    panel_view::NAMES_HEIGHT,
+    plot::{CAPTION_HEIGHT, bounds},
+};
 
-/// The tabs.
+/// The views and tabs.
 const LAYOUT: &str = include_str!("layout.txt");
+
+/// A view of the table.
+pub struct Row {
+    kind: Vec<&'static str>,
+    /// Paths of the entities.
+    pub paths: Vec<&'static str>,
+    /// The analysis, or what else is needed for the view to have data; may be empty.
+    pub needs: &'static str,
+    /// Title with placeholders.
+    pub title: &'static str,
+}
+
+impl Row {
+    /// The view of a name.
+    pub fn of(name: &str) -> Option<Self> {
+        let (_, lines) = section("views")?;
+        let mut rows = lines.lines().map(|line| line.split('|').map(str::trim));
+        let mut row = rows.find_map(|mut row| (row.next()? == name).then_some(row))?;
+        let mut words = || row.next().unwrap_or_default().split_whitespace().collect();
+        let (kind, paths) = (words(), words());
+        let rest: Vec<&str> = row.collect();
+        Some(Self {
+            kind,
+            paths,
+            needs: rest[0],
+            title: rest[1],
+        })
+    }
+
+    /// Size of the plot area of a picture, and the space above it for a caption or names, pixels.
+    pub fn field(&self) -> Option<([f32; 2], f32)> {
+        let [_, size, above @ ..] = &self.kind[..] else {
+            return None;
+        };
+        let (width, height) = size.split_once('x')?;
+        let above = match above {
+            ["caption"] => CAPTION_HEIGHT,
+            ["names"] => NAMES_HEIGHT,
+            _ => 0.0,
+        };
+        Some(([width.parse().ok()?, height.parse().ok()?], above))
+    }
+
+    /// The view with a title. `argument` is the distance of the eye from a cube.
+    pub fn view(&self, title: String, argument: &str) -> Option<View> {
+        let (path, paths) = (self.paths[0], &self.paths);
+        let view = match self.kind[0] {
+            "text" => View::text(title, path),
+            "log" => View::log(&title, path),
+            "cube" => View::cube(title, path, argument.parse().ok()?),
+            "recent" => View::series(title, path).with_window(WINDOW),
+            "legend-left" => View::with_legend(title, paths, Corner2D::LeftTop),
+            "legend-right" => View::with_legend(title, paths, Corner2D::RightBottom),
+            "picture" => {
+                let (field, above) = self.field()?;
+                return Some(View::picture(title, path, bounds(field, above)));
+            }
+            _ if paths.len() > 1 => View::series_of(title, paths),
+            _ => View::series(title, path),
+        };
+        Some(match self.kind[1..] {
+            [low, high] => view.with_range([low.parse().ok()?, high.parse().ok()?]),
+            _ => view,
+        })
+    }
+}
 
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
 pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {

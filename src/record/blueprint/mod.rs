@@ -5,10 +5,10 @@
 //! blueprints itself.
 
 mod branch;
-mod layout;
+pub mod layout;
 pub mod run;
 mod sweep;
-mod tree;
+pub mod tree;
 
 pub use branch::send as send_branch;
 pub use run::send;

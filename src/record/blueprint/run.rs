@@ -2,21 +2,27 @@
 
 use rerun::external::re_sdk_types::blueprint::{
     archetypes::TimePanelBlueprint,
-    components::{Corner2D, PanelState, PlayState},
+    components::{PanelState, PlayState},
 };
 
 use super::{
-    layout::{named, tab},
+    layout::{Row, named, tab},
     tree::{self, Container, Part, View},
 };
 use crate::{
     pipeline::message::{AnalysisKind, Header, JointInfo, Subject},
-    plot::prediction_panel,
+    plot::{Unit, prediction_panel},
     record::{
-        camera::Camera, chaos::Chaos, controls, delay::Delay, error::RecordError,
-        exponents::ExponentsPlot, lesson, patch, paths, perturbed::PerturbedTrajectory,
-        plot::Bounds, portrait::Portrait, recurrence::Recurrence, samples, section::Section, small,
-        spectrum, stream::RecordingStream, style,
+        camera::Camera,
+        controls,
+        error::RecordError,
+        lesson,
+        panel_view::PanelView,
+        patch,
+        paths::{self, Root},
+        samples, small,
+        stream::RecordingStream,
+        style,
     },
     scene::{Mechanism, RecordSpec},
 };
@@ -26,7 +32,7 @@ const JOINT_SPEED: f64 = 0.01;
 /// Playback time of a signal or a small system, s.
 const PLAYS: f64 = 30.0;
 /// Time window of the series of a joint, s: about twenty periods of a 4 kHz squeak.
-const WINDOW: f64 = 5e-3;
+pub const WINDOW: f64 = 5e-3;
 /// Natural periods in the time window of a small system.
 const SMALL_PERIODS: f64 = 12.0;
 /// Periods of the highest frequency shown that the detail of a signal covers.
@@ -156,7 +162,7 @@ impl Run<'_> {
             Subject::Joint(joint) => self.joint_view(joint, name),
             Subject::Small(info) => {
                 let window = (SMALL_PERIODS / info.frequency_hz).min(header.duration);
-                let last = style::Quantity::Time.format(window);
+                let last = Unit::write(window, "s");
                 let series = |name: String, path| View::series(name, path).with_window(window);
                 Some(match name {
                     "displacement" => series(
@@ -181,7 +187,8 @@ impl Run<'_> {
                 })
             }
             Subject::Signal(signal) => {
-                let title = style::with_unit(style::signal_name(signal), &signal.unit);
+                let title = format!("{}, {}", style::signal_name(signal), signal.unit);
+                let title = title.trim_end_matches(", ");
                 let [low, high] = signal.span;
                 let margin = 0.05 * (high - low);
                 let range = [low - margin, high + margin];
@@ -189,7 +196,7 @@ impl Run<'_> {
                     "waveform-near" => {
                         let window =
                             (SIGNAL_PERIODS / signal.highest_frequency).min(header.duration);
-                        let last = style::Quantity::Time.format(window);
+                        let last = Unit::write(window, "s");
                         let near = View::series(format!("{title} (last {last})"), paths::WAVEFORM);
                         Some(near.with_window(window).with_range(range))
                     }
@@ -211,15 +218,10 @@ impl Run<'_> {
         Some(match name {
             "body" => body(joint, spec),
             "patch" => patch_view(joint),
-            "portrait-of-centre" => {
-                let name = "Phase portrait of the patch centre";
-                View::picture(name, paths::PORTRAIT, Portrait::bounds())
-            }
             "displacement" => series("Displacement u, µm (last 5 ms)", paths::DISPLACEMENT)
                 .with_range(displacement_range(joint)),
             "velocity" => series("Velocity v, mm/s (last 5 ms)", paths::VELOCITY)
                 .with_range([-2e3 * speed, 2e3 * speed]),
-            "velocity-of-lesson" => series("Velocity, mm/s (last 5 ms)", paths::VELOCITY),
             "tilt-in-range" => {
                 let reach = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
                 let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
@@ -252,30 +254,9 @@ impl Run<'_> {
                     .with_range([0.0, 1.6 * joint.largest_load()])
                 }
             }
-            "modal-coordinates" => series("Modal coordinates, √kg µm (last 5 ms)", paths::MODES_Q),
-            "modal-velocities" => {
-                series("Modal velocities, √kg mm/s (last 5 ms)", paths::MODES_QDOT)
-            }
             "mode-colours" => {
                 View::picture("Modes", paths::MODES_LEGEND, samples::mode_legend_bounds())
             }
-            "modal-energy" if spec.energy_rate > 0.0 => View::series(
-                "Vibration energy of each mode, µJ (whole run)",
-                paths::MODES_ENERGY,
-            ),
-            "energy" if spec.energy_rate > 0.0 => View::series(
-                "Energy, µJ: stored (blue), work of friction (pink), residual of the balance (orange)",
-                paths::ENERGY,
-            ),
-            "energy-of-lesson" if spec.energy_rate > 0.0 => View::series(
-                "Energy of each mode, µJ (whole run); colours: tab “Modes”",
-                paths::MODES_ENERGY,
-            ),
-            // The energy balance is known for a joint only.
-            "energy-residual" => View::series(
-                "Energy audit: residual over the exchanged energy",
-                paths::SOLVER_ENERGY_RESIDUAL,
-            ),
             _ => return self.common_view(name),
         })
     }
@@ -283,254 +264,49 @@ impl Run<'_> {
     /// A view of any subject: of an analysis, or of the program.
     fn common_view(&self, name: &str) -> Option<View> {
         let (name, argument) = name.split_once(' ').unwrap_or((name, ""));
-        if needed(name).is_some_and(|kind| !self.header.has(kind)) {
-            return None;
-        }
-        let view = self
-            .picture(name)
-            .map(|(title, path, bounds)| View::picture(title, path, bounds))
-            .or_else(|| text(name).map(|(title, path)| View::text(title, path)))
-            .or_else(|| series(name).map(|(title, path)| View::series(title, path)))
-            .or_else(|| {
-                let (title, paths, corner) = with_legend(name)?;
-                Some(View::with_legend(title, paths, corner))
-            });
-        Some(match (name, view) {
-            ("recurrence-shares" | "confidence" | "solver-error", Some(view)) => {
-                // An accepted step has a ratio of at most 1; the margin keeps a value of 1 visible.
-                view.with_range([0.0, 1.05])
-            }
-            ("zero-one", Some(view)) => view.with_range([-0.1, 1.1]),
-            (_, Some(view)) => view,
-            ("log", None) => View::log("Log", paths::LOG),
-            // A narrow view needs a larger distance.
-            ("embedding", None) => {
-                let of = if self.is_signal() {
-                    ""
-                } else {
-                    " of the displacement"
-                };
-                let name = format!("Delay embedding{of}");
-                View::cube(name, paths::EMBEDDING, argument.parse().ok()?)
-            }
-            ("running-exponents", None) => View::series_of(
-                "Running Lyapunov exponents λ, 1/s, with 95 % intervals (whole run)",
-                &[paths::EXPONENTS_RUNNING, paths::EXPONENTS_ZERO],
-            ),
-            ("both-displacements", None) => {
+        let header = self.header;
+        match name {
+            "both-displacements" if header.has(AnalysisKind::PerturbedTrajectory) => {
                 let name = "Displacement u of both trajectories, µm (last 5 ms)";
                 let both = [paths::DISPLACEMENT, paths::PERTURBED_DISPLACEMENT];
                 let view = View::series_of(name, &both).with_window(WINDOW);
-                match self.header.joint() {
+                return Some(match header.joint() {
                     Some(joint) => view.with_range(displacement_range(joint)),
                     None => view,
-                }
-            }
-            _ => return None,
-        })
-    }
-
-    fn is_signal(&self) -> bool {
-        matches!(self.header.subject, Subject::Signal(_))
-    }
-
-    /// Title, path and bounds of a plot with its own axes.
-    fn picture(&self, name: &str) -> Option<(String, &'static str, Bounds)> {
-        let header = self.header;
-        let of = if self.is_signal() {
-            ""
-        } else {
-            " of the velocity"
-        };
-        let (title, path, bounds) = match name {
-            "spectrum" => {
-                let plot = spectrum::SpectrumPlot::new(header);
-                let title = format!("Spectrum{of} (lines in {})", plot.frequency.symbol);
-                return Some((title, paths::SPECTRUM, plot.plot().bounds()));
-            }
-            "spectrogram" => {
-                let bounds = spectrum::spectrogram_plot(header).plot.bounds();
-                return Some((format!("Spectrogram{of}"), paths::SPECTROGRAM, bounds));
+                });
             }
             "computed" => {
                 let picture = header.computed.as_deref()?.picture.as_ref()?;
-                let title = prediction_panel(picture).title;
-                return Some((
-                    title,
-                    paths::LESSON_COMPUTED,
-                    lesson::picture_bounds(picture),
-                ));
+                return Some(PanelView::of(name, &Root::of_run()).view(&prediction_panel(picture)));
             }
-            "line-over-tilt" => (
-                "Strongest line over tilt: increasing (blue), decreasing (orange)",
-                paths::HYSTERESIS,
-                lesson::loop_bounds(header)?,
-            ),
-            "portrait" => ("Phase portrait", paths::PORTRAIT, Portrait::bounds()),
-            "recurrence" => (
-                "Recurrence plot (bright: recurrent)",
-                paths::RECURRENCE,
-                Recurrence::bounds(),
-            ),
-            "mutual-information" => (
-                "Delay τ: mutual information",
-                paths::DELAY_MUTUAL,
-                Delay::bounds(),
-            ),
-            "false-neighbours" => (
-                "Dimension m: false nearest neighbours",
-                paths::DELAY_NEIGHBOURS,
-                Delay::bounds(),
-            ),
-            "section" => ("Poincaré section", paths::SECTION, Section::bounds()),
-            "return-map" => ("Return map", paths::RETURN_MAP, Section::bounds()),
-            "divergence" => (
-                "Divergence of nearby states",
-                paths::DIVERGENCE,
-                Chaos::divergence_bounds(),
-            ),
-            "zero-one-path" => (
-                "0-1 test: bounded path or random walk",
-                paths::ZERO_ONE_PICTURE,
-                Chaos::path_bounds(),
-            ),
-            "largest-exponent" => (
-                "Largest Lyapunov exponent λ ± error of each window",
-                paths::EXPONENT,
-                Chaos::exponent_bounds(),
-            ),
-            "lyapunov-spectrum" => (
-                "Current Lyapunov spectrum",
-                paths::EXPONENTS_SPECTRUM,
-                ExponentsPlot::bounds(),
-            ),
-            "both-portraits" => (
-                "Phase portraits of both trajectories (last 4 ms)",
-                paths::DIVERGENCE_PORTRAIT,
-                PerturbedTrajectory::bounds(),
-            ),
-            _ => return None,
-        };
-        Some((title.to_owned(), path, bounds))
-    }
-}
-
-/// The analysis without which a view has no data.
-fn needed(name: &str) -> Option<AnalysisKind> {
-    Some(match name {
-        "spectrum" => AnalysisKind::Spectrum,
-        "spectrogram" => AnalysisKind::Spectrogram,
-        "recurrence" | "embedding" => AnalysisKind::Recurrence,
-        "mutual-information" | "false-neighbours" => AnalysisKind::Delay,
-        "section" | "return-map" => AnalysisKind::Section,
-        "verdict" | "confidence" => AnalysisKind::Regime,
-        "divergence" | "zero-one-path" | "largest-exponent" | "zero-one" => AnalysisKind::Chaos,
-        "running-exponents" | "lyapunov-spectrum" | "exponents-text" => AnalysisKind::Exponents,
-        "both-displacements" | "distance" | "both-portraits" | "divergence-text" => {
-            AnalysisKind::PerturbedTrajectory
+            "line-over-tilt" => {
+                let panel = lesson::empty_loop(header)?.with_title(Row::of(name)?.title);
+                return Some(PanelView::of(name, &Root::of_run()).view(&panel));
+            }
+            _ => {}
         }
-        _ => return None,
-    })
-}
-
-/// Title and path of a text.
-fn text(name: &str) -> Option<(&'static str, &'static str)> {
-    Some(match name {
-        "observations" => ("Observations", paths::NARRATION),
-        "classification" => ("Classification", paths::NARRATION),
-        "lesson" => ("Lesson", paths::LESSON),
-        "about" => ("About this recording", paths::ABOUT),
-        "verdict" => ("Classification", paths::REGIME_VERDICT),
-        "exponents-text" => ("Exponents and attractor", paths::EXPONENTS_TEXT),
-        "divergence-text" => ("Divergence", paths::DIVERGENCE_TEXT),
-        "solver-text" => ("Current accuracy and cost", paths::SOLVER_TEXT),
-        _ => return None,
-    })
-}
-
-/// Title and path of a time series without a legend.
-fn series(name: &str) -> Option<(&'static str, &'static str)> {
-    Some(match name {
-        "tilt" => ("Tilt of the load, deg (whole run)", paths::TILT),
-        "zero-one" => ("0-1 test: K (0 regular, 1 chaotic)", paths::ZERO_ONE),
-        "solver-error" => (
-            "Largest local error estimate per frame, over the tolerance",
-            paths::SOLVER_ERROR,
-        ),
-        "evaluations" => (
-            "Right-hand-side evaluations per simulated ms",
-            paths::SOLVER_RHS_EVALS,
-        ),
-        "speed" => (
-            "Simulation speed, simulated seconds per second",
-            paths::SOLVER_SPEED,
-        ),
-        "steps" => (
-            "Per simulated ms: steps (blue), rejected steps (orange), transitions (green)",
-            paths::SOLVER_STEPS,
-        ),
-        "queues" => (
-            "Queues: frames (blue), records (orange); replaced pictures (green)",
-            paths::SOLVER_QUEUES,
-        ),
-        _ => return None,
-    })
-}
-
-/// Title and paths of time series with a legend, and the corner of the legend: where a clear motion has no points.
-fn with_legend(name: &str) -> Option<(&'static str, &'static [&'static str], Corner2D)> {
-    Some(match name {
-        "level" => (
-            "Velocity level: log₁₀ of mm/s (blue); computed growth (orange)",
-            &[paths::LESSON_VELOCITY_LEVEL, paths::LESSON_PREDICTED],
-            Corner2D::RightBottom,
-        ),
-        "distance" => (
-            "log₁₀ of the distance of both trajectories, relative to the motion (whole run)",
-            &[paths::DIVERGENCE_DISTANCE, paths::DIVERGENCE_FIT],
-            Corner2D::RightBottom,
-        ),
-        "confidence" => (
-            "Confidence of each type of motion (0 to 1)",
-            &[paths::REGIME_CONFIDENCE],
-            Corner2D::RightBottom,
-        ),
-        "recurrence-shares" => (
-            "Recurrence rate RR, determinism DET, laminarity LAM (0 to 1)",
-            &[
-                paths::RECURRENCE_RATE,
-                paths::DETERMINISM,
-                paths::LAMINARITY,
-            ],
-            Corner2D::LeftTop,
-        ),
-        "diagonals" => (
-            "Diagonal lines: mean length L, longest Lmax",
-            &[paths::MEAN_DIAGONAL, paths::LONGEST_DIAGONAL],
-            Corner2D::LeftTop,
-        ),
-        "recurrence-times" => (
-            "Period, recurrence times T1 and T2, trapping time TT",
-            &[
-                paths::PERIOD,
-                paths::RECURRENCE_TIME_1,
-                paths::RECURRENCE_TIME_2,
-                paths::TRAPPING_TIME,
-            ],
-            Corner2D::LeftTop,
-        ),
-        "entropy" => (
-            "Entropy ENTR of diagonal line lengths; divergence DIV = 1/Lmax",
-            &[paths::ENTROPY, paths::DIVERGENCE_RATE],
-            Corner2D::LeftTop,
-        ),
-        "trend" => (
-            "TREND: drift of the recurrence rate",
-            &[paths::TREND],
-            Corner2D::LeftTop,
-        ),
-        _ => return None,
-    })
+        let row = Row::of(name)?;
+        let has_data = match row.needs {
+            "" => true,
+            "Joint" => header.joint().is_some(),
+            "Energy" => header.joint().is_some() && self.spec.energy_rate > 0.0,
+            analysis => header
+                .analyses
+                .iter()
+                .any(|kind| format!("{kind:?}") == analysis),
+        };
+        if !has_data {
+            return None;
+        }
+        let of = |what: &str| match header.subject {
+            Subject::Signal(_) => String::new(),
+            Subject::Joint(_) | Subject::Small(_) => format!(" of the {what}"),
+        };
+        let title = row.title.replace("{velocity}", &of("velocity"));
+        let title = title.replace("{displacement}", &of("displacement"));
+        let frequency = Unit::of("Hz", header.highest_frequency()).symbol;
+        row.view(title.replace("{frequency}", &frequency), argument)
+    }
 }
 
 /// Range of the displacement, µm. A squeak grows until the slip just reverses, so its velocity is of the order of the

@@ -32,28 +32,23 @@ pub fn send(
     sweep: &SweepStudy<'_>,
     scales: &SharedScales,
 ) -> Result<(), RecordError> {
-    let starts: Vec<_> = sweep
-        .starts()
-        .map(|start| (start, sweep::pictures(sweep, start, scales)))
-        .collect();
+    let starts: Vec<Start> = sweep.starts().collect();
     let mut tabs = Vec::new();
     if starts.len() > 1 {
         for (key, title) in [
             ("starts-in-phase-space", "Comparison: phase space"),
             ("starts-in-frequency", "Comparison: spectra and exponents"),
         ] {
-            let rows = starts.iter().filter_map(|(start, pictures)| {
-                screen_of(key, &mut |view| self::view(*start, pictures, scales, view))
+            let rows = starts.iter().filter_map(|start| {
+                screen_of(key, &mut |view| self::view(sweep, *start, scales, view))
             });
             let rows: Vec<Part> = rows.collect();
             let shares = vec![1.0; rows.len()];
             tabs.push(named(title, Container::column(rows, shares).into()));
         }
     }
-    for (start, pictures) in &starts {
-        let screen = screen_of("start", &mut |view| {
-            self::view(*start, pictures, scales, view)
-        });
+    for start in &starts {
+        let screen = screen_of("start", &mut |view| self::view(sweep, *start, scales, view));
         tabs.extend(screen.map(|screen| named(&sweep::title(*start), screen)));
     }
     if let Some(body) = sweep.ball.and_then(|ball| ball.body().ok()) {
@@ -87,29 +82,16 @@ fn whole(timeline: &TimelineTicks) -> Option<TimeRange> {
 }
 
 /// A view of a start.
-fn view(
-    start: Start,
-    [diagram, portrait, recurrence, spectrum, section]: &[sweep::Picture; 5],
-    scales: &SharedScales,
-    name: &str,
-) -> Option<View> {
+fn view(sweep: &SweepStudy<'_>, start: Start, scales: &SharedScales, name: &str) -> Option<View> {
     let root = Root::of_start(&start.to_string());
-    let label = plot::start_label(start);
-    let picture = |(name, path, bounds): &sweep::Picture| {
-        Some(View::picture(format!("{name}: {label}"), path, *bounds))
-    };
     match name {
-        "diagram" => picture(diagram),
-        "portrait" => picture(portrait),
-        "recurrence" => picture(recurrence),
-        "spectrum" => picture(spectrum),
-        "section" => picture(section),
         "point" => Some(View::text(sweep::title(start), &root.at(paths::POINT_TEXT))),
         "embedding" => {
-            let name = format!("Delay embedding: {label}");
+            let name = format!("Delay embedding: {}", plot::start_label(start));
             Some(View::cube(name, &root.at(paths::EMBEDDING), 4.6))
         }
-        _ => exponents(start, &root, scales),
+        "exponents" => exponents(start, &root, scales),
+        _ => sweep::picture(sweep, start, name),
     }
 }
 

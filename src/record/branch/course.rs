@@ -5,10 +5,10 @@ use rerun::TimelineName;
 use crate::{
     plot::{Color, Layer, Panel, branch_figure, multipliers_panel, response},
     record::{
+        blueprint::tree::View,
         error::RecordError,
         panel_view::PanelView,
         paths::{self, Root},
-        plot::Bounds,
         stream::{self, Moment, RecordingStream},
         sweep::TimelineTicks,
         text,
@@ -18,9 +18,6 @@ use crate::{
     text::branch as words,
 };
 
-/// Sizes of the branch diagram and of the square plots, pixels.
-const DIAGRAM: [f32; 2] = [640.0, 380.0];
-const SQUARE: [f32; 2] = [400.0, 400.0];
 /// Number of ticks over the interval of the parameter, at least.
 const TICKS: f64 = 1e3;
 
@@ -36,9 +33,6 @@ pub struct BranchStudy<'a> {
     /// The command line.
     pub command: &'a str,
 }
-
-/// A plot of a branch: title, path and bounds.
-pub type Picture = (&'static str, String, Bounds);
 
 /// A branch with the ticks of its orbits.
 pub struct Course<'a> {
@@ -99,19 +93,19 @@ pub fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
     courses.filter(|course| !course.orbits.is_empty()).collect()
 }
 
-/// The plots of a branch: diagram, phase portrait, multipliers.
-pub fn pictures(study: &BranchStudy<'_>, course: &Course<'_>) -> [Picture; 3] {
+/// The view of a plot of a branch.
+pub fn picture(study: &BranchStudy<'_>, course: &Course<'_>, name: &str) -> View {
     let views = Views::new(course.number);
-    let panels = [
-        ("Branch diagram", &views.diagram, diagram(study)),
-        ("Phase portrait", &views.portrait, portrait(course, None)),
-        (
-            "Multipliers",
-            &views.multipliers,
+    let (view, panel, title) = match name {
+        "diagram" => (views.diagram, diagram(study), "Branch diagram"),
+        "portrait" => (views.portrait, portrait(course, None), "Phase portrait"),
+        _ => (
+            views.multipliers,
             multipliers_panel(study.branch, None),
+            "Multipliers",
         ),
-    ];
-    panels.map(|(name, view, panel)| (name, view.path().to_owned(), view.bounds(&panel)))
+    };
+    view.view(&panel.with_title(title))
 }
 
 /// Root of a branch.
@@ -128,11 +122,11 @@ struct Views {
 
 impl Views {
     fn new(number: usize) -> Self {
-        let view = |path, field| PanelView::new(root(number).at(path), field);
+        let view = |name| PanelView::of(name, &root(number));
         Self {
-            diagram: view(paths::BRANCH_DIAGRAM, DIAGRAM),
-            portrait: view(paths::PORTRAIT, SQUARE),
-            multipliers: view(paths::MULTIPLIERS, SQUARE),
+            diagram: view("branch-diagram"),
+            portrait: view("portrait"),
+            multipliers: view("multipliers"),
         }
     }
 }

@@ -11,15 +11,15 @@ use std::path::Path;
 use super::{
     blueprint,
     error::RecordError,
-    file_stream, paths,
+    file, paths,
     stream::RecordingStream,
     text::{self, Origin},
 };
 use crate::text::branch as words;
 
 pub use course::BranchStudy;
-pub(super) use course::{Course, Picture, root};
-use course::{courses, pictures};
+use course::courses;
+pub(super) use course::{Course, picture, root};
 
 /// Application id, different from those of other recordings because the layout differs.
 pub const APPLICATION: &str = "squeakscope-branch";
@@ -30,17 +30,13 @@ pub const APPLICATION: &str = "squeakscope-branch";
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is then
 /// unchanged.
 pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordError> {
-    file_stream::save(path, APPLICATION, |rec| draw(rec, study))
+    file::save(path, APPLICATION, |rec| draw(rec, study))
 }
 
 /// Logs all branches.
 fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordError> {
     let courses = courses(study);
-    let layout: Vec<_> = courses
-        .iter()
-        .map(|course| (course, pictures(study, course)))
-        .collect();
-    blueprint::send_branch(rec, &layout)?;
+    blueprint::send_branch(rec, study, &courses)?;
     let scene = study.scene;
     let origin = Origin {
         name: &format!("{} over {}", scene.name, study.branch.parameter),

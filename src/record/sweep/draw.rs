@@ -9,19 +9,18 @@ use super::{
 use crate::{
     dynamics::Exponent,
     plot::{
-        self, Color, Layer, Panel,
-        response::{self, samples},
+        self, Color, Layer, Panel, Unit,
+        response::{self, SpectrumAxes, recurrence_caption, samples, section, section_axes},
     },
     record::{
+        blueprint::tree::View,
         error::RecordError,
         exponents,
         panel_view::PanelView,
         paths::{self, Root},
-        plot::Bounds,
-        portrait, recurrence,
+        portrait,
         stream::{self, Moment, RecordingStream},
-        style::{self, Quantity},
-        text,
+        style, text,
     },
     study::{
         response::{PhasePortrait, SettledResponse, section_lag},
@@ -29,10 +28,6 @@ use crate::{
     },
 };
 
-/// Sizes of the bifurcation diagram, of square plots and of the spectrum, pixels.
-const DIAGRAM: [f32; 2] = [560.0, 300.0];
-const SQUARE: [f32; 2] = [400.0, 400.0];
-const SPECTRUM: [f32; 2] = [400.0, 150.0];
 /// Maximum number of points of a spectrum; it exceeds the number of pixels.
 const SPECTRUM_POINTS: usize = 2000;
 
@@ -60,37 +55,34 @@ struct Views {
 impl Views {
     /// The plots below a root path.
     fn new(root: &Root) -> Self {
-        let view = |path, field| PanelView::new(root.at(path), field);
+        let view = |name| PanelView::of(name, root);
         Self {
-            diagram: view(paths::DIAGRAM, DIAGRAM),
-            portrait: view(paths::PORTRAIT, SQUARE),
-            section: view(paths::SECTION, SQUARE),
-            spectrum: view(paths::SPECTRUM, SPECTRUM),
-            recurrence: view(paths::RECURRENCE, SQUARE),
+            diagram: view("diagram"),
+            portrait: view("portrait"),
+            section: view("section"),
+            spectrum: view("spectrum"),
+            recurrence: view("recurrence"),
         }
     }
 }
 
-/// A plot of a start: title, path and bounds.
-pub type Picture = (&'static str, String, Bounds);
-
-/// The plots of a start: bifurcation diagram, phase portrait, recurrence plot, spectrum, Poincaré section.
-pub fn pictures(sweep: &SweepStudy<'_>, start: Start, scales: &SharedScales) -> [Picture; 5] {
-    let views = Views::new(&Root::of_start(&start.to_string()));
-    let recurrence = response::recurrence(None, true).with_caption(NOT_DONE);
-    let section = scales.point_scales(&[]).section.panel(None);
-    let panels = [
-        ("Bifurcation diagram", &views.diagram, diagram(sweep, start)),
-        ("Phase portrait", &views.portrait, phase(None, [1.0; 2])),
-        ("Recurrence plot", &views.recurrence, recurrence),
-        (
-            "Spectrum (lines in kHz)",
-            &views.spectrum,
-            spectrum(scales, None),
-        ),
-        ("Poincaré section", &views.section, section),
-    ];
-    panels.map(|(name, view, panel)| (name, view.path().to_owned(), view.bounds(&panel)))
+/// The view of a plot of a start; `None` for another name. The bifurcation diagram has a legend of its own height.
+pub fn picture(sweep: &SweepStudy<'_>, start: Start, name: &str) -> Option<View> {
+    let panel = match name {
+        "diagram" => diagram(sweep, start).with_title("Bifurcation diagram"),
+        "portrait" => phase(None, [1.0; 2]).with_title("Phase portrait"),
+        "recurrence" => response::recurrence(None, true)
+            .with_title("Recurrence plot")
+            .with_caption(NOT_DONE),
+        "spectrum" => SpectrumAxes::new(1.0, 1, 1.0)
+            .panel(1.0, [], &[], Color::Faint)
+            .with_title("Spectrum (lines in kHz)"),
+        "section" => section(&section_axes(&[], "", 1.0), None),
+        _ => return None,
+    };
+    let title = format!("{}: {}", panel.title, plot::start_label(start));
+    let root = Root::of_start(&start.to_string());
+    Some(PanelView::of(name, &root).view(&panel.with_title(title)))
 }
 
 /// Writer of the points of one start.
@@ -167,7 +159,7 @@ impl<'a> StartWriter<'a> {
         views
             .portrait
             .draw(rec, Some(at), &portrait.with_note(note))?;
-        let section = point_scales.section.panel(found);
+        let section = section(&point_scales.section, found);
         let note = match found {
             Some(found) if found.section.is_empty() => NOTHING_MOVES,
             _ => missing,
@@ -197,7 +189,7 @@ impl<'a> StartWriter<'a> {
         reach: f64,
         found: Option<&SettledResponse>,
     ) -> Result<(), RecordError> {
-        let range = format!("±{}", Quantity::Length.format(reach));
+        let range = format!("±{}", Unit::write(reach, "m"));
         let names = portrait::delay_names(self.sweep.letter(), &range);
         portrait::draw_cube(rec, &self.root, at, &names)?;
         let lag = section_lag(&self.sweep.plan.scene);
@@ -283,7 +275,8 @@ fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
         Some(motion) => thinned(motion.bin, &motion.spectrum),
         None => (1.0, Vec::new()),
     };
-    scales.spectrum.panel(bin, &amplitude, lines)
+    let amplitude = amplitude.into_iter().map(f64::from);
+    scales.spectrum.panel(bin, amplitude, lines, Color::Faint)
 }
 
 /// The recurrence plot of a response, or the reason why there is none.
@@ -295,7 +288,7 @@ fn recurrence(found: Option<&SettledResponse>, missing: &str) -> Result<Panel, R
     let plot = plot.map_err(|error| RecordError::Encode(error.to_string()))?;
     let plot = plot.flatten();
     let caption = match (&plot, found) {
-        (Some(plot), _) => recurrence::caption(plot, &Quantity::Length),
+        (Some(plot), _) => recurrence_caption(plot, "m"),
         (None, None) => missing.to_owned(),
         (None, Some(found)) if found.portrait.is_none() => NOT_KEPT.to_owned(),
         (None, Some(found)) if found.maxima.is_empty() => NOTHING_MOVES.to_owned(),

@@ -22,14 +22,14 @@ use rerun::TimelineName;
 use super::{
     blueprint,
     error::RecordError,
-    file_stream, paths,
+    file, paths,
     stream::{Moment, RecordingStream},
     text::{self, Origin},
 };
 use crate::study::sweep::SweepPoint;
 pub(super) use description::title;
 use draw::StartWriter;
-pub(super) use draw::{Picture, pictures};
+pub(super) use draw::picture;
 pub(super) use scales::SharedScales;
 pub use study::{APPLICATION, SweepStudy};
 pub(super) use timeline::TimelineTicks;
@@ -40,7 +40,7 @@ pub(super) use timeline::TimelineTicks;
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is
 /// then unchanged.
 pub fn save_sweep(path: &Path, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
-    file_stream::save(path, APPLICATION, |rec| draw(rec, sweep))
+    file::save(path, APPLICATION, |rec| draw(rec, sweep))
 }
 
 /// Logs a sweep.

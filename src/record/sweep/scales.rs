@@ -5,8 +5,8 @@ use super::{SweepStudy, description, timeline::TimelineTicks};
 use crate::{
     analysis::range,
     plot::{
-        exponent_axis_values,
-        response::{SMALLEST, SectionAxes, SpectrumAxes, common_range, largest},
+        SectionAxes, exponent_axis_values,
+        response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes},
     },
     study::response::SettledResponse,
 };
@@ -83,7 +83,7 @@ impl SharedScales {
     pub fn point_scales(&self, found: &[&SettledResponse]) -> PointScales {
         PointScales {
             reach: common_range(found, self.largest.map(|size| LEAST_SHARE * size)),
-            section: SectionAxes::new(found, self.letter, self.largest[0]),
+            section: section_axes(found, self.letter, self.largest[0]),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::{
     joint::{BallJoint, NamedMode},
     plot::{
         Color,
-        response::{common_range, phase_portrait},
+        response::{common_range, phase_portrait, section},
     },
     record::tests::{assert_shown, read},
     scene::{Parameter, Scene},
@@ -140,8 +140,8 @@ fn a_recording_contains_every_value() {
         for path in [
             paths::POINT_TEXT,
             paths::PORTRAIT_TRAIL,
-            paths::SECTION_POINTS,
-            paths::SPECTRUM_CURVE,
+            "poincare_section/points",
+            "spectrum/curve",
         ] {
             let entity = &entities[&root.at(path)];
             // There is no point at 3 deg.
@@ -216,20 +216,23 @@ fn points_at_a_value_have_common_scales() {
     assert!((ends(3.0) - 30.0).abs() < 1e-9, "{}", ends(3.0));
     assert_eq!(common_range(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
     // The axes of a section are at least a fraction of the motion, so a periodic motion is a point.
-    let section = scales.point_scales(&found(1.0)).section.panel(None);
-    let [low, high] = section.x.range;
-    assert_eq!(section.x.unit, "µm");
+    let shown = section(&scales.point_scales(&found(1.0)).section, None);
+    let [low, high] = shown.x.range;
+    assert_eq!(shown.x.unit, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
     assert_eq!(scales.exponents, 2);
     let [low, high] = scales.exponent_range;
     assert!(low < -1.0 && (15.0..20.0).contains(&high));
-    assert_eq!(scales.spectrum.panel(1.0, &[], &[]).x.range[1], 5.0);
+    assert_eq!(
+        scales.spectrum.panel(1.0, [], &[], Color::Ink).x.range[1],
+        5.0
+    );
     // An empty sweep has valid axes, too.
     let nothing = study(&plan, &[]);
     let empty = SharedScales::new(&nothing);
-    let [diagram, ..] = pictures(&nothing, Start::Upward, &empty);
-    assert!(diagram.2.x[0] < diagram.2.x[1]);
-    assert!(empty.point_scales(&[]).section.panel(None).x.range[0] < 0.0);
+    assert!(picture(&nothing, Start::Upward, "diagram").is_some());
+    let shown = section(&empty.point_scales(&[]).section, None);
+    assert!(shown.x.range[0] < 0.0);
 }
 
 #[test]

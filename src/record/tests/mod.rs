@@ -19,8 +19,7 @@ use rerun::{
 };
 
 use super::{
-    APPLICATION, Output, RecordError, RerunSink, blueprint, encode::Encoder, file_stream, paths,
-    stream,
+    APPLICATION, Output, RecordError, RerunSink, blueprint, encode::Encoder, file, paths, stream,
 };
 use crate::pipeline::{
     Delivery, Monitor, Sink,
@@ -247,8 +246,8 @@ fn a_recording_contains_all_samples_and_pictures_with_their_times() {
     assert_eq!(entities[paths::PERTURBED_DISPLACEMENT].rows, samples);
     // The fitted line has two points.
     assert_eq!(entities[paths::DIVERGENCE_FIT].rows, 2);
-    for path in [paths::REFERENCE_TRAIL, paths::PERTURBED_TRAIL] {
-        assert_eq!(entities[path].rows, frames, "{path}");
+    for path in ["reference", "perturbed"].map(|name| format!("divergence/phase_portrait/{name}")) {
+        assert_eq!(entities[&path].rows, frames, "{path}");
     }
     // The last column is within one window of the end, and so is the last tile.
     let last = &entities[&paths::spectrogram_tile(39)];
@@ -334,7 +333,7 @@ fn demo_files() {
                 }
                 encoder.unwrap().finish(rec)
             };
-            file_stream::save(&path, APPLICATION, draw).unwrap();
+            file::save(&path, APPLICATION, draw).unwrap();
         }
     }
 }

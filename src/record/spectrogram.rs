@@ -1,25 +1,20 @@
-//! Spectrum of the probe's velocity, and its spectrogram over the whole run.
+//! The spectrogram of the probe's velocity over the whole run.
 
 use rerun::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
     error::RecordError,
-    panel_view::PanelView,
     paths,
     plot::Plot,
     stream::{self, Moment, RecordingStream},
-    style::{self, ColorMap, Quantity, Unit, short},
+    style::{self, ColorMap, short},
 };
 use crate::{
     analysis::LevelReference,
-    pipeline::message::{Header, SignalInfo, SpectralLine, Subject},
-    plot::{Axis, Color, Layer, Panel},
+    pipeline::message::{Header, SignalInfo, Subject},
+    plot::{Axis, Unit, full_scale, units},
 };
 
-/// Size of the plot area of the spectrum, pixels.
-const SPECTRUM: [f32; 2] = [400.0, 150.0];
-/// Maximum number of labelled peaks; more labels would overlap.
-const LABELLED: usize = 6;
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
 const JOINT_LEVELS: [f32; 2] = [-70.0, 25.0];
@@ -31,100 +26,6 @@ const TILE: usize = 16;
 const HEIGHT: usize = 190;
 /// Number of new pixels after which the current tile is logged again.
 const REFRESH: usize = 4;
-
-/// Half the range of the samples; positive.
-fn full_scale(signal: &SignalInfo) -> f64 {
-    let [low, high] = signal.span;
-    (0.5 * (high - low)).max(style::smallest_shown(signal.span))
-}
-
-/// The plot of the spectrum and its units.
-#[derive(Debug)]
-pub struct SpectrumPlot {
-    view: PanelView,
-    axes: [Axis; 2],
-    /// Unit of the frequencies.
-    pub frequency: Unit,
-    amplitude: Unit,
-}
-
-impl SpectrumPlot {
-    /// Amplitudes of 0.0001 to 100 mm/s over frequency; for a signal from a file, seven decades below its full
-    /// scale.
-    pub fn new(header: &Header) -> Self {
-        let amplitude = Quantity::velocity(&header.subject).unit(1.0);
-        let (name, decades) = match &header.subject {
-            Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-4, 2]),
-            Subject::Signal(signal) => {
-                let top = full_scale(signal).log10().ceil() as i32;
-                ("amplitude", [top - 7, top])
-            }
-        };
-        let highest = header.highest_frequency();
-        let frequency = Quantity::Frequency.unit(highest);
-        let x = style::with_unit("frequency", &frequency.symbol);
-        let y = style::with_unit(name, &amplitude.symbol);
-        Self {
-            view: PanelView::new(paths::SPECTRUM, SPECTRUM),
-            axes: [
-                Axis::linear(x, [0.0, frequency.per_si * highest]),
-                Axis::decades(y, decades),
-            ],
-            frequency,
-            amplitude,
-        }
-    }
-
-    /// The plot area and its axes.
-    pub fn plot(&self) -> Plot {
-        self.view.plot(&self.panel(1.0, &[], &[]))
-    }
-
-    /// A spectrum with bins `bin` (Hz) apart and its labelled lines, strongest first.
-    fn panel(&self, bin: f64, amplitude: &[f64], peaks: &[SpectralLine]) -> Panel {
-        let [x, y] = self.axes.clone();
-        let end = x.range[1];
-        let at = |hz: f64, a: f64| [self.frequency.per_si * hz, self.amplitude.per_si * a];
-        let curve = amplitude.iter().enumerate();
-        let curve = curve.map(|(k, a)| at(bin * k as f64, *a));
-        let curve = curve.take_while(|point| point[0] <= end).collect();
-        let peaks = peaks.iter().map(|peak| {
-            let name = peak_label(peak, &self.frequency);
-            (at(peak.frequency, peak.amplitude), name)
-        });
-        let peaks = peaks.filter(|(at, _)| at[0] <= end).take(LABELLED);
-        let layers = vec![
-            Layer::line(curve, Color::Ink),
-            Layer::peaks(peaks.collect()),
-        ];
-        Panel::new("spectrum", x, y, layers)
-    }
-
-    /// Draws a spectrum.
-    pub fn draw(
-        &mut self,
-        rec: &RecordingStream,
-        time: f64,
-        bin: f64,
-        amplitude: &[f64],
-        peaks: &[SpectralLine],
-    ) -> Result<(), RecordError> {
-        let panel = self.panel(bin, amplitude, peaks);
-        let plot = self.view.plot(&panel);
-        let at = Some(Moment::from(time));
-        self.view.draw_layers(rec, at, &plot, &panel.layers)
-    }
-}
-
-/// Label and frequency of a peak; only the frequency if it has no label.
-fn peak_label(peak: &SpectralLine, unit: &Unit) -> String {
-    let frequency = unit.per_si * peak.frequency;
-    if peak.label.is_empty() {
-        format!("{frequency:.2}")
-    } else {
-        format!("{}: {frequency:.2}", peak.label)
-    }
-}
 
 /// The spectrogram of the whole run in a plot of fixed size.
 ///
@@ -284,8 +185,8 @@ fn draw_events(
     header: &Header,
     signal: &SignalInfo,
 ) -> Result<(), RecordError> {
-    let time = Quantity::Time.unit(header.duration).per_si;
-    let frequency = Quantity::Frequency.unit(header.highest_frequency()).per_si;
+    let time = Unit::of("s", header.duration).factor;
+    let frequency = Unit::of("Hz", header.highest_frequency()).factor;
     let ridges = signal.events.iter().map(|event| {
         let points = event.ridge.iter();
         let points = points.map(|p| plot.at(time * p.time_s, frequency * p.frequency_hz));
@@ -312,9 +213,9 @@ fn draw_events(
 
 /// The plot of a spectrogram and its scales.
 #[derive(Clone, Debug)]
-pub struct SpectrogramPlot {
+struct SpectrogramPlot {
     /// Plot area and axes.
-    pub plot: Plot,
+    plot: Plot,
     /// Time at the left end, and duration, s.
     start: f64,
     duration: f64,
@@ -335,18 +236,16 @@ impl SpectrogramPlot {
 }
 
 fn time_axis(start: f64, duration: f64) -> Axis {
-    let time = Quantity::Time.unit(duration);
-    Axis::linear(
-        style::with_unit("time", &time.symbol),
-        [start, start + duration].map(|end| time.per_si * end),
-    )
+    let time = Unit::of("s", duration);
+    let ends = [start, start + duration].map(|end| time.factor * end);
+    Axis::linear(time.after("time"), ends)
 }
 
 /// The plot of the spectrogram: frequency over time.
-pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
+fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
     let (start, duration) = (header.start(), header.duration);
     let highest = header.highest_frequency();
-    let hz = Quantity::Frequency.unit(highest);
+    let hz = Unit::of("Hz", highest);
     let ([low, high], zero, offset) = match &header.subject {
         Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
         Subject::Signal(signal) => {
@@ -356,7 +255,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
                 reference @ LevelReference::SoundPressure => {
                     (reference.amplitude(full), "20 uPa RMS".to_owned())
                 }
-                _ => (full, Quantity::velocity(&header.subject).format(full)),
+                _ => (full, Unit::write(full, units(&header.subject)[1])),
             };
             let levels = SIGNAL_LEVELS.map(|level| level + db(full / zero).ceil());
             // Levels of records are relative to 1e-3 of the unit.
@@ -375,7 +274,7 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
                 short(low.into()),
                 short(high.into()),
             ),
-            [0.0, hz.per_si * highest],
+            [0.0, hz.factor * highest],
         ),
         grid: false,
     };
@@ -386,23 +285,5 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         endless: header.endless,
         highest,
         levels: [low + offset, high + offset],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn peaks_are_labelled() {
-        let mut peak = SpectralLine {
-            frequency: 4117.0,
-            amplitude: 1e-3,
-            label: "f1".to_owned(),
-        };
-        let kilohertz = Quantity::Frequency.unit(15e3);
-        assert_eq!(peak_label(&peak, &kilohertz), "f1: 4.12");
-        peak.label.clear();
-        assert_eq!(peak_label(&peak, &kilohertz), "4.12");
     }
 }

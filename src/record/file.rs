@@ -26,16 +26,42 @@ use rerun::{
     log::LogMsg,
 };
 
-use super::stream::MessageSink;
+use super::{
+    check_memory,
+    error::RecordError,
+    part_file::PartFile,
+    stream::{MessageSink, RecordingStream},
+};
 
 /// Maximum number of messages in the queue.
 const QUEUE_LENGTH: usize = 16;
 /// Time without a response after which a disk counts as stuck.
 const DISK_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// A recording that is being written to a file. Dropping it writes the index if possible.
+/// Saves a recording of an application; `draw` logs its content. The file appears under its name only when it
+/// is complete.
+///
+/// # Errors
+/// [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and
+/// those of `draw`; an existing file at `path` is then unchanged.
+pub fn save(
+    path: &Path,
+    application: &'static str,
+    draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
+) -> Result<(), RecordError> {
+    check_memory()?;
+    let mut file = RecordingFile::begin(PartFile::create(path)?)?;
+    let rec = RecordingStream::new(application, Arc::new(file.writer()))?;
+    draw(&rec)?;
+    file.seal(&rec)?;
+    file.part.commit()
+}
+
+/// A recording that is being written to a part file. Dropping it writes the index if possible.
 #[derive(Debug)]
-pub struct RrdFile {
+pub struct RecordingFile {
+    /// The file.
+    pub part: PartFile,
     writer: RrdWriter,
     thread: Option<JoinHandle<Result<(), String>>>,
 }
@@ -57,22 +83,25 @@ enum Command {
     Seal,
 }
 
-impl RrdFile {
-    /// Starts the writing thread.
+impl RecordingFile {
+    /// Starts the thread that writes a part file.
     ///
     /// # Errors
-    /// The error of the system if the thread cannot be started.
-    pub fn start(writing: RrdEncoder) -> io::Result<Self> {
+    /// [`RecordError::Create`] and [`RecordError::Thread`]; the part file is then removed.
+    pub fn begin(part: PartFile) -> Result<Self, RecordError> {
+        let writing = Open::begin(part.part()).map_err(|source| part.creation_error(source))?;
         let state = State::Writing(Box::new(writing));
         let (commands, received) = bounded(QUEUE_LENGTH);
         let thread = thread::Builder::new()
             .name("recording".to_owned())
-            .spawn(move || write(state, &received))?;
+            .spawn(move || write(state, &received))
+            .map_err(|source| part.thread_error(source))?;
         let writer = RrdWriter {
             commands,
             stuck: Arc::default(),
         };
         Ok(Self {
+            part,
             writer,
             thread: Some(thread),
         })
@@ -83,11 +112,30 @@ impl RrdFile {
         self.writer.clone()
     }
 
-    /// Waits until all messages sent so far are written.
+    /// Writes all pending data of a stream and returns write errors, which logging does not report.
     ///
     /// # Errors
-    /// The reason why they are not.
-    pub fn flush(&self) -> Result<(), String> {
+    /// [`RecordError::Write`] and [`RecordError::Removed`].
+    pub fn flush(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+        rec.send_pending()?;
+        let written = self.wait();
+        written.map_err(|reason| self.part.write_error(reason))?;
+        // A file that was removed accepts data that are lost when it is closed.
+        self.part.check_exists()
+    }
+
+    /// Writes all pending data of a stream and the index, and closes the file.
+    ///
+    /// # Errors
+    /// As [`RecordingFile::flush`].
+    pub fn seal(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.flush(rec)?;
+        let closed = self.close();
+        closed.map_err(|reason| self.part.write_error(reason))
+    }
+
+    /// Waits until all messages sent so far are written; the error is the reason why they are not.
+    fn wait(&self) -> Result<(), String> {
         let (done, answer) = bounded(1);
         self.writer.submit(Command::Flush(done));
         if !self.writer.is_stuck() {
@@ -106,11 +154,8 @@ impl RrdFile {
     }
 
     /// Writes the index and ends the thread; later messages are ignored.
-    ///
-    /// # Errors
-    /// The reason why the file is incomplete.
-    pub fn seal(&mut self) -> Result<(), String> {
-        let flushed = self.flush();
+    fn close(&mut self) -> Result<(), String> {
+        let flushed = self.wait();
         // No timeout: the disk responded just now, and the time for the index depends on its length.
         match self.thread.take_if(|_| !self.writer.is_stuck()) {
             Some(thread) => {
@@ -123,11 +168,11 @@ impl RrdFile {
     }
 }
 
-impl Drop for RrdFile {
+impl Drop for RecordingFile {
     fn drop(&mut self) {
         if self.thread.is_some() {
             // The error that caused the drop is reported instead.
-            let _ = self.seal();
+            let _ = self.close();
         }
     }
 }
@@ -153,13 +198,13 @@ impl MessageSink for RrdWriter {
 }
 
 enum State {
-    Writing(Box<RrdEncoder>),
+    Writing(Box<Open>),
     /// A write failed for this reason; no more messages are written.
     Broken(String),
 }
 
 /// The encoder of an open `.rrd` file.
-pub struct RrdEncoder {
+struct Open {
     encoder: Encoder<File>,
     /// The same file, used to remove an incomplete message after a failed write.
     file: File,
@@ -197,12 +242,12 @@ fn write(mut state: State, commands: &Receiver<Command>) -> Result<(), String> {
     Ok(())
 }
 
-impl RrdEncoder {
+impl Open {
     /// Starts a recording in an existing empty file.
     ///
     /// # Errors
     /// The error of the system.
-    pub fn begin(path: &Path) -> io::Result<Self> {
+    fn begin(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).open(path)?;
         let encoder = Encoder::new_eager(
             CrateVersion::LOCAL,

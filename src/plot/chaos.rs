@@ -1,0 +1,99 @@
+//! Evidence of chaos in a signal: divergence of nearby states, 0-1 test, exponents over time.
+
+use super::axis::{Axis, extent, round_up};
+use super::color::Color;
+use super::figure::{Layer, Panel};
+use super::unit::Unit;
+use crate::analysis::{Divergence, ScalingRegion, ZeroOne, range};
+use crate::number::{short, with_error};
+
+/// Mean logarithmic distance of nearby states over time, with its linear part. Times are in s, distances in `unit`.
+pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
+    let shift = unit.factor.ln();
+    let last = divergence.step * divergence.curve.len().saturating_sub(1).max(1) as f64;
+    let time = Unit::of("s", last);
+    let values = divergence.curve.iter().map(|value| value + shift);
+    let [low, high] = extent(values.clone());
+    let points = values
+        .enumerate()
+        .map(|(k, value)| [time.factor * divergence.step * k as f64, value]);
+    let mut layers = vec![Layer::line(points.collect(), Color::Ink)];
+    let region = divergence.region.as_ref();
+    layers.push(
+        Layer::lines(
+            Vec::from_iter(region.map(|region| {
+                let at = |t: f64| [time.factor * t, region.intercept + region.slope * t + shift];
+                vec![at(region.from), at(region.to)]
+            })),
+            Color::Accent,
+        )
+        .with_line_width(2.2)
+        .with_id("fit"),
+    );
+    let distance = match &*unit.symbol {
+        "" => "mean ln(distance)".to_owned(),
+        symbol => format!("mean ln(distance / {symbol})"),
+    };
+    let verdict = match region {
+        Some(ScalingRegion { slope, error, .. }) => format!(
+            "largest Lyapunov exponent λ = {} per s",
+            with_error(*slope, *error)
+        ),
+        None => "no scaling region: no chaos, or too weak for this length".to_owned(),
+    };
+    let x = Axis::linear(time.after("time"), [0.0, time.factor * last]);
+    let y = Axis::linear(distance, [low.floor(), high.ceil()]);
+    Panel::new("divergence of nearby states", x, y, layers).with_caption(verdict)
+}
+
+/// The first `most` points of the path of the 0-1 test about its centre, in `unit`: bounded for a regular motion, a random
+/// walk for chaos.
+pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
+    let path = &test.path[..test.path.len().min(most)];
+    let spans = [0, 1].map(|c| extent(path.iter().map(|point| point[c])));
+    let middle = spans.map(|[low, high]| 0.5 * (low + high));
+    let half = spans.iter().map(|[low, high]| 0.5 * (high - low));
+    let half = half.fold(1e-12, f64::max);
+    let unit = Unit::of(unit, half);
+    let full = round_up(unit.factor * half);
+    let axis = |name| Axis::linear(unit.after(name), [-full, full]);
+    let points = path.iter();
+    let points = points.map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.factor * c));
+    let path = Layer::line(points.collect(), Color::Ink).with_line_width(0.7);
+    let meaning = match test.k {
+        ..0.4 => "regular or weak chaos",
+        0.6.. => "chaos or noise",
+        _ => "undecided",
+    };
+    // Without the sign of a zero.
+    let hundredths = (100.0 * test.k).round() / 100.0 + 0.0;
+    let (x, y) = (axis("p − centre"), axis("q − centre"));
+    Panel::new("path of the 0–1 test", x, y, vec![path.with_id("path")])
+        .with_caption(format!("K = {}: {meaning}", short(hundredths)))
+        .square()
+}
+
+/// The largest exponents of windows (end in s, and the value between the ends of its interval in 1/s) over a span (s).
+pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
+    let unit = Unit::of("s", span[1]);
+    let at = |time: f64| unit.factor * time;
+    let intervals = exponents
+        .iter()
+        .map(|[t, low, _, high]| [at(*t), *low, *high]);
+    let intervals: Vec<[f64; 3]> = intervals.collect();
+    let values = exponents.iter().map(|[t, _, value, _]| [at(*t), *value]);
+    let layers = vec![
+        Layer::intervals(&intervals, Color::Faint),
+        Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
+    ];
+    let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);
+    let [low, high] = range(ends.chain([0.0]));
+    let (y, note) = if exponents.is_empty() {
+        let note = "no exponent so far: no window has a scaling region";
+        (Axis::linear("λ, 1/s", [0.0, 100.0]), note)
+    } else {
+        (Axis::with_margin("λ, 1/s", [low, high].into_iter()), "")
+    };
+    let x = Axis::linear(unit.after("time"), span.map(at));
+    Panel::new("largest exponent of each window", x, y, layers).with_note(note)
+}

@@ -1,0 +1,423 @@
+//! The pictures of a run as panels, from its records. Recordings draw each one when it changes, and figures the last.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::axis::FullScale;
+use super::chaos::{divergence, largest_exponents, zero_one_path};
+use super::color::Color;
+use super::embedding::{false_neighbours, mutual_information};
+use super::figure::{Figure, Panel};
+use super::lesson::LessonPictures;
+use super::lyapunov::current_spectrum;
+use super::response::{
+    self, SpectrumAxes, WINDOW, interpolated, phase_portrait, recurrence_caption, time_series,
+};
+use super::section::SectionAxes;
+use super::unit::Unit;
+use crate::analysis::{DelayChoice, LagReason, ScalingRegion, SectionPoint};
+use crate::number::short;
+use crate::pipeline::message::{Frame, Header, Record, SignalInfo, Subject};
+use crate::pipeline::{Sink, SinkError};
+use crate::study::response::PhasePortrait;
+
+/// Number of intersections shown; a 4 kHz squeak has 1,000 in 0.25 s.
+const PASSAGES: usize = 600;
+/// Number of points of the path of the 0-1 test.
+const PATH_POINTS: usize = 1000;
+/// Natural periods in the phase portrait of a small system.
+const PERIODS: f64 = 40.0;
+/// Smallest full scale of the exponents, 1/s.
+const SMALLEST_EXPONENT: f64 = 1.0;
+
+/// Names of the pictures of a run: its figures, and the keys of its views in a recording.
+pub const RUN_FIGURES: [&str; 14] = [
+    "lesson",
+    "displacement",
+    "portrait",
+    "spectrum",
+    "recurrence",
+    "mutual-information",
+    "false-neighbours",
+    "section",
+    "return-map",
+    "return-times",
+    "divergence",
+    "zero-one-path",
+    "largest-exponent",
+    "lyapunov-spectrum",
+];
+
+/// A picture: its name, its time (s), and its panel.
+pub type Picture = (&'static str, f64, Panel);
+
+/// Units of displacement and velocity of a subject.
+pub fn units(subject: &Subject) -> [&str; 2] {
+    match subject {
+        Subject::Joint(_) | Subject::Small(_) => ["m", "m/s"],
+        Subject::Signal(signal) => [&signal.unit; 2],
+    }
+}
+
+/// Symbol of the samples: u for a joint's displacement, x otherwise.
+pub fn letter(subject: &Subject) -> &'static str {
+    match subject {
+        Subject::Joint(_) => "u",
+        Subject::Small(_) | Subject::Signal(_) => "x",
+    }
+}
+
+/// Smallest full scale of a signal with a given range: 1e-4 of half the range, and a positive value for a
+/// constant signal.
+pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
+    let size = low.abs().max(high.abs());
+    let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
+    (1e-4 * 0.5 * (high - low)).max(least)
+}
+
+/// Mean of a signal's range, and the smallest half-range worth showing.
+pub fn range_shown(span: [f64; 2]) -> [f64; 2] {
+    [0.5 * (span[0] + span[1]), smallest_shown(span)]
+}
+
+/// Half the range of the samples; positive.
+pub fn full_scale(signal: &SignalInfo) -> f64 {
+    let [low, high] = signal.span;
+    (0.5 * (high - low)).max(smallest_shown(signal.span))
+}
+
+/// Timer of the redraws of a plot, at most at the picture rate of the viewer; without a viewer every change
+/// is drawn.
+#[derive(Debug, Default)]
+pub struct RedrawTimer {
+    /// Minimum interval between two pictures, s.
+    interval: f64,
+    /// Time of the last picture, s.
+    last: Option<f64>,
+}
+
+impl RedrawTimer {
+    /// Takes the picture rate from a frame.
+    pub fn set_rate(&mut self, frame: &Frame) {
+        self.interval = frame.shown.map_or(0.0, |shown| 1.0 / shown.pictures);
+    }
+
+    /// Whether a picture is due at a time (s); if so, the interval starts again.
+    pub fn is_due(&mut self, time: f64) -> bool {
+        let due = self.last.is_none_or(|last| time >= last + self.interval);
+        if due {
+            self.last = Some(time);
+        }
+        due
+    }
+}
+
+/// The pictures of the analyses of a run, with what they keep of earlier records.
+#[derive(Debug)]
+pub struct RunPanels {
+    header: Arc<Header>,
+    spectrum: SpectrumAxes,
+    section: SectionAxes,
+    /// The latest intersections, oldest first.
+    recent: VecDeque<SectionPoint>,
+    redraw: RedrawTimer,
+    /// Time (s) and largest exponent between the ends of its interval (1/s) of each window that has one.
+    largest: Vec<[f64; 4]>,
+    /// Full scale of the Lyapunov exponents, 1/s.
+    exponents: FullScale,
+}
+
+impl RunPanels {
+    /// The pictures after a header.
+    pub fn new(header: Arc<Header>) -> Self {
+        Self {
+            spectrum: SpectrumAxes::of_run(&header),
+            section: SectionAxes::of_run(&header),
+            recent: VecDeque::with_capacity(PASSAGES),
+            redraw: RedrawTimer::default(),
+            largest: Vec::new(),
+            exponents: FullScale::new(SMALLEST_EXPONENT),
+            header,
+        }
+    }
+
+    /// The spectrum without data.
+    pub fn empty_spectrum(&self) -> Panel {
+        self.spectrum.panel(1.0, [], &[], Color::Ink)
+    }
+
+    /// The pictures that a record changes.
+    pub fn accept(&mut self, record: &Record) -> Vec<Picture> {
+        let [unit, _] = units(&self.header.subject);
+        match record {
+            Record::Samples(frame) => {
+                self.redraw.set_rate(frame);
+                Vec::new()
+            }
+            Record::Spectrum {
+                time,
+                bin,
+                amplitude,
+                peaks,
+            } => {
+                let amplitude = amplitude.iter().copied();
+                let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
+                vec![("spectrum", *time, panel)]
+            }
+            Record::Recurrence { time, image } => {
+                let panel = response::recurrence(Some(image), true);
+                let panel = panel.with_caption(recurrence_caption(image, unit));
+                vec![("recurrence", *time, panel)]
+            }
+            Record::Delay {
+                time, dt, choice, ..
+            } => {
+                let [mutual, neighbours] = embedding(*dt, choice);
+                vec![
+                    ("mutual-information", *time, mutual),
+                    ("false-neighbours", *time, neighbours),
+                ]
+            }
+            Record::Section { time, points } => self.section(*time, points),
+            Record::Chaos {
+                time,
+                dt,
+                divergence: found,
+                zero_one,
+                ..
+            } => {
+                let found = (**found).clone().in_seconds(dt.recip());
+                if let Some(ScalingRegion { slope, error, .. }) = found.region {
+                    let [low, high] = [slope - error, slope + error];
+                    self.largest.push([*time, low, slope, high]);
+                }
+                let start = self.header.start();
+                let span = [start, (start + self.header.duration).max(*time)];
+                let [low, high] = match &self.header.subject {
+                    Subject::Joint(_) | Subject::Small(_) => [0.0, 1e-6],
+                    Subject::Signal(signal) => signal.span,
+                };
+                let distance = Unit::of(unit, 0.5 * (high - low));
+                vec![
+                    ("divergence", *time, divergence(&found, &distance)),
+                    (
+                        "zero-one-path",
+                        *time,
+                        zero_one_path(zero_one, unit, PATH_POINTS),
+                    ),
+                    (
+                        "largest-exponent",
+                        *time,
+                        largest_exponents(&self.largest, span),
+                    ),
+                ]
+            }
+            Record::Exponents(found) => {
+                // Exponents of minus infinity have no position on the axis.
+                let values = found.spectrum.exponents.iter().map(|e| e.value.abs());
+                let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+                self.exponents.update(1.1 * largest, SMALLEST_EXPONENT);
+                let panel = current_spectrum(&found.spectrum, self.exponents.get());
+                vec![("lyapunov-spectrum", found.time, panel)]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Adds intersections, complete up to `time` (s).
+    fn section(&mut self, time: f64, points: &[SectionPoint]) -> Vec<Picture> {
+        self.recent.extend(points);
+        let surplus = self.recent.len().saturating_sub(PASSAGES);
+        self.recent.drain(..surplus);
+        if points.is_empty() || !self.redraw.is_due(time) {
+            return Vec::new();
+        }
+        let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
+        let times: Vec<f64> = self.recent.iter().map(|point| point.time).collect();
+        self.section = self.section.clone().fit(points.iter());
+        vec![
+            ("section", time, self.section.section(&points, Color::Run)),
+            (
+                "return-map",
+                time,
+                self.section.return_map(&points, Color::Run),
+            ),
+            (
+                "return-times",
+                time,
+                self.section.return_times(&times, Color::Run),
+            ),
+        ]
+    }
+}
+
+/// The choice of the delay embedding of samples `dt` (s) apart, with its reasons.
+fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
+    let unit = Unit::of("s", dt * choice.mutual.bits.len() as f64);
+    let step = unit.factor * dt;
+    let why = match choice.reason {
+        LagReason::FirstMinimum => "first minimum",
+        LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
+        LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
+    };
+    let lag = format!(
+        "τ = {} {} ({} samples): {why}",
+        short(step * choice.lag as f64),
+        unit.symbol,
+        choice.lag
+    );
+    let shares = &choice.neighbours.share;
+    let share = shares.get(choice.dimension.wrapping_sub(1));
+    let lowest = if choice.unfolded {
+        ""
+    } else {
+        ", the lowest share"
+    };
+    let dimension = format!(
+        "m = {}: {} % false{lowest}; Theiler window {}",
+        choice.dimension,
+        short(100.0 * share.copied().unwrap_or(0.0)),
+        Unit::write(dt * choice.theiler as f64, "s"),
+    );
+    let mutual = mutual_information(choice, &unit.symbol, step);
+    [
+        mutual.with_caption(lag),
+        false_neighbours(choice).with_caption(dimension),
+    ]
+}
+
+/// A sink that keeps the last pictures of a run for its figures; clones share them.
+#[derive(Clone, Debug, Default)]
+pub struct RunFigures(Arc<Mutex<Kept>>);
+
+#[derive(Debug, Default)]
+struct Kept {
+    panels: Option<RunPanels>,
+    lesson: LessonPictures,
+    last: BTreeMap<&'static str, Panel>,
+    /// Displacement and velocity at the last samples, and their spacing, s.
+    samples: VecDeque<[f32; 2]>,
+    dt: f64,
+}
+
+impl RunFigures {
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The figures, in the order of [`RUN_FIGURES`]; those of analyses without a result are missing.
+    pub fn figures(&self) -> Vec<Figure> {
+        let mut kept = self.kept();
+        let Some(header) = kept
+            .panels
+            .as_ref()
+            .map(|panels| Arc::clone(&panels.header))
+        else {
+            return Vec::new();
+        };
+        if !kept.samples.is_empty() {
+            let column = |c: usize| kept.samples.iter().map(|sample| sample[c]).collect();
+            let motion = PhasePortrait {
+                dt: kept.dt,
+                displacement: column(0),
+                velocity: column(1),
+                bin: 1.0,
+                spectrum: Vec::new(),
+            };
+            let portrait = phase_portrait(&interpolated(&motion), None, Color::Run);
+            if header.joint().is_some() {
+                let series = time_series(&motion, Color::Run);
+                kept.last.insert("displacement", series);
+            }
+            kept.last.insert("portrait", portrait.square());
+        }
+        let lesson = kept.lesson.panels(&header);
+        let lesson = (!lesson.is_empty()).then(|| {
+            Figure::grid(
+                "lesson",
+                format!("Lesson of {}", header.scene),
+                90.0,
+                1,
+                &lesson,
+            )
+        });
+        let pictures = RUN_FIGURES.iter().filter_map(|name| {
+            let panel = kept.last.get(name)?.clone();
+            let width = if panel.square {
+                108.0
+            } else {
+                super::figure::PAGE_MM
+            };
+            let figure = Figure::new(*name, header.scene.clone(), 100.0, vec![vec![panel]]);
+            Some(figure.with_width(width))
+        });
+        lesson.into_iter().chain(pictures).collect()
+    }
+}
+
+impl Sink for RunFigures {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        let kept = &mut *self.kept();
+        match &record {
+            Record::Header(header) => kept.panels = Some(RunPanels::new(Arc::clone(header))),
+            Record::Samples(frame) => {
+                let Some(panels) = &kept.panels else {
+                    return Ok(());
+                };
+                kept.lesson.add_frame(&panels.header, frame);
+                kept.dt = frame.dt;
+                let samples = frame.displacement.iter().zip(&frame.velocity);
+                kept.samples
+                    .extend(samples.map(|(&u, &v)| [u as f32, v as f32]));
+                let window = match &panels.header.subject {
+                    Subject::Small(small) => PERIODS / small.frequency_hz,
+                    Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
+                };
+                let most = (window / frame.dt) as usize;
+                let surplus = kept.samples.len().saturating_sub(most);
+                kept.samples.drain(..surplus);
+            }
+            Record::LevelSample(sample) => kept.lesson.add_level(sample),
+            Record::TrajectoryDivergence(found) => kept.lesson.add_divergence(found),
+            Record::Spectrum {
+                bin,
+                amplitude,
+                peaks,
+                ..
+            } => kept
+                .lesson
+                .add_spectrum(*bin, amplitude.iter().copied(), peaks),
+            _ => {}
+        }
+        let pictures = kept.panels.as_mut().map(|panels| panels.accept(&record));
+        for (name, _, panel) in pictures.into_iter().flatten() {
+            kept.last.insert(name, panel);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::message::DisplayRates;
+
+    #[test]
+    fn pictures_for_a_viewer_keep_their_interval() {
+        let mut due = RedrawTimer::default();
+        assert!(due.is_due(0.0) && due.is_due(1e-3));
+        due.set_rate(&Frame {
+            shown: Some(DisplayRates {
+                speed: 1.0,
+                pictures: 20.0,
+                every: 1,
+                apart: 0,
+            }),
+            ..Frame::default()
+        });
+        let drawn = (1..=120).filter(|ms| due.is_due(1e-3 * f64::from(*ms)));
+        assert_eq!(drawn.collect::<Vec<_>>(), [51, 101]);
+        due.set_rate(&Frame::default());
+        assert!(due.is_due(0.1211));
+    }
+}
