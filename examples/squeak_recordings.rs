@@ -6,7 +6,7 @@
 //!
 //! COUNT (default: 5) recordings of each set: squeaks at signal-to-noise ratios of -10, 0, 10, 20 and 30 dB, and noise,
 //! speech, music, noise of a resonance and bursts without squeaks. Seeds are for tuning, unless `judging` is given. `truth.csv` has one row for
-//! each squeak, and one for each recording without; `found.csv` has the tonal events that the library finds.
+//! each squeak, and one for each recording without; `found.csv` has the tones that the library finds.
 //! `tests/it/squeaks/generator` says what the recordings are and how the truth is defined.
 
 use std::error::Error;
@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hound::{SampleFormat, WavSpec, WavWriter};
-use squeakscope::analysis::{EventOptions, tonal_events};
+use squeakscope::analysis::{EventKind, EventOptions, tonal_events};
 
 use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
 
@@ -61,7 +61,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 &recording,
             );
             let options = EventOptions::default();
-            for event in tonal_events(&recording.samples, recording.rate_hz, &options)?.events {
+            let events = tonal_events(&recording.samples, recording.rate_hz, &options)?.events;
+            let tones = events.iter().filter(|event| event.kind == EventKind::Tone);
+            for event in tones {
                 let (start_s, end_s) = (event.start_s, event.end_s);
                 writeln!(
                     found,
