@@ -36,7 +36,8 @@ impl Scene {
         }
         // The file of modes is unchanged and is not read again. A line number would be that of the changed text, which
         // the user has not seen.
-        Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())
+        let file = format!("{}.toml", self.name);
+        Self::parse_changed(&file, &document.to_string(), self.imported_modes())
             .map_err(|error| error.moved_to(self.place_of_override()))
     }
 

@@ -65,6 +65,10 @@ impl Mechanism {
     }
 
     /// Whether the scene has what the mechanism requires, with the problem and the remedy otherwise.
+    #[allow(
+        clippy::too_many_lines,
+        reason = "one arm for each mechanism, with condition, problem and remedy"
+    )]
     fn requirement(self, scene: &Scene) -> Option<(bool, &'static str, &'static str)> {
         let (joint, small) = match &scene.subject {
             SystemSpec::Joint(joint) => (Some(joint), None),
