@@ -137,7 +137,7 @@ pub fn report(name: &str) -> SignalAnalysis {
                 threshold: Threshold::Rate(0.05),
                 theiler: 1,
             },
-            epsilon: recurrences.distance,
+            epsilon: picture.threshold,
             min_diagonal_states: 2,
             min_vertical_states: 2,
             line_of_identity: false,

@@ -35,8 +35,9 @@ pub fn recurrence(
     // Indices of the plotted vectors within the window.
     let picks: Vec<usize> = (1..=size).map(pick).collect();
     let criterion = RecurrenceCriterion {
+        norm: spec.criterion.norm,
+        threshold: spec.criterion.threshold,
         theiler: 1,
-        ..spec.criterion
     };
     Windowed::new(sliding, displacement, move |window, context, emit| {
         let Some(Embedding { lag, dimension }) = unfolding.at(window.seen, &context.choices) else {
