@@ -6,6 +6,15 @@ use crate::{Differentiable, Switching, System, central_difference};
 /// Writes numbers from a status, a time (s), the coordinates and the velocities.
 type Law = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
 
+/// The status of a time (s), the coordinates and the velocities.
+type StatusOf = Box<dyn Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync>;
+
+/// Changes coordinates and velocities at a guard of a status, and returns the next status.
+type Crossing = Box<dyn Fn(u8, usize, &mut [f64], &mut [f64]) -> u8 + Send + Sync>;
+
+/// Restores what a status fixes in coordinates and velocities.
+type Hold = Box<dyn Fn(u8, &mut [f64], &mut [f64]) + Send + Sync>;
+
 /// Oscillators whose force is a closure: [`system`], or, with statuses, [`piecewise_system`]. Derivatives are central
 /// differences.
 pub struct OwnSystem {
@@ -19,11 +28,11 @@ pub struct OwnSystem {
 
 /// The statuses of a piecewise smooth system.
 struct Pieces {
-    status_of: Box<dyn Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync>,
+    status_of: StatusOf,
     guards: usize,
     guard_values: Law,
-    cross: Box<dyn Fn(u8, usize, &mut [f64], &mut [f64]) -> u8 + Send + Sync>,
-    hold: Box<dyn Fn(u8, &mut [f64], &mut [f64]) + Send + Sync>,
+    cross: Crossing,
+    hold: Hold,
 }
 
 /// Oscillators `q_i'' + omega_i^2 q_i = f_i(t, q, v)` with natural circular frequencies (rad/s) and a closure
