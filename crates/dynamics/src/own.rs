@@ -3,6 +3,9 @@
 use crate::continuation::{Family, FamilyError};
 use crate::{Differentiable, Switching, System, central_difference};
 
+/// Part of a tangent vector that is left by rounding when it is projected away.
+const ROUNDING: f64 = 1e-9;
+
 /// Writes numbers from a status, a time (s), the coordinates and the velocities.
 type Law = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
 
@@ -192,8 +195,13 @@ impl Switching for OwnSystem {
                     *out -= z;
                 }
             });
+            let size = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             for (x, taken) in vectors.iter_mut().skip(l).step_by(width).zip(&taken) {
                 *x += taken;
+                // What is taken away leaves rounding errors of the difference.
+                if *taken != 0.0 && x.abs() < ROUNDING * size {
+                    *x = 0.0;
+                }
             }
         }
         hold(z);

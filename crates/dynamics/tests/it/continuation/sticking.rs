@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::systems::Smooth;
 use super::*;
-use squeakscope_dynamics::System;
+use squeakscope_dynamics::{System, piecewise_system};
 use squeakscope_joint::systems::MassOnBelt;
 
 /// The family over the speed of the belt.
@@ -88,4 +88,43 @@ fn follows_the_closed_form(settle_s: f64) {
         assert_eq!(orbit.multipliers[1], Multiplier::ZERO);
     }
     assert!(branch.bifurcations.is_empty() && branch.unresolved.is_empty());
+}
+
+/// The same oscillator from closures, on the orbit that is never faster than the belt. Derivatives are differences.
+#[test]
+fn a_system_of_closures_follows_the_closed_form() {
+    let family = |belt: f64| {
+        piecewise_system(
+            [1.0],
+            move |_, _, v| u8::from(v[0] < belt),
+            |status, _, q, _, force| force[0] = [q[0], 0.5][usize::from(status)],
+            1,
+            move |status, _, q, v, guard| {
+                guard[0] = [1.0 - q[0], belt - v[0]][usize::from(status)];
+            },
+            move |status, _, _, v| {
+                v[0] = belt;
+                1 - status
+            },
+        )
+        .held(move |status, _, v| {
+            if status == 0 {
+                v[0] = belt;
+            }
+        })
+    };
+    let options = ContinuationOptions::new([0.1, 0.6], 0.1);
+    let orbit = settle(&family, 0.2, &[0.0, 0.2], 20.0, &options);
+    let branch = follow(&family, orbit, &options);
+    let ends = [branch.points.first(), branch.points.last()];
+    assert_eq!(
+        ends.map(|end| end.unwrap().parameter),
+        [0.1, 0.6],
+        "{:?}",
+        branch.ends
+    );
+    for orbit in &branch.points {
+        let error = (orbit.period_s - period(orbit.parameter)).abs();
+        assert!(error < 1e-7, "{}: {error:e}", orbit.parameter);
+    }
 }
