@@ -19,17 +19,13 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
         .map(|(k, value)| [time.factor * divergence.step * k as f64, value]);
     let mut layers = vec![Layer::line(points.collect(), Color::Ink)];
     let region = divergence.region.as_ref();
-    layers.push(
-        Layer::lines(
-            Vec::from_iter(region.map(|region| {
-                let at = |t: f64| [time.factor * t, region.intercept + region.slope * t + shift];
-                vec![at(region.from), at(region.to)]
-            })),
-            Color::Accent,
-        )
-        .with_line_width(2.2)
-        .with_id("fit"),
-    );
+    // Without a region the line is empty, so that a recording clears the last one.
+    let line = region.map_or_else(Vec::new, |region| {
+        let at = |t: f64| [time.factor * t, region.intercept + region.slope * t + shift];
+        vec![at(region.from), at(region.to)]
+    });
+    let line = Layer::line(line, Color::Accent);
+    layers.push(line.with_line_width(2.2).with_id("fit"));
     let distance = match &*unit.symbol {
         "" => "mean ln(distance)".to_owned(),
         symbol => format!("mean ln(distance / {symbol})"),
