@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::controls;
 use super::document::{Document, FromTable, line_of};
-use super::edit::with_knots;
+use super::edit::{remove, with_knots};
 use super::error::{Fault, Location, SceneError};
 use super::spec::Scene;
 use super::subject::SystemSpec;
@@ -45,6 +45,11 @@ impl Scene {
         let mut scene = build(&Document::parse(file, text)?, file, text, known)?;
         let named = scene.mechanism;
         scene.mechanism = named.filter(|mechanism| mechanism.missing_in(&scene).is_none());
+        if scene.mechanism != named {
+            let mut text = scene.document()?;
+            remove(&mut text, "mechanism");
+            scene.text = text.to_string();
+        }
         Ok(scene)
     }
 }
