@@ -66,7 +66,6 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
     let (x, y) = (axis("p − centre"), axis("q − centre"));
     Panel::new("path of the 0–1 test", x, y, vec![path.with_id("path")])
         .with_caption(format!("K = {}: {meaning}", short(hundredths)))
-        .square()
 }
 
 /// The largest exponents of windows (end in s, and the value between the ends of its interval in 1/s) over a span (s).

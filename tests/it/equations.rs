@@ -30,7 +30,7 @@ const IMPLEMENTATIONS: &[(u32, &str)] = &[
     (23, "crates/dynamics/src/lyapunov/growth.rs"),
     (24, "crates/joint/src/system.rs"),
     (25, "crates/analysis/src/delay/embedding.rs"),
-    (26, "crates/analysis/src/recurrence/plot.rs"),
+    (26, "crates/analysis/src/recurrence/recurrences.rs"),
 ];
 
 fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {

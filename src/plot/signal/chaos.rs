@@ -39,7 +39,9 @@ impl SignalFigures<'_> {
             Axis::linear("K", [-1.05, 1.05]),
             vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
         );
-        let path = chaos::zero_one_path(test, &self.report.signal.unit, test.path.len());
+        // The other panel has K as its title.
+        let path =
+            chaos::zero_one_path(test, &self.report.signal.unit, test.path.len()).with_caption("");
         let title = self.title("0–1 test for chaos");
         Figure::new("zero_one", title, 84.0, vec![vec![k, path]])
     }

@@ -126,6 +126,7 @@ fn friction_coefficient_of_five() {
                 ("time.duration_ms", "8"),
             ],
             audit,
+            kicks: &["0.0097", "0.0098", "0.0099", "0.0101", "0.0102", "0.0103"],
             ..Case::default()
         });
         assert!(result.max_speed(0.0) > 1e-4, "{name}");

@@ -173,6 +173,16 @@ fn distance(omega: &[f64], a: &[f64], b: &[f64]) -> f64 {
     norm(&|i| a[i] - b[i]) / norm(&|i| b[i])
 }
 
+/// Kicks, mm/s, over which errors are averaged: a change by rounding changes the accepted steps, and with them the error of
+/// a single run by a factor of ten.
+const KICKS: [&str; 9] = [
+    "0.96", "0.97", "0.98", "0.99", "1", "1.01", "1.02", "1.03", "1.04",
+];
+
+fn geometric_mean(errors: &[f64]) -> f64 {
+    (errors.iter().map(|error| error.ln()).sum::<f64>() / errors.len() as f64).exp()
+}
+
 /// A case with its requirements.
 struct Case<'a> {
     /// Name for messages and the table.
@@ -187,6 +197,8 @@ struct Case<'a> {
     audit: f64,
     /// Factor by which the motion amplifies errors.
     amplification: f64,
+    /// Further kicks, mm/s, over which errors are averaged.
+    kicks: &'a [&'a str],
 }
 
 impl Default for Case<'_> {
@@ -197,6 +209,7 @@ impl Default for Case<'_> {
             tolerances: ["1e-5", "1e-7", "1e-9"],
             audit: 1e-3,
             amplification: 1.0,
+            kicks: &[],
         }
     }
 }
@@ -205,12 +218,15 @@ impl Default for Case<'_> {
 /// the first tolerance.
 fn assert_stable(case: &Case<'_>) -> RunResult {
     let name = case.name;
-    let runs = case.tolerances.map(|tolerance| {
-        let changes = [case.changes, &[("time.tolerance", tolerance)]].concat();
-        let result = run_scene(&scene(&changes));
-        result.is_sound(&format!("{name} at {tolerance}"));
-        result
-    });
+    let run_all = |more: &[(&str, &str)]| {
+        case.tolerances.map(|tolerance| {
+            let changes = [case.changes, more, &[("time.tolerance", tolerance)]].concat();
+            let result = run_scene(&scene(&changes));
+            result.is_sound(&format!("{name} at {tolerance}"));
+            result
+        })
+    };
+    let runs = run_all(&[]);
     // Bitwise repeatable.
     let again = [case.changes, &[("time.tolerance", case.tolerances[0])]].concat();
     let again = run_scene(&scene(&again));
@@ -221,8 +237,17 @@ fn assert_stable(case: &Case<'_>) -> RunResult {
     let audits = runs
         .each_ref()
         .map(|result| result.summary.audit.expect("audited"));
+    let errors = |runs: &[RunResult; 3]| {
+        [0, 1].map(|k| distance(&omega, &runs[k].final_state(), &runs[2].final_state()))
+    };
+    let mut all = vec![errors(&runs)];
+    all.extend(
+        case.kicks
+            .iter()
+            .map(|kick| errors(&run_all(&[("start.kick_mm_per_s", kick)]))),
+    );
     let [coarse, fine] =
-        [0, 1].map(|k| distance(&omega, &runs[k].final_state(), &runs[2].final_state()));
+        [0, 1].map(|k| geometric_mean(&all.iter().map(|errors| errors[k]).collect::<Vec<_>>()));
     let steps = runs[0].summary.stats.steps;
     println!(
         "| {name} | {:.1e} | {:.1e} | {:.1e} | {coarse:.1e} | {fine:.1e} | {steps} |",
