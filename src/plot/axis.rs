@@ -266,9 +266,10 @@ fn decimals([low, high]: [f64; 2]) -> usize {
 /// A number without trailing zeros.
 fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
-    let text = match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.'),
-        false => &text,
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        &text
     };
     let text = if text == "-0" { "0" } else { text };
     text.replace('-', "−")

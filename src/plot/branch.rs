@@ -105,9 +105,12 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
             labels.push(label);
             keys.push(Layer::legend_entry(label, color));
         }
-        let value = |mode: &crate::joint::NamedMode| match of_growth {
-            true => mode.growth,
-            false => 1e-3 * mode.frequency_hz,
+        let value = |mode: &crate::joint::NamedMode| {
+            if of_growth {
+                mode.growth
+            } else {
+                1e-3 * mode.frequency_hz
+            }
         };
         for (unstable, strips) in runs(points, number, value) {
             let line = Layer::lines(strips, color).with_id(format!("mode {number}"));
@@ -203,9 +206,10 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let growth = |point: &MapPoint| {
             let growth = point.largest_growth_per_s?;
             let share = pale + (dark - pale) * (growth - low) / (high - low).max(f64::MIN_POSITIVE);
-            Some(match growth > 0.0 {
-                true => 1 + colormap_index(share).min(250),
-                false => 0,
+            Some(if growth > 0.0 {
+                1 + colormap_index(share).min(250)
+            } else {
+                0
             })
         };
         let palette = [STABLE].into_iter().chain(shades[..251].iter().copied());

@@ -106,13 +106,14 @@ pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width
 }
 
 fn dashes(canvas: &Canvas, dashed: bool) -> String {
-    match dashed {
-        true => format!(
+    if dashed {
+        format!(
             " stroke-dasharray=\"{:.2} {:.2}\"",
             canvas.scaled(3.2),
             canvas.scaled(2.4)
-        ),
-        false => String::new(),
+        )
+    } else {
+        String::new()
     }
 }
 

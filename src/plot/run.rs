@@ -203,7 +203,7 @@ impl RunPanels {
                     (
                         "zero-one-path",
                         *time,
-                        zero_one_path(zero_one, unit, PATH_POINTS),
+                        zero_one_path(zero_one, unit, PATH_POINTS).square(),
                     ),
                     (
                         "largest-exponent",

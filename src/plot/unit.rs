@@ -25,9 +25,10 @@ impl Unit {
             return Self { symbol, factor };
         }
         const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
-        let step = match largest.is_finite() && largest > 0.0 {
-            true => (largest.log10() / 3.0 + 1e-9).floor() as i32,
-            false => 0,
+        let step = if largest.is_finite() && largest > 0.0 {
+            (largest.log10() / 3.0 + 1e-9).floor() as i32
+        } else {
+            0
         };
         if PREFIXED.contains(&unit) {
             // Kilometres of displacement and kiloseconds are not in use.

@@ -142,9 +142,10 @@ impl Encoder {
             embedding: Embedding::new(&header.subject),
             quantification: Quantification::default(),
             exponents: RunningExponents::default(),
-            perturbed: match header.has(AnalysisKind::PerturbedTrajectory) {
-                true => Some(PerturbedTrajectory::new(rec)?),
-                false => None,
+            perturbed: if header.has(AnalysisKind::PerturbedTrajectory) {
+                Some(PerturbedTrajectory::new(rec)?)
+            } else {
+                None
             },
             header,
         })

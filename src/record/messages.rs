@@ -103,9 +103,10 @@ impl<R: Read> Chunks<BufReader<R>> {
     fn skip(&mut self, count: u64) -> Result<(), String> {
         let skipped = io::copy(&mut (&mut self.file).take(count), &mut io::sink());
         self.at = self.at.saturating_add(count);
-        match skipped.map_err(one_line)? == count {
-            true => Ok(()),
-            false => Err(TRUNCATED.to_owned()),
+        if skipped.map_err(one_line)? == count {
+            Ok(())
+        } else {
+            Err(TRUNCATED.to_owned())
         }
     }
 
@@ -220,9 +221,10 @@ fn check_footer(bytes: &[u8]) -> Result<(), String> {
         &[1, 0, 0, 0],
     ]
     .concat();
-    match bytes.ends_with(&end) {
-        true => Ok(()),
-        false => Err("the footer is damaged".to_owned()),
+    if bytes.ends_with(&end) {
+        Ok(())
+    } else {
+        Err("the footer is damaged".to_owned())
     }
 }
 

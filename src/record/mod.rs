@@ -82,9 +82,10 @@ const ADDRESS_SPACE: usize = 640 << 20;
 /// # Errors
 /// [`RecordError::Memory`] if it is not.
 pub fn check_memory() -> Result<(), RecordError> {
-    match crate::memory::can_reserve(ADDRESS_SPACE) {
-        true => Ok(()),
-        false => Err(RecordError::Memory),
+    if crate::memory::can_reserve(ADDRESS_SPACE) {
+        Ok(())
+    } else {
+        Err(RecordError::Memory)
     }
 }
 

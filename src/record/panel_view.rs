@@ -95,13 +95,14 @@ impl PanelView {
         Plot {
             width,
             height,
-            top_margin: match panel.layers.iter().any(has_peaks) {
-                true => NAMES_HEIGHT,
-                false => match &key(panel)[..] {
+            top_margin: if panel.layers.iter().any(has_peaks) {
+                NAMES_HEIGHT
+            } else {
+                match &key(panel)[..] {
                     [] if panel.caption.is_empty() => 0.0,
                     [] => CAPTION_HEIGHT,
                     key => legend_height(width, key),
-                },
+                }
             },
             x: panel.x.clone(),
             y: panel.y.clone(),
@@ -365,9 +366,10 @@ impl Entity {
                 for strip in strips {
                     let strip = strip.iter().filter(finite).map(|point| place(*point));
                     let strip: Vec<[f32; 2]> = strip.collect();
-                    match dashed {
-                        true => self.add_strips(dashes(&strip), color),
-                        false => self.add_strips([strip], color),
+                    if *dashed {
+                        self.add_strips(dashes(&strip), color)
+                    } else {
+                        self.add_strips([strip], color)
                     }
                 }
             }

@@ -184,12 +184,13 @@ impl RerunSink {
         if away == self.reported_away {
             return;
         }
-        (self.notice.0)(&match away {
-            true => format!(
+        (self.notice.0)(&if away {
+            format!(
                 "the viewer at {url} disconnected; the run continues to save the file, and a viewer that \
                  reconnects there receives everything"
-            ),
-            false => format!("the viewer at {url} has reconnected"),
+            )
+        } else {
+            format!("the viewer at {url} has reconnected")
         });
         self.reported_away = away;
     }

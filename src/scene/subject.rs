@@ -148,11 +148,12 @@ impl LoadedJoint {
     /// Minimum and maximum tilt of a run of a duration (s), rad.
     pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
         let start = [self.tilt.min(), self.tilt.max()];
-        match self.patch_moves() {
-            true => self.course(duration).fold(start, |[low, high], now| {
+        if self.patch_moves() {
+            self.course(duration).fold(start, |[low, high], now| {
                 [low.min(now.tilt), high.max(now.tilt)]
-            }),
-            false => start,
+            })
+        } else {
+            start
         }
     }
 

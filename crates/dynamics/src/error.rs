@@ -165,9 +165,10 @@ pub enum DynamicsError {
 
 /// Cause and remedy for short steps; the remedy is never the method in use.
 fn too_stiff(implicit: bool) -> &'static str {
-    match implicit {
-        true => "a law too stiff even for implicit steps: make it less steep",
-        false => "a law too stiff for an explicit method: use rodas5p or auto",
+    if implicit {
+        "a law too stiff even for implicit steps: make it less steep"
+    } else {
+        "a law too stiff for an explicit method: use rodas5p or auto"
     }
 }
 

@@ -190,9 +190,10 @@ impl StepController {
         let largest = self.size.max(size);
         self.size = StateNorm {
             vibration: size.vibration,
-            first_order: match self.omega.is_empty() {
-                true => largest.first_order,
-                false => size.first_order,
+            first_order: if self.omega.is_empty() {
+                largest.first_order
+            } else {
+                size.first_order
             },
             quadratures: largest.quadratures,
         };

@@ -302,9 +302,10 @@ impl Terms {
         }
         let size: f64 = root.shape.iter().map(|v| v.norm_sqr()).sum();
         let turned = product.im / root.value.im;
-        match Cause::ALL[term].is_stiffness() {
-            true => -turned / (2.0 * size),
-            false => -(product.re + root.value.re * turned) / (2.0 * size),
+        if Cause::ALL[term].is_stiffness() {
+            -turned / (2.0 * size)
+        } else {
+            -(product.re + root.value.re * turned) / (2.0 * size)
         }
     }
 

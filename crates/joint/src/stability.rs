@@ -111,9 +111,12 @@ impl Joint {
         let values = eigen.S().column_vector();
         let vectors = eigen.U();
         // Equal relaxations of many nodes have small imaginary parts from rounding.
-        let is_shown = |re: f64, im: f64| match dim == 2 * m {
-            true => im >= 0.0,
-            false => im > OSCILLATING * re.abs() || im >= 0.0 && re > 0.0,
+        let is_shown = |re: f64, im: f64| {
+            if dim == 2 * m {
+                im >= 0.0
+            } else {
+                im > OSCILLATING * re.abs() || im >= 0.0 && re > 0.0
+            }
         };
         let mut modes: Vec<_> = (0..dim)
             .filter(|&k| is_shown(values[k].re, values[k].im))

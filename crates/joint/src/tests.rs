@@ -113,9 +113,10 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
             ContactDamping::KelvinVoigt { time } => gap + model.stiffness[k] * time * rate,
             ContactDamping::HuntCrossley { dissipation } => gap * (1.0 + dissipation * rate),
         };
-        let stress = match model.unilateral {
-            true => stress.max(0.0),
-            false => stress,
+        let stress = if model.unilateral {
+            stress.max(0.0)
+        } else {
+            stress
         };
         let mut traction = scale(model.normals[k], -stress);
         if model.friction.law().is_some() {

@@ -51,9 +51,10 @@ impl SignalFigures<'_> {
         let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
         // Relative to the strongest line, or to a sine of 20 uPa RMS.
         let is_pressure = self.report.signal.unit == LevelReference::PASCAL;
-        let zero = match is_pressure {
-            true => LevelReference::SoundPressure.amplitude(strongest),
-            false => strongest.max(1e-300),
+        let zero = if is_pressure {
+            LevelReference::SoundPressure.amplitude(strongest)
+        } else {
+            strongest.max(1e-300)
         };
         let level = |a: f64| 20.0 * (a.max(1e-12 * strongest).max(1e-300) / zero).log10();
         let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
@@ -73,12 +74,11 @@ impl SignalFigures<'_> {
             bases(&self.report.tones.naming.bases),
             100.0 * self.report.tones.broadband_share
         );
-        let reference = match is_pressure {
-            true => LevelReference::SoundPressure.to_string(),
-            false => {
-                let strongest = significant(strongest * unit.factor, 3);
-                format!("dB re {strongest} {}", unit.symbol)
-            }
+        let reference = if is_pressure {
+            LevelReference::SoundPressure.to_string()
+        } else {
+            let strongest = significant(strongest * unit.factor, 3);
+            format!("dB re {strongest} {}", unit.symbol)
         };
         let panel = Panel::new(
             title,

@@ -65,24 +65,23 @@ pub fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
         let mut values: Vec<f64> = (0..orbits.len())
             .map(|k| (orbits[k].0.at.value / unit).round() * unit)
             .collect();
-        let timeline = match rises || falls {
-            true => {
-                let ticks = values.clone();
-                values.dedup();
-                let distinct = TimelineTicks::new(branch.name(), &branch.unit, &values);
-                let tick = |value: &f64| {
-                    let place = values.iter().position(|own| own == value).unwrap_or(0);
-                    distinct.ticks[place]
-                };
-                TimelineTicks {
-                    ticks: ticks.iter().map(tick).collect(),
-                    name: distinct.name,
-                }
+        let timeline = if rises || falls {
+            let ticks = values.clone();
+            values.dedup();
+            let distinct = TimelineTicks::new(branch.name(), &branch.unit, &values);
+            let tick = |value: &f64| {
+                let place = values.iter().position(|own| own == value).unwrap_or(0);
+                distinct.ticks[place]
+            };
+            TimelineTicks {
+                ticks: ticks.iter().map(tick).collect(),
+                name: distinct.name,
             }
-            false => TimelineTicks {
+        } else {
+            TimelineTicks {
                 name: format!("branch {number}, orbit"),
                 ticks: (1..).take(orbits.len()).collect(),
-            },
+            }
         };
         Course {
             number,

@@ -41,9 +41,10 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
         } else {
             Vec::new()
         },
-        section: match moves {
-            true => vec![[-amplitude, amplitude], [-0.9 * amplitude, amplitude]],
-            false => Vec::new(),
+        section: if moves {
+            vec![[-amplitude, amplitude], [-0.9 * amplitude, amplitude]]
+        } else {
+            Vec::new()
         },
         lines: vec![SpectralLine {
             frequency: 4100.0,

@@ -164,14 +164,15 @@ const MOST_DIRECT: f64 = 300.0;
 /// A required coefficient that must not be zero.
 fn positive(table: Table<'_>, name: &'static str, given: Option<f64>) -> Result<f64, SceneError> {
     let number = table.needed(name, given)?;
-    match number > 0.0 {
-        true => Ok(number),
-        false => Err(table.inconsistent(
+    if number > 0.0 {
+        Ok(number)
+    } else {
+        Err(table.inconsistent(
             name,
             &["law"],
             "the selected law needs a positive coefficient",
             "increase it",
-        )),
+        ))
     }
 }
 

@@ -246,9 +246,10 @@ fn parameters_of_functions_are_finite() {
                 })
                 .collect();
             let fields = fields.join(", ");
-            let message = refusal(&match is_list {
-                true => format!("{table} = [{{ {fields} }}]"),
-                false => format!("{table} = {{ {fields} }}"),
+            let message = refusal(&if is_list {
+                format!("{table} = [{{ {fields} }}]")
+            } else {
+                format!("{table} = {{ {fields} }}")
             });
             let expected = format!("mine.toml:1: `{path}` = {value} is out of range");
             assert!(message.starts_with(&expected), "{message}");

@@ -233,9 +233,12 @@ fn the_delay_is_a_fraction_of_the_series() {
             let found = seeds.filter(|&seed| {
                 let random = noise(seed, BLOCKS, 1.0).into_iter().enumerate();
                 // The new state is a tone: its exponents hardly fluctuate.
-                let values = random.map(|(k, x)| match k < BLOCKS - after {
-                    true => step + x,
-                    false => 0.01 * x,
+                let values = random.map(|(k, x)| {
+                    if k < BLOCKS - after {
+                        step + x
+                    } else {
+                        0.01 * x
+                    }
                 });
                 let changes = changes(values.collect());
                 changes

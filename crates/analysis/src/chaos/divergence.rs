@@ -272,9 +272,10 @@ impl LogSums {
     /// Adds the factors of these steps that are above rounding error. After at most [`FACTORS`] calls for a
     /// step the exponents must be split off.
     fn accumulate(&mut self, steps: Range<usize>, factors: &[f64]) {
-        let (scale, least) = match self.squared {
-            true => ([1.0 / self.unit; 2], ROUNDING * ROUNDING),
-            false => ([1.0 / self.unit, 1.0], ROUNDING),
+        let (scale, least) = if self.squared {
+            ([1.0 / self.unit; 2], ROUNDING * ROUNDING)
+        } else {
+            ([1.0 / self.unit, 1.0], ROUNDING)
         };
         let (products, counts) = (&mut self.products[steps.clone()], &mut self.counts[steps]);
         vectorised(

@@ -105,9 +105,10 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
         let mut sorted = [f64::INFINITY; SHAPE_BINS];
         sorted[..near.len()].copy_from_slice(near);
         let rank = SHAPE_RANK * near.len() / SHAPE_BINS;
-        match near.is_empty() {
-            true => 0.0,
-            false => *sorted.select_nth_unstable_by(rank, f64::total_cmp).1,
+        if near.is_empty() {
+            0.0
+        } else {
+            *sorted.select_nth_unstable_by(rank, f64::total_cmp).1
         }
     };
     let smooth = |k: usize| {

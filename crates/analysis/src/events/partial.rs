@@ -44,9 +44,10 @@ impl Partial {
         let last = self.track.len();
         let near = &self.track[at.saturating_sub(5).min(last - 1)..(at + 6).min(last)];
         let weight: f64 = near.iter().map(|p| p.1).sum();
-        match weight > 0.0 {
-            true => near.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
-            false => self.frequency_hz,
+        if weight > 0.0 {
+            near.iter().map(|p| p.0 * p.1).sum::<f64>() / weight
+        } else {
+            self.frequency_hz
         }
     }
 

@@ -97,9 +97,10 @@ fn update(peaks: &Peaks, nodes: &mut [Vec<Node>], best: &mut [Option<(usize, f64
         for (i, peak) in peaks.columns[t].iter().enumerate() {
             let node = &mut rest[0][i];
             let old = (node.score, node.before);
-            (node.score, node.before) = match node.is_free {
-                true => best_end(peaks, past, t, peak),
-                false => (0.0, None),
+            (node.score, node.before) = if node.is_free {
+                best_end(peaks, past, t, peak)
+            } else {
+                (0.0, None)
             };
             is_changed |= old != (node.score, node.before) || !node.is_free;
             if best_end_here.is_none_or(|(_, score)| node.score > score) && node.is_free {

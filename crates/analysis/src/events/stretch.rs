@@ -43,12 +43,13 @@ pub fn stationary_stretch(event: &TonalEvent) -> Span {
             best = (start, end);
         }
     }
-    match best.1 > best.0 {
-        true => Span {
+    if best.1 > best.0 {
+        Span {
             start_s: times[best.0].max(event.start_s),
             end_s: times[best.1].min(event.end_s),
-        },
-        false => event.span(),
+        }
+    } else {
+        event.span()
     }
 }
 

@@ -172,9 +172,10 @@ impl Features {
         let mut prediction_error = neighbourhood.prediction_error();
         // Strong chaos is unpredictable over a quarter period, a map at any time but a sample ahead: then the
         // time counts over which neighbours are furthest ahead of a linear map.
-        let mut ahead = match prediction_error.short > UNPREDICTABLE {
-            true => lag,
-            false => 1,
+        let mut ahead = if prediction_error.short > UNPREDICTABLE {
+            lag
+        } else {
+            1
         };
         let mut best = DETERMINISTIC;
         while ahead > 1 {

@@ -163,9 +163,10 @@ impl<'a> Flow<'a> {
                 integrator = integrator.with_events(sys)?;
             }
         }
-        match with_maps {
-            true => integrator.with_tangents(sys, sys.tangent_dim(), 0),
-            false => Ok(integrator),
+        if with_maps {
+            integrator.with_tangents(sys, sys.tangent_dim(), 0)
+        } else {
+            Ok(integrator)
         }
     }
 

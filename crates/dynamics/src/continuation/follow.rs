@@ -267,12 +267,13 @@ impl<'a, 'f> BranchState<'a, 'f> {
     /// Corrects a prediction.
     fn attempt(&mut self, prediction: &Prediction) -> Result<Point, ContinuationError> {
         let scale = self.scale();
-        let constraint = match prediction.ends_at_bound {
-            true => Constraint::Parameter,
-            false => Constraint::Arclength {
+        let constraint = if prediction.ends_at_bound {
+            Constraint::Parameter
+        } else {
+            Constraint::Arclength {
                 tangent: &self.now.tangent,
                 target: &prediction.shot,
-            },
+            }
         };
         let precision = Precision::Branch;
         let mut next = self

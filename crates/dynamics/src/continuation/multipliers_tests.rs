@@ -39,9 +39,10 @@ fn diagonals(rng: &mut ChaCha8Rng, logarithms: &[f64], count: usize) -> Vec<DMat
     (0..count)
         .map(|k| {
             let diagonal = DVector::from_fn(n, |i, _| {
-                let more = match k + 1 == count {
-                    true => -noise[i],
-                    false => rng.random_range(-0.5..0.5),
+                let more = if k + 1 == count {
+                    -noise[i]
+                } else {
+                    rng.random_range(-0.5..0.5)
                 };
                 noise[i] += more;
                 (logarithms[i] / count as f64 + more).exp()

@@ -186,9 +186,10 @@ impl Flow<'_> {
     fn has_converged(&self, [previous, last]: [f64; 2], precision: Precision) -> bool {
         let tolerance = self.options.newton_tolerance;
         // The next correction: the last two show the rate of convergence; after one, it is assumed to be quadratic.
-        let next = match previous.is_finite() {
-            true => last * (last / previous).min(1.0),
-            false => 10.0 * last * last,
+        let next = if previous.is_finite() {
+            last * (last / previous).min(1.0)
+        } else {
+            10.0 * last * last
         };
         // Corrections that do not decrease any more show the error of the integration.
         let noise = 1e3 * self.tolerance();
@@ -317,9 +318,10 @@ impl Equations<'_> {
         let states = solution.states.iter();
         Direction {
             parameter: solution.scalars[(last, column)] * self.scale.parameter,
-            period: match free {
-                true => solution.scalars[(0, column)] * self.scale.period,
-                false => 0.0,
+            period: if free {
+                solution.scalars[(0, column)] * self.scale.period
+            } else {
+                0.0
             },
             states: states
                 .map(|state| {

@@ -37,9 +37,10 @@ impl Multiplier {
 
     /// Imaginary part; exactly zero for a real multiplier.
     pub fn im(self) -> f64 {
-        match self.is_real() {
-            true => 0.0,
-            false => self.magnitude() * self.angle.sin(),
+        if self.is_real() {
+            0.0
+        } else {
+            self.magnitude() * self.angle.sin()
         }
     }
 

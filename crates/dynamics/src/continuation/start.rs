@@ -224,9 +224,10 @@ impl ReturnTest<'_> {
         let m = self.sys.modes();
         let height = |z: &[f64]| -> f64 {
             let terms = (0..self.start.len()).map(|i| {
-                let unit = match i < m {
-                    true => super::shooting::unit_of(self.sys.omega()[i]),
-                    false => 1.0,
+                let unit = if i < m {
+                    super::shooting::unit_of(self.sys.omega()[i])
+                } else {
+                    1.0
                 };
                 unit * unit * self.slope[i] * (z[i] - self.start[i])
             });
@@ -335,9 +336,10 @@ pub fn switched_orbit(
     let mut flow = Flow::new(family, options)?;
     let mut shot = ShootingPoint::of(&bifurcation.orbit);
     let scale = flow.scale(&shot)?;
-    let mut direction = match doubles {
-        true => flip_direction(&mut flow, &shot, &scale)?,
-        false => crossing_direction(&mut flow, &shot, &scale)?,
+    let mut direction = if doubles {
+        flip_direction(&mut flow, &shot, &scale)?
+    } else {
+        crossing_direction(&mut flow, &shot, &scale)?
     };
     if doubles {
         let (phases, starts) = (shot.phases.clone(), shot.states.clone());

@@ -75,11 +75,12 @@ fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
     // Vectors of the Lanczos process, each stored with its product with the mass matrix.
     let vectors = 2 * size_of::<f64>() * (30 + 2 * modes);
     let bytes = dofs.saturating_mul(MATRICES + vectors);
-    match Vec::<u8>::new().try_reserve_exact(bytes).is_ok() {
-        true => Ok(()),
-        false => Err(FemError::Memory {
+    if Vec::<u8>::new().try_reserve_exact(bytes).is_ok() {
+        Ok(())
+    } else {
+        Err(FemError::Memory {
             megabytes: bytes / 1_000_000,
-        }),
+        })
     }
 }
 

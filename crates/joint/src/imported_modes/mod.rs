@@ -402,9 +402,10 @@ fn frequencies(arrays: &mut Arrays<'_>) -> Result<Vec<f64>, ImportedModesError> 
         let text = "the file contains both `omega` and `frequencies_hz`; remove one of them";
         return Err(Content(text.to_owned()));
     }
-    let (named, per_hertz) = match in_hertz {
-        true => (&FREQUENCIES, 1.0),
-        false => (&OMEGA, std::f64::consts::TAU),
+    let (named, per_hertz) = if in_hertz {
+        (&FREQUENCIES, 1.0)
+    } else {
+        (&OMEGA, std::f64::consts::TAU)
     };
     let stated = arrays.counted(named, MAX_MODES)?;
     named.positive(&stated)?;
@@ -428,9 +429,10 @@ fn frequencies(arrays: &mut Arrays<'_>) -> Result<Vec<f64>, ImportedModesError> 
             stated[at] / per_hertz
         )));
     }
-    let omega = match in_hertz {
-        true => stated.iter().map(|hz| std::f64::consts::TAU * hz).collect(),
-        false => stated,
+    let omega = if in_hertz {
+        stated.iter().map(|hz| std::f64::consts::TAU * hz).collect()
+    } else {
+        stated
     };
     Ok(omega)
 }
