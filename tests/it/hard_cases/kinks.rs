@@ -8,9 +8,7 @@ use squeakscope::pipeline::PipelineError;
 use squeakscope::scene::Scene;
 use squeakscope::systems::ImpactOscillator;
 
-use super::{
-    Case, KICKS, assert_stable, distance, geometric_mean, joint, run_scene, scene, try_run,
-};
+use super::{Case, assert_stable, distance, geometric_mean, joint, run_scene, scene, try_run};
 
 /// Accuracy as in scenes: the power of friction has rounding noise that does not vanish with the state.
 fn accuracy(tolerance: f64) -> Accuracy {
@@ -463,7 +461,10 @@ fn a_step_much_too_large() {
         assert!(result.states().all(|x| x.is_finite() && x.abs() < 1.0));
     }
     let omega = joint(&scene(&[])).omega().to_vec();
-    let errors = KICKS.map(|kick| {
+    let kicks = [
+        "0.96", "0.97", "0.98", "0.99", "1", "1.01", "1.02", "1.03", "1.04",
+    ];
+    let errors = kicks.map(|kick| {
         let [usual, enormous] = ["20", "1000"].map(|step| {
             run_scene(&scene(&[
                 ("time.max_step_us", step),

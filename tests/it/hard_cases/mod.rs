@@ -173,12 +173,8 @@ fn distance(omega: &[f64], a: &[f64], b: &[f64]) -> f64 {
     norm(&|i| a[i] - b[i]) / norm(&|i| b[i])
 }
 
-/// Kicks, mm/s, over which errors are averaged: a change by rounding changes the accepted steps, and with them the error of
-/// a single run by a factor of ten.
-const KICKS: [&str; 9] = [
-    "0.96", "0.97", "0.98", "0.99", "1", "1.01", "1.02", "1.03", "1.04",
-];
-
+/// Average of the errors of several kicks: a change by rounding changes the accepted steps, and with them the error of a
+/// single run by a factor of ten.
 fn geometric_mean(errors: &[f64]) -> f64 {
     (errors.iter().map(|error| error.ln()).sum::<f64>() / errors.len() as f64).exp()
 }

@@ -1,6 +1,7 @@
 //! Recurrence plots, Eq. (26).
 
 use super::{RecurrenceCriterion, Recurrences, Threshold};
+use crate::memory::check;
 use crate::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// Image of a recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal.
@@ -62,15 +63,24 @@ impl RecurrenceImage {
         };
         let recurrences = Recurrences::of(&states, &criterion)?;
         let counts = recurrences.counts();
-        let recurrent = recurrences.matrix()?;
+        check((size as u64).saturating_mul(size as u64).saturating_mul(8)).map_err(|shortage| {
+            AnalysisError::Memory {
+                samples: size,
+                shortage,
+            }
+        })?;
+        let mut unrooted = Vec::with_capacity(size * size);
+        for i in 0..size {
+            recurrences.row(i).unrooted(recurrences.norm, &mut unrooted);
+        }
+        let rows = unrooted.chunks(size);
+        let pairs = rows.flat_map(|row| row.iter().zip(&recurrences.limits));
+        let recurrent = pairs.map(|(distance, limit)| if distance <= limit { 255 } else { 0 });
         Ok(Self {
             window,
             size,
-            distance: recurrences.shades(),
-            recurrent: recurrent
-                .into_iter()
-                .map(|r| if r { 255 } else { 0 })
-                .collect(),
+            recurrent: recurrent.collect(),
+            distance: shades(&unrooted, recurrences.norm),
             threshold: recurrences.distance(),
             rate: counts.recurrent as f64 / counts.pairs().max(1) as f64,
             lag: vectors.lag() as f64 * dt,
@@ -79,28 +89,21 @@ impl RecurrenceImage {
     }
 }
 
-impl Recurrences<'_> {
-    /// Distances of all pairs, row by row: 0 for equal states, 255 for the largest distance. All 0 if all states are
-    /// equal.
-    fn shades(&self) -> Vec<u8> {
-        let mut unrooted = Vec::new();
-        for i in 0..self.rows.len() {
-            self.row(i).unrooted(self.norm, &mut unrooted);
-        }
-        let largest = unrooted.iter().copied().fold(0.0, f64::max);
-        let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
-        let shade = |unrooted: f64| {
-            // Single precision exceeds the resolution of a pixel.
-            let share = (unrooted * scale) as f32;
-            let distance = if self.norm == Norm::Euclidean {
-                share.sqrt()
-            } else {
-                share
-            };
-            (distance * 255.0 + 0.5) as u8
+/// Shades of unrooted distances: 0 for equal states, 255 for the largest distance. All 0 if all states are equal.
+fn shades(unrooted: &[f64], norm: Norm) -> Vec<u8> {
+    let largest = unrooted.iter().copied().fold(0.0, f64::max);
+    let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+    let shade = |unrooted: &f64| {
+        // Single precision exceeds the resolution of a pixel.
+        let share = (unrooted * scale) as f32;
+        let distance = if norm == Norm::Euclidean {
+            share.sqrt()
+        } else {
+            share
         };
-        unrooted.into_iter().map(shade).collect()
-    }
+        (distance * 255.0 + 0.5) as u8
+    };
+    unrooted.iter().map(shade).collect()
 }
 
 #[cfg(test)]
