@@ -8,8 +8,8 @@ use squeakscope::joint::BallJoint;
 use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figure};
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{
-    self as branches, Branch, BranchError, BranchPlan, BranchRange, EquilibriumBranch,
-    OrbitProgress, OrbitStarts, add_orbits_of, equilibria_of,
+    self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
+    OrbitStarts, add_orbits, equilibria,
 };
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{
@@ -150,41 +150,33 @@ pub fn branch<'py>(
     }
     let (interval, points) = ([from, to], whole("points", points, 2)?);
     let starts = start.map_or(OrbitStarts::Scene, OrbitStarts::At);
-    let plan = match scene {
-        Studied::Scene(scene) => {
-            let scene = scene.load(None)?;
-            BranchPlan {
-                parameter: scene.parameter(parameter).map_err(|error| raise(&error))?,
-                scene,
-                interval,
-                points,
-            }
-        }
+    let scene = match scene {
+        Studied::Scene(scene) => scene.load(None)?,
         Studied::Systems(function) => {
             let systems = Arc::new(OwnSystems::new(py, function, vec![parameter.to_owned()])?);
-            let range = BranchRange {
+            let plan = BranchPlan {
                 subject: Arc::clone(&systems) as Arc<dyn Subject>,
                 interval,
                 points,
             };
             let found = systems.call(py, progress.as_ref(), |watch| {
-                let new = |steady| Branch::of(parameter, interval, steady);
-                branches_of(&range, orbits.then_some(starts), watch, new)
+                branches_of(&plan, orbits.then_some(starts), watch)
             })?;
             return Fields::of(py, &found)?
                 .unitless(&systems.names)?
                 .finish::<Branch>();
         }
     };
+    let parameter = scene.parameter(parameter).map_err(|error| raise(&error))?;
+    let plan = BranchPlan::new(scene.clone(), parameter, interval, points);
     let found = long_call(py, progress.as_ref(), |watch| {
         for value in interval {
-            plan.scene.with_values(&[(plan.parameter, value)])?;
+            scene.with_values(&[(parameter, value)])?;
         }
-        let new = |steady| Branch::new(&plan, steady);
-        branches_of(&plan.range(), orbits.then_some(starts), watch, new)
+        branches_of(&plan, orbits.then_some(starts), watch)
     })?;
     let fields = Fields::of(py, &found)?;
-    let name = plan.scene.name;
+    let name = scene.name.clone();
     let figures = move || {
         let modes = (!found.equilibria.is_empty()).then(|| modes_figure(&name, &found));
         let orbits = (!found.points.is_empty()).then(|| branch_figure(&name, &found, &[]));
@@ -195,23 +187,22 @@ pub fn branch<'py>(
 
 /// The equilibria over a range of the parameter, and the periodic orbits if they are wanted.
 fn branches_of(
-    range: &BranchRange,
+    plan: &BranchPlan,
     starts: Option<OrbitStarts<'_>>,
     watch: &Watch,
-    new: impl FnOnce(EquilibriumBranch) -> Branch,
 ) -> Result<Branch, BranchError> {
-    let [from, to] = range.interval;
+    let [from, to] = plan.interval;
     if let Some(OrbitStarts::At(start)) = starts {
-        range.check_start(start)?;
+        plan.check_start(start)?;
     }
-    let steady = match equilibria_of(range, &mut |share| watch.report(0.1 * share)) {
+    let steady = match equilibria(plan, &mut |share| watch.report(0.1 * share)) {
         // A system driven in time has no equilibria, but periodic orbits.
         Err(BranchError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {
             EquilibriumBranch::default()
         }
         steady => steady?,
     };
-    let mut found = new(steady);
+    let mut found = Branch::new(plan, steady);
     if let Some(starts) = starts {
         let mut report = |update: OrbitProgress<'_>| {
             let share = match update {
@@ -221,7 +212,7 @@ fn branches_of(
             };
             watch.report(share)
         };
-        add_orbits_of(range, starts, &mut found, &mut report)?;
+        add_orbits(plan, starts, &mut found, &mut report)?;
     }
     Ok(found)
 }

@@ -169,7 +169,7 @@ impl Swept {
                 let (grid, number) = (self.grid(starts), number.map_or(1, NonZero::get));
                 systems.call(py, progress, |watch| {
                     collect(watch, &|found| {
-                        sweep_subject(systems, &grid, &response, shard, number, found)
+                        sweep_subject(systems, &grid, &response, (shard, &[]), number, found)
                     })
                 })
             }

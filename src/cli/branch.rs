@@ -57,12 +57,8 @@ fn branch(
     (parameter, interval): Span,
 ) -> Result<(), CliError> {
     let mut settled = settled(args, parameter)?;
-    let plan = BranchPlan {
-        scene,
-        parameter,
-        interval,
-        points: args.points.unwrap_or(POINTS[0]) as usize,
-    };
+    let points = args.points.unwrap_or(POINTS[0]) as usize;
+    let plan = BranchPlan::new(scene.clone(), parameter, interval, points);
     if args.diagram.is_some() && parameter != Parameter::tilt() {
         return Err(CliError::Input(format!(
             "--diagram needs the tilt as its parameter, not `{}`; give --tilt A:B without --param",
@@ -70,7 +66,7 @@ fn branch(
         )));
     }
     if let Some(start) = args.start {
-        plan.range().check_start(start)?;
+        plan.check_start(start)?;
     }
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--out", Kind::TABLE, args.out.as_ref())
@@ -80,9 +76,9 @@ fn branch(
         .figures(&args.figures, STUDY, FIGURES[0].iter().copied())
         .check()?;
     resources::start_thread_pool()?;
-    let name = &plan.scene.name;
+    let name = &scene.name;
     let watch = Watch::new(stop);
-    let mut result = compute(args, &watch, &plan, &mut settled)?;
+    let mut result = compute(args, &watch, &scene, &plan, &mut settled)?;
     result.interrupted = stop.load(Ordering::Relaxed);
     files.finish(watch, Some(name), &result, |files| {
         // A part of a diagram would look like all of it.
@@ -111,7 +107,7 @@ fn branch(
             figures
         });
         if !result.points.is_empty() {
-            files.write("--save", |file| record(file, &plan, &result))?;
+            files.write("--save", |file| record(file, &scene, &plan, &result))?;
         }
         drawn
     })
@@ -122,6 +118,7 @@ fn branch(
 fn compute(
     args: &BranchArgs,
     watch: &Watch<'_>,
+    scene: &Scene,
     plan: &BranchPlan,
     settled: &mut Vec<SweepPoint>,
 ) -> Result<Branch, CliError> {
@@ -137,9 +134,10 @@ fn compute(
         return Ok(result);
     }
     if args.diagram.is_some() {
-        let responses = settled_responses(plan, threads(args.threads), &mut |share| {
-            watch.update(0.1 + 0.7 * share, "settled responses")
-        });
+        let responses =
+            settled_responses(scene, plan.interval, threads(args.threads), &mut |share| {
+                watch.update(0.1 + 0.7 * share, "settled responses")
+            });
         *settled = responses.map_err(|source| failed(source.into()))?;
     }
     let starts = match (args.start, args.diagram.is_some()) {
@@ -148,7 +146,7 @@ fn compute(
         (None, false) => OrbitStarts::Scene,
     };
     let [from, to] = plan.interval;
-    let name = plan.parameter.name();
+    let name = plan.subject.name(0);
     let mut on_orbit = |update: OrbitProgress<'_>| match update {
         OrbitProgress::Branch(_) => watch.check(),
         OrbitProgress::Settling(value) => {
@@ -166,7 +164,7 @@ fn compute(
     };
     add_orbits(plan, starts, &mut result, &mut on_orbit).map_err(failed)?;
     if let Some(count) = args.tori {
-        add_tori(plan, count, &mut result, &mut on_orbit);
+        add_tori(plan, count, &mut result, &mut on_orbit).map_err(failed)?;
     }
     Ok(result)
 }
@@ -193,10 +191,15 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
 }
 
 /// Saves the recording.
-fn record(file: &OutputFile, plan: &BranchPlan, result: &Branch) -> Result<(), CliError> {
+fn record(
+    file: &OutputFile,
+    scene: &Scene,
+    plan: &BranchPlan,
+    result: &Branch,
+) -> Result<(), CliError> {
     let portraits = portraits(plan, result).map_err(failed)?;
     let study = BranchStudy {
-        scene: &plan.scene,
+        scene,
         branch: result,
         portraits: &portraits,
         command: &command_line(),

@@ -3,6 +3,7 @@
 use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
+use super::orbits::stable_parts;
 use crate::analysis::range;
 use crate::study::branch::{
     Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
@@ -112,10 +113,14 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
                 1e-3 * mode.frequency_hz
             }
         };
-        for (unstable, strips) in runs(points, number, value) {
-            let line = Layer::lines(strips, color).with_id(format!("mode {number}"));
-            layers.push(if unstable { line.dashed() } else { line });
-        }
+        let course = points.iter().map(|point| {
+            let mut own = point.modes.iter().filter(|mode| mode.number == number);
+            let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
+            Some(([point.at.value, value(mode)], !mode.unstable))
+        });
+        let [unstable, stable] = stable_parts(course)
+            .map(|strips| Layer::lines(strips, color).with_id(format!("mode {number}")));
+        layers.extend([stable, unstable.dashed()]);
     }
     let marks = branch.steady_bifurcations().map(|found| {
         let y = if of_growth {
@@ -134,36 +139,6 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
     layers.push(Layer::points(places, 2.4, Color::Accent).with_marker(Marker::Ring));
     layers.push(Layer::peaks(marks));
     keys.into_iter().chain(layers).collect()
-}
-
-/// The parts of a mode's line that are stable, and those that are unstable. Neighbouring parts share a point.
-fn runs(
-    points: &[EquilibriumPoint],
-    number: usize,
-    value: impl Fn(&crate::joint::NamedMode) -> f64,
-) -> [(bool, Vec<Vec<[f64; 2]>>); 2] {
-    let mut parts = [(false, Vec::new()), (true, Vec::new())];
-    let mut last: Option<([f64; 2], bool)> = None;
-    for point in points {
-        let mode = point.modes.iter().find(|mode| mode.number == number);
-        let Some(mode) = mode.map(|mode| &mode.mode).filter(|m| m.frequency_hz > 0.0) else {
-            last = None;
-            continue;
-        };
-        let at = [point.at.value, value(mode)];
-        let strips: &mut Vec<Vec<[f64; 2]>> = &mut parts[usize::from(mode.unstable)].1;
-        match last {
-            Some((_, unstable)) if unstable == mode.unstable => {
-                if let Some(strip) = strips.last_mut() {
-                    strip.push(at);
-                }
-            }
-            Some((before, _)) => strips.push(vec![before, at]),
-            None => strips.push(vec![at]),
-        }
-        last = Some((at, mode.unstable));
-    }
-    parts
 }
 
 /// The figure `stability-map`: number of unstable modes and largest growth rate over two parameters, with the curves on

@@ -69,12 +69,8 @@ fn swept(
 }
 
 fn branch(scene: &str, key: &str, interval: [f64; 2], start: Option<f64>) -> Branch {
-    let plan = BranchPlan {
-        scene: Scene::load(scene).unwrap(),
-        parameter: Parameter::named(key).unwrap(),
-        interval,
-        points: 20,
-    };
+    let parameter = Parameter::named(key).unwrap();
+    let plan = BranchPlan::new(Scene::load(scene).unwrap(), parameter, interval, 20);
     let mut branch = Branch::new(&plan, equilibria(&plan, &mut |_| Ok(())).unwrap());
     if let Some(start) = start {
         add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_| Ok(())).unwrap();

@@ -237,9 +237,8 @@ fn color(branch: usize) -> Color {
 /// The equilibrium at amplitude zero.
 fn equilibrium(branch: &Branch) -> [Layer; 2] {
     let points = branch.equilibria.iter();
-    let points = points.map(|point| ([point.at.value, 0.0], point.unstable_modes == 0));
-    let parts = stable_parts(&points.collect::<Vec<_>>());
-    solid_and_dashed(parts, Color::Faint, "equilibrium")
+    let points = points.map(|point| Some(([point.at.value, 0.0], point.unstable_modes == 0)));
+    solid_and_dashed(stable_parts(points), Color::Faint, "equilibrium")
 }
 
 /// The lines of all branches.
@@ -247,29 +246,34 @@ fn lines(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
     let count = branch.orbit_branches();
     let layers = (0..count).flat_map(|number| {
         let course = branch.course(number).into_iter();
-        let points = course.map(|(orbit, stable)| ([orbit.parameter, of(orbit)], stable));
-        let parts = stable_parts(&points.collect::<Vec<_>>());
-        solid_and_dashed(parts, color(number), &format!("branch {number}"))
+        let points = course.map(|(orbit, stable)| Some(([orbit.parameter, of(orbit)], stable)));
+        solid_and_dashed(
+            stable_parts(points),
+            color(number),
+            &format!("branch {number}"),
+        )
     });
     layers.collect()
 }
 
-/// The unstable and the stable parts of a line. Neighbouring parts share a point.
-fn stable_parts(points: &[([f64; 2], bool)]) -> [Vec<Vec<[f64; 2]>>; 2] {
-    let mut parts = [Vec::new(), Vec::new()];
-    let mut last: Option<([f64; 2], bool)> = None;
-    for &(at, stable) in points {
-        let strips: &mut Vec<Vec<[f64; 2]>> = &mut parts[usize::from(stable)];
-        match last {
-            Some((_, before)) if before == stable => {
-                if let Some(strip) = strips.last_mut() {
-                    strip.push(at);
+/// The unstable and the stable parts of a line, which is interrupted at `None`. Neighbouring parts share a point.
+pub(super) fn stable_parts(
+    points: impl Iterator<Item = Option<([f64; 2], bool)>>,
+) -> [Vec<Vec<[f64; 2]>>; 2] {
+    let mut parts: [Vec<Vec<[f64; 2]>>; 2] = [Vec::new(), Vec::new()];
+    let mut last = None;
+    for point in points {
+        if let Some((at, stable)) = point {
+            let strips = &mut parts[usize::from(stable)];
+            match (last, strips.last_mut()) {
+                (Some((_, before)), Some(strip)) if before == stable => strip.push(at),
+                (before, _) => {
+                    let before = before.map(|(before, _)| before);
+                    strips.push(before.into_iter().chain([at]).collect());
                 }
             }
-            Some((before, _)) => strips.push(vec![before, at]),
-            None => strips.push(vec![at]),
         }
-        last = Some((at, stable));
+        last = point;
     }
     parts
 }

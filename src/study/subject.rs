@@ -4,18 +4,50 @@ use crate::joint::BallJoint;
 use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
 use crate::scene::{Parameter, Scene, SystemSpec};
 
-use super::response::section_lag;
+use super::OnProgress;
+use super::response::{
+    InitialState, ResponseError, ResponsePlan, ResponseProgress, SettledResponse, respond,
+    response, section_lag,
+};
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
     /// Name of a parameter, such as `tilt_deg`.
     fn name(&self, which: usize) -> &str;
 
+    /// Path of a parameter, such as `load.tilt_deg`.
+    fn path(&self, which: usize) -> &str {
+        self.name(which)
+    }
+
+    /// Unit of a parameter; empty for a number without one.
+    fn unit(&self, which: usize) -> &str {
+        let _ = which;
+        ""
+    }
+
     /// The system at some values of the parameters. `ball` keeps a joint between calls.
     ///
     /// # Errors
     /// If there is no system.
     fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError>;
+
+    /// The settled response at some values of the parameters.
+    ///
+    /// # Errors
+    /// If there is no system, or its motion cannot be computed or analysed; [`ResponseError::Stopped`].
+    fn response(
+        &self,
+        values: &[f64],
+        from: InitialState<'_>,
+        plan: &ResponsePlan,
+        ball: &mut Option<BallJoint>,
+        watch: OnProgress<'_, ResponseProgress>,
+    ) -> Result<SettledResponse, ResponseError> {
+        let trial = self.trial(values, ball)?;
+        let plan = plan.scaled(trial.period.unwrap_or(1.0));
+        respond(trial, from, &plan, |_| None, watch)
+    }
 
     /// Does work on a thread that calls the systems.
     fn enter(&self, work: &mut (dyn FnMut() + Send)) {
@@ -84,15 +116,39 @@ pub(super) struct SceneSubject {
     pub parameters: Vec<Parameter>,
 }
 
+impl SceneSubject {
+    fn scene_at(&self, values: &[f64]) -> Result<Scene, PipelineError> {
+        let pairs = self.parameters.iter().copied().zip(values.iter().copied());
+        Ok(self.scene.with_values(&pairs.collect::<Vec<_>>())?)
+    }
+}
+
 impl Subject for SceneSubject {
     fn name(&self, which: usize) -> &str {
         self.parameters[which].name()
     }
 
+    fn path(&self, which: usize) -> &str {
+        self.parameters[which].path()
+    }
+
+    fn unit(&self, which: usize) -> &str {
+        self.parameters[which].unit()
+    }
+
     fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
-        let pairs = self.parameters.iter().copied().zip(values.iter().copied());
-        let scene = self.scene.with_values(&pairs.collect::<Vec<_>>())?;
-        Trial::of_scene(&scene, ball)
+        Trial::of_scene(&self.scene_at(values)?, ball)
+    }
+
+    fn response(
+        &self,
+        values: &[f64],
+        from: InitialState<'_>,
+        plan: &ResponsePlan,
+        ball: &mut Option<BallJoint>,
+        watch: OnProgress<'_, ResponseProgress>,
+    ) -> Result<SettledResponse, ResponseError> {
+        response(&self.scene_at(values)?, from, plan, ball, watch)
     }
 
     fn first_value(&self) -> Option<f64> {

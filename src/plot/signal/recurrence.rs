@@ -3,9 +3,8 @@
 use super::SignalFigures;
 use crate::analysis::{Measures, RecurrencePeriods};
 use crate::plot::axis::extent;
-use crate::plot::color::{Rgb, colormap, colormap_index};
 use crate::plot::unit::Unit;
-use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
+use crate::plot::{Axis, Color, Figure, Layer, Panel, response};
 
 impl SignalFigures<'_> {
     pub fn recurrence(&self) -> Figure {
@@ -14,68 +13,12 @@ impl SignalFigures<'_> {
             Err(reason) => return self.skipped("recurrence", "Recurrence plot", reason),
         };
         let picture = &recurrence.picture;
-        let analysed = self.report.analysed();
-        let end = analysed.start + (analysed.samples.len() as f64 - 1.0) / analysed.rate;
-        let end = end * self.time_unit.factor;
-        let span = [end - picture.window * self.time_unit.factor, end];
-        let axis = || Axis::linear(self.time_unit.after("time"), span);
-        let panel = |title: String, bytes: &[u8], palette: Vec<Rgb>| {
-            let rows = bytes.chunks_exact(picture.size.max(1)).rev();
-            let image = Image {
-                x: span,
-                y: span,
-                size: [picture.size; 2],
-                pixels: rows.flatten().copied().collect(),
-                palette: palette.into_iter().map(Swatch::uniform).collect(),
-            };
-            let layers = Some(Layer::image(image)).filter(|_| picture.size > 0);
-            let layers = layers
-                .into_iter()
-                .chain(self.period_marks(&recurrence.periods, span));
-            Panel::new(title, axis(), axis(), layers.collect()).square()
-        };
-        // Palette index: non-zero is recurrent; a small distance is dark.
-        let mut recurrent = vec![Color::Ink.on_light(); 256];
-        recurrent[0] = [255; 3];
-        let shades = colormap();
-        let distance = (0..=255u8).map(|byte| {
-            let near = colormap_index(1.0 - f64::from(byte) / 255.0);
-            shades[usize::from(near)]
-        });
-        let share = 100.0 * picture.rate;
-        let row = vec![
-            panel(
-                format!("recurrence rate {share:.2} % in this plot"),
-                &picture.recurrent,
-                recurrent,
-            ),
-            panel(
-                "distance: dark is close".to_owned(),
-                &picture.distance,
-                distance.collect(),
-            ),
-        ];
-        Figure::new(
-            "recurrence",
-            self.title("Recurrence plot"),
-            100.0,
-            vec![row],
-        )
-    }
-
-    /// The diagonals at the recurrence periods that fit in the plot, above the line of identity.
-    fn period_marks(&self, periods: &RecurrencePeriods, [start, end]: [f64; 2]) -> Vec<Layer> {
-        let inside = periods.0.iter().enumerate().filter_map(|(k, found)| {
-            let offset = found.period * self.time_unit.factor;
-            let label = format!("{}: {:.4} ms", found.kind, 1e3 * found.period);
-            let line = vec![[start, start + offset], [end - offset, end]];
-            (offset < end - start).then(|| {
-                Layer::line(line, Color::Series(k))
-                    .dashed()
-                    .with_label(label)
-            })
-        });
-        inside.collect()
+        let mut panel = response::recurrence(Some(picture), true);
+        let marks = period_marks(&recurrence.periods, picture.window, panel.x.range);
+        panel.layers.extend(marks);
+        let caption = response::recurrence_caption(picture, &self.report.signal.unit);
+        let rows = vec![vec![panel.with_caption(caption)]];
+        Figure::new("recurrence", self.title("Recurrence plot"), 115.0, rows).with_width(108.0)
     }
 
     pub fn measures(&self) -> Figure {
@@ -132,4 +75,17 @@ impl SignalFigures<'_> {
         let rows = vec![vec![shares], vec![lengths], vec![entropy]];
         Figure::new("measures", self.title(title), 145.0, rows)
     }
+}
+
+/// The diagonals at the recurrence periods that fit in a plot of a window (s), above the line of identity.
+fn period_marks(periods: &RecurrencePeriods, window: f64, [start, end]: [f64; 2]) -> Vec<Layer> {
+    let inside = periods.0.iter().filter(|found| found.period < window);
+    let marks = inside.enumerate().map(|(k, found)| {
+        let offset = (end - start) * found.period / window;
+        let line = vec![[start, start + offset], [end - offset, end]];
+        let label = format!("{}: {}", found.kind, Unit::write(found.period, "s"));
+        let line = Layer::line(line, Color::Series(k)).dashed();
+        line.with_label(label)
+    });
+    marks.collect()
 }

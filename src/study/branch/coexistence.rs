@@ -31,12 +31,7 @@ pub fn hysteresis_ends(
     if !parameter.is_continuous() || from >= to {
         return Ok(Vec::new());
     }
-    let branches = BranchPlan {
-        scene: plan.scene.clone(),
-        parameter,
-        interval: [*from, *to],
-        points: 2,
-    };
+    let branches = BranchPlan::new(plan.scene.clone(), parameter, [*from, *to], 2);
     let mut branch = Branch::new(&branches, EquilibriumBranch::default());
     add_orbits(&branches, OrbitStarts::Settled(points), &mut branch, watch)?;
     // The change lies between the last value that differs and the next one.

@@ -176,18 +176,13 @@ pub fn tilt_diagram(
     threads: usize,
     watch: &mut dyn FnMut(DiagramProgress<'_>) -> Result<(), Stopped>,
 ) -> Result<TiltDiagram, BranchError> {
-    let plan = BranchPlan {
-        scene: scene.clone(),
-        parameter: Parameter::tilt(),
-        interval,
-        points: EQUILIBRIA,
-    };
+    let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
     let steady = equilibria(&plan, &mut |share| {
         watch(DiagramProgress::Equilibria(share))
     })?;
     let mut branch = Branch::new(&plan, steady);
     watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &[])))?;
-    let settled = settled_responses(&plan, threads, &mut |share| {
+    let settled = settled_responses(scene, interval, threads, &mut |share| {
         watch(DiagramProgress::Responses(share))
     })?;
     watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &settled)))?;
@@ -210,11 +205,12 @@ pub fn tilt_diagram(
 /// # Errors
 /// If no thread can be started.
 pub fn settled_responses(
-    plan: &BranchPlan,
+    scene: &Scene,
+    interval: [f64; 2],
     threads: usize,
     watch: OnProgress<'_, f64>,
 ) -> Result<Vec<SweepPoint>, ThreadSpawnError> {
-    let own = plan.scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
+    let own = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
     let all = f64::NEG_INFINITY;
     let parts = [
         (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
@@ -224,7 +220,7 @@ pub fn settled_responses(
     for (starts, lowest, [before, part]) in parts {
         let mut watch = |share: f64| watch(before + part * share);
         let mut points = Points(Vec::new(), &mut watch);
-        let sweep_plan = sweep_plan(plan, starts, lowest);
+        let sweep_plan = sweep_plan(scene, interval, starts, lowest);
         if !sweep(&sweep_plan, Shard::WHOLE, &[], threads, &mut points)? {
             break;
         }
@@ -235,16 +231,15 @@ pub fn settled_responses(
 }
 
 /// The sweep for the responses of a diagram from a lowest tilt (degrees) on.
-fn sweep_plan(plan: &BranchPlan, starts: Vec<Start>, lowest: f64) -> SweepPlan {
-    let [from, to] = plan.interval;
+fn sweep_plan(scene: &Scene, [from, to]: [f64; 2], starts: Vec<Start>, lowest: f64) -> SweepPlan {
     let step = (to - from) / f64::from(RESPONSES - 1);
     let values = (0..RESPONSES).map(|k| from + f64::from(k) * step);
     // With a tolerance for the conversion of the angle.
     let lowest = lowest.min(to) - 1e-9;
     SweepPlan {
-        scene: plan.scene.clone(),
+        scene: scene.clone(),
         axes: vec![Axis::new(
-            plan.parameter,
+            Parameter::tilt(),
             values.filter(|value| *value >= lowest),
         )],
         starts,
@@ -386,15 +381,11 @@ mod tests {
 
     /// The part of the diagram of a scene that starts from the fresh response without tilt, which is the first of the sweep.
     fn first_part(scene: &Scene) -> TiltDiagram {
-        let plan = BranchPlan {
-            scene: scene.clone(),
-            parameter: Parameter::tilt(),
-            interval: [0.0, 10.0],
-            points: EQUILIBRIA,
-        };
+        let interval = [0.0, 10.0];
+        let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
         let responses = SweepPlan {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
-            ..sweep_plan(&plan, vec![Start::Fresh], 0.0)
+            ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
         };
         let mut on_progress = |_| Ok(());
         let mut points = Points(Vec::new(), &mut on_progress);

@@ -60,13 +60,11 @@ pub struct EquilibriumBranch {
     pub ended: Option<String>,
 }
 
-/// A plan of a branch: a parameter and its interval.
-#[derive(Clone, Debug, PartialEq)]
+/// A plan of a branch: systems over an interval of a parameter.
+#[derive(Clone)]
 pub struct BranchPlan {
-    /// The scene.
-    pub scene: Scene,
-    /// The parameter.
-    pub parameter: Parameter,
+    /// The systems.
+    pub subject: Arc<dyn Subject>,
     /// The ends of the interval, ascending, in the unit of the scene file.
     pub interval: [f64; 2],
     /// Number of equally spaced points of the branch of equilibria, at least 2; more are inserted where modes change
@@ -90,32 +88,16 @@ pub struct StartOutside {
 }
 
 impl BranchPlan {
-    /// The systems of the scene over the interval.
-    pub fn range(&self) -> BranchRange {
-        let subject = SceneSubject {
-            scene: self.scene.clone(),
-            parameters: vec![self.parameter],
-        };
-        BranchRange {
-            subject: Arc::new(subject),
-            interval: self.interval,
-            points: self.points,
+    /// The plan of a scene over one of its keys.
+    pub fn new(scene: Scene, parameter: Parameter, interval: [f64; 2], points: usize) -> Self {
+        let parameters = vec![parameter];
+        Self {
+            subject: Arc::new(SceneSubject { scene, parameters }),
+            interval,
+            points,
         }
     }
-}
 
-/// Systems over an interval of one parameter.
-#[derive(Clone)]
-pub struct BranchRange {
-    /// The systems.
-    pub subject: Arc<dyn Subject>,
-    /// As that of [`BranchPlan`].
-    pub interval: [f64; 2],
-    /// As those of [`BranchPlan`].
-    pub points: usize,
-}
-
-impl BranchRange {
     /// Checks a value of the parameter at which periodic orbits should start.
     ///
     /// # Errors
@@ -149,26 +131,15 @@ pub fn equilibria(
     plan: &BranchPlan,
     on_progress: OnProgress<'_, f64>,
 ) -> Result<EquilibriumBranch, BranchError> {
-    equilibria_of(&plan.range(), on_progress)
-}
-
-/// [`equilibria`] of any systems.
-///
-/// # Errors
-/// As [`equilibria`].
-pub fn equilibria_of(
-    range: &BranchRange,
-    on_progress: OnProgress<'_, f64>,
-) -> Result<EquilibriumBranch, BranchError> {
-    let [from, to] = range.interval;
-    let name = range.subject.name(0);
-    let mut family = SteadyFamily::of(Arc::clone(&range.subject), vec![(to - from).abs()]);
+    let [from, to] = plan.interval;
+    let name = plan.subject.name(0);
+    let mut family = SteadyFamily::of(Arc::clone(&plan.subject), vec![(to - from).abs()]);
     let mut tracks = Tracks::default();
     let mut last = solve(&mut family, &mut tracks, from, &[])?;
     let mut points = vec![point(name, &last)];
     let mut brackets = Vec::new();
     let mut ended = None;
-    let intervals = range.points.max(2) - 1;
+    let intervals = plan.points.max(2) - 1;
     'branch: for k in 1..=intervals {
         let target = from + (to - from) * k as f64 / intervals as f64;
         let mut next = target;

@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BranchError;
-use super::hopf_curve::{CurveTracer, HopfCurve, Seed};
+use super::curve::Curve;
+use super::hopf_curve::{HopfCurve, HopfPoint, hopf_curve};
 use super::steady::SteadyFamily;
-use super::torus_curve::{Plane, TorusCurve, torus_curves};
+use super::torus_curve::{TorusCurve, torus_curves};
 use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
@@ -125,19 +126,23 @@ pub fn stability_map(
         return Err(first.and_then(Result::err).unwrap_or(BranchError::NoPoint));
     }
     let grid = solved.iter().map(grid_point).collect();
-    let mut tracer = CurveTracer::new(plan.family(), plan.intervals);
+    let mut family = plan.family();
     let edges = edges([xs.len(), ys.len()]);
-    let mut curves: Vec<HopfCurve> = Vec::new();
+    // A linear approximation lies this close to its curve.
+    let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
+    let mut curves: Vec<(&str, Curve<HopfPoint>)> = Vec::new();
     for (k, [from, to]) in edges.iter().enumerate() {
         on_progress(0.5 + 0.5 * k as f64 / edges.len() as f64)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
             continue;
         };
         let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
-        for seed in seeds([place(*from), place(*to)], one, other, names) {
-            let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
-            if !curves.iter().any(|curve| tracer.covers(curve, &seed, cell)) {
-                curves.extend(tracer.trace(&seed)?);
+        let along = usize::from(to - from > 1);
+        for (seed, label) in seeds([place(*from), place(*to)], one, other, names) {
+            let is_known = |(_, curve): &(_, Curve<_>)| plan.passes(&curve.points, &seed, cell);
+            if !curves.iter().any(is_known) {
+                let curve = hopf_curve(plan, &mut family, &seed, along);
+                curves.extend(curve.map(|curve| (label, curve)));
             }
         }
     }
@@ -147,19 +152,14 @@ pub fn stability_map(
         values: values.to_vec(),
     };
     let torus_curves = if plan.orbits {
-        let plane = Plane {
-            scene: &plan.scene,
-            parameters: plan.parameters,
-            intervals: plan.intervals,
-        };
-        torus_curves(&plane, &mut || on_progress(1.0))?
+        torus_curves(plan, &mut || on_progress(1.0))?
     } else {
         Vec::new()
     };
     Ok(StabilityMap {
         axes: [axis(0, &xs), axis(1, &ys)],
         grid,
-        curves,
+        curves: curves.into_iter().map(HopfCurve::new).collect(),
         torus_curves,
     })
 }
@@ -190,12 +190,12 @@ fn grid_point(solved: &Solved) -> MapPoint {
 }
 
 /// The modes whose growth rate changes its sign between two neighbouring points.
-fn seeds(
+fn seeds<'a>(
     places: [[f64; 2]; 2],
     one: &[Tracked],
     other: &[Tracked],
-    names: &[NamedMode],
-) -> Vec<Seed> {
+    names: &'a [NamedMode],
+) -> Vec<(HopfPoint, &'a str)> {
     let modes = other.iter().map(|tracked| tracked.mode.clone());
     // The numbers start where those of the first point end, so that a new mode does not take one of them.
     let mut tracks = Tracks::after(one);
@@ -205,11 +205,11 @@ fn seeds(
         let growths = [from.mode.value.re, to.mode.value.re];
         let crosses = growths[0] * growths[1] < 0.0 && from.mode.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
-        crosses.then(|| Seed {
+        let seed = HopfPoint {
             values: [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k])),
             mode: from.mode.clone(),
-            label: name.label.clone(),
-        })
+        };
+        crosses.then_some((seed, &*name.label))
     });
     seeds.collect()
 }

@@ -3,6 +3,7 @@
 mod at;
 #[cfg(feature = "table")]
 mod coexistence;
+mod curve;
 mod diagram;
 mod diagram_text;
 mod differences;
@@ -40,13 +41,12 @@ pub use diagram::{
 };
 pub use differences::Differences;
 pub use equilibria::{
-    BranchMode, BranchPlan, BranchRange, EquilibriumBranch, EquilibriumPoint, StartOutside,
-    equilibria, equilibria_of,
+    BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, StartOutside, equilibria,
 };
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits, add_orbits_of};
+pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits};
 pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
 pub use scene_family::{SubjectFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};

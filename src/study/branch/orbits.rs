@@ -1,7 +1,7 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
 use super::BranchError;
-use super::equilibria::{BranchPlan, BranchRange};
+use super::equilibria::BranchPlan;
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
 use super::scene_family::SubjectFamily;
@@ -67,7 +67,7 @@ pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> Result<()
 
 /// A study of periodic orbits.
 struct Study<'a> {
-    range: &'a BranchRange,
+    plan: &'a BranchPlan,
     family: SubjectFamily,
     options: ContinuationOptions,
     watch: OnOrbitProgress<'a>,
@@ -84,27 +84,11 @@ pub fn add_orbits(
     result: &mut Branch,
     watch: OnOrbitProgress<'_>,
 ) -> Result<(), BranchError> {
-    add_orbits_of(&plan.range(), starts, result, watch)
-}
-
-/// [`add_orbits`] of any systems.
-///
-/// # Errors
-/// As [`add_orbits`].
-pub fn add_orbits_of(
-    range: &BranchRange,
-    starts: OrbitStarts<'_>,
-    result: &mut Branch,
-    watch: OnOrbitProgress<'_>,
-) -> Result<(), BranchError> {
-    let max_step = range
-        .subject
-        .trial(&range.interval[..1], &mut None)?
-        .max_step;
+    let family = SubjectFamily::new(plan);
     let mut study = Study {
-        range,
-        family: SubjectFamily::of(range),
-        options: ContinuationOptions::new(range.interval, max_step),
+        plan,
+        options: family.options(plan.interval)?,
+        family,
         watch,
     };
     match study.add(starts, result) {
@@ -118,7 +102,7 @@ impl Study<'_> {
         match starts {
             OrbitStarts::Scene => self.add_first(&self.values(), result)?,
             OrbitStarts::At(value) => {
-                self.range.check_start(value)?;
+                self.plan.check_start(value)?;
                 self.add_first(&[value], result)?;
             }
             OrbitStarts::Settled(points) => self.add_settled(points, result)?,
@@ -158,7 +142,7 @@ impl Study<'_> {
         points: &[SweepPoint],
         result: &mut Branch,
     ) -> Result<(), BranchError> {
-        let [low, high] = self.range.interval;
+        let [low, high] = self.plan.interval;
         for point in points {
             let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
                 continue;
@@ -176,8 +160,8 @@ impl Study<'_> {
 
     /// Values of the parameter at which a settled motion is tried.
     fn values(&self) -> Vec<f64> {
-        let [from, to] = self.range.interval;
-        let own = self.range.subject.first_value();
+        let [from, to] = self.plan.interval;
+        let own = self.plan.subject.first_value();
         let own = own.filter(|value| (from..=to).contains(value));
         let shares = [0.5, 0.25, 0.75, 0.05, 0.95].map(|share| from + share * (to - from));
         own.into_iter().chain(shares).collect()
@@ -185,7 +169,7 @@ impl Study<'_> {
 
     /// The orbit of the settled motion at a value.
     fn settled(&mut self, value: f64) -> Result<PeriodicOrbit, BranchError> {
-        let name = self.range.subject.name(0);
+        let name = self.plan.subject.name(0);
         let trial = self.family.steady().trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
@@ -230,7 +214,7 @@ impl Study<'_> {
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        orbit.map_err(|error| no_orbit(self.range.subject.name(0), value, &error))
+        orbit.map_err(|error| no_orbit(self.plan.subject.name(0), value, &error))
     }
 
     /// The branches born at the Hopf points that no branch has reached.
@@ -261,7 +245,7 @@ impl Study<'_> {
 
     /// Whether a branch has an orbit of small amplitude next to a Hopf point.
     fn is_known(&self, found: &SteadyBifurcation, result: &Branch) -> bool {
-        let width = self.range.interval[1] - self.range.interval[0];
+        let width = self.plan.interval[1] - self.plan.interval[0];
         let largest = result.points.iter().map(|point| point.orbit.amplitude);
         let largest = largest.fold(0.0, f64::max);
         result.points.iter().any(|point| {
@@ -293,7 +277,7 @@ impl Study<'_> {
             real,
             imaginary,
         };
-        let size = self.range.subject.hopf_size(omega, &point.state);
+        let size = self.plan.subject.hopf_size(omega, &point.state);
         let amplitude = HOPF_SHARE * size;
         hopf_orbit(&self.family, &point, amplitude, &self.options)
             .map_err(|error| BranchError::NoOrbit(chain_of_causes(&error)))
@@ -343,7 +327,7 @@ impl Study<'_> {
         });
         match followed {
             Ok(orbits) => {
-                let name = self.range.subject.name(0);
+                let name = self.plan.subject.name(0);
                 result.ended.extend(ends(&orbits, branch, name));
                 result.ended.extend(orbits.unresolved.iter().map(|[from, to]| {
                     format!(

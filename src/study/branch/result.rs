@@ -102,19 +102,11 @@ impl BranchBifurcation {
 impl Branch {
     /// The result of a plan, with its equilibria.
     pub fn new(plan: &BranchPlan, steady: EquilibriumBranch) -> Self {
-        Self {
-            unit: plan.parameter.unit().to_owned(),
-            ..Self::of(plan.parameter.path(), plan.interval, steady)
-        }
-    }
-
-    /// The result for a parameter without a unit, with the equilibria.
-    pub fn of(parameter: &str, interval: [f64; 2], steady: EquilibriumBranch) -> Self {
         let bifurcations = steady.bifurcations.into_iter();
         Self {
-            parameter: parameter.to_owned(),
-            unit: String::new(),
-            interval,
+            parameter: plan.subject.path(0).to_owned(),
+            unit: plan.subject.unit(0).to_owned(),
+            interval: plan.interval,
             equilibria: steady.points,
             points: Vec::new(),
             bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),

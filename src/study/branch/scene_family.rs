@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::BranchError;
-use super::equilibria::{BranchPlan, BranchRange};
+use super::equilibria::BranchPlan;
 use super::result::Branch;
 use super::steady::SteadyFamily;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
@@ -20,19 +20,20 @@ pub struct SubjectFamily {
 type Last = (f64, Vec<f64>, Option<f64>);
 
 impl SubjectFamily {
-    /// The family of the scene of a plan.
+    /// The family of a plan.
     pub fn new(plan: &BranchPlan) -> Self {
-        Self::of(&plan.range())
-    }
-
-    /// The systems over a range of the parameter.
-    pub(super) fn of(range: &BranchRange) -> Self {
-        let [from, to] = range.interval;
-        let steady = SteadyFamily::of(Arc::clone(&range.subject), vec![(to - from).abs()]);
+        let [from, to] = plan.interval;
+        let steady = SteadyFamily::of(Arc::clone(&plan.subject), vec![(to - from).abs()]);
         Self {
             steady: Mutex::new(steady),
             last: Mutex::new(None),
         }
+    }
+
+    /// Options of the continuation over an interval of the parameter, with the maximum step of the systems.
+    pub(super) fn options(&self, interval: [f64; 2]) -> Result<ContinuationOptions, PipelineError> {
+        let max_step = self.steady().trial(&interval[..1])?.max_step;
+        Ok(ContinuationOptions::new(interval, max_step))
     }
 
     /// The steady states of the family.
@@ -85,7 +86,7 @@ const PORTRAIT: usize = 240;
 /// If a system cannot be built, or an integration fails.
 pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, BranchError> {
     let family = SubjectFamily::new(plan);
-    let options = ContinuationOptions::new(plan.interval, plan.scene.integrator.max_step);
+    let options = family.options(plan.interval)?;
     let portraits = result.points.iter().map(|point| {
         let orbit = &point.orbit;
         let prepared = family.built(orbit.parameter)?;

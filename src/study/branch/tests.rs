@@ -3,12 +3,7 @@ use crate::dynamics::continuation::Criticality;
 use crate::scene::{Parameter, Scene};
 
 fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPlan {
-    BranchPlan {
-        scene,
-        parameter: Parameter::named(key).unwrap(),
-        interval,
-        points,
-    }
+    BranchPlan::new(scene, Parameter::named(key).unwrap(), interval, points)
 }
 
 fn branch(plan: &BranchPlan) -> EquilibriumBranch {
@@ -431,12 +426,14 @@ fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
     let scene = scene.with_values(&[(nodes, 100.0)]).unwrap();
     let slope = Parameter::named("friction.stribeck_slope_s_per_m").unwrap();
     let own = scene.value_of(slope).unwrap();
-    let plane = torus_curve::Plane {
-        scene: &scene,
+    let plan = MapPlan {
+        scene,
         parameters: [Parameter::tilt(), slope],
         intervals: [[2.0, 7.5], [8.0, 14.0]],
+        size: [2, 2],
+        orbits: true,
     };
-    let curves = torus_curve::torus_curves(&plane, &mut || Ok(())).unwrap();
+    let curves = torus_curve::torus_curves(&plan, &mut || Ok(())).unwrap();
     let [curve] = &curves[..] else {
         panic!("{} curves", curves.len());
     };

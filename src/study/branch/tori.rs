@@ -6,6 +6,7 @@
 //! of small integers within its error, Newton's method decides whether the motion is a stable periodic orbit of that
 //! ratio: the torus is then phase-locked. The branch of this orbit ends in folds, the borders of the tongue.
 
+use super::BranchError;
 use super::at::At;
 use super::equilibria::BranchPlan;
 use super::orbits::{OnOrbitProgress, OrbitProgress};
@@ -52,11 +53,15 @@ const LEAST_ERROR: f64 = 1e-8;
 
 /// Adds the tori of the supercritical Neimark-Sacker points of attracting orbits to a result, each at `count` values of the
 /// parameter between the point and the end of the interval.
-pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrbitProgress<'_>) {
+pub fn add_tori(
+    plan: &BranchPlan,
+    count: u32,
+    result: &mut Branch,
+    watch: OnOrbitProgress<'_>,
+) -> Result<(), BranchError> {
     let family = SubjectFamily::new(plan);
-    let max_step = plan.scene.integrator.max_step;
-    let options = ContinuationOptions::new(plan.interval, max_step);
-    let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), max_step);
+    let options = family.options(plan.interval)?;
+    let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), options.method.max_step);
     let mut tori = Vec::new();
     for found in result.orbit_bifurcations() {
         let point = &found.bifurcation;
@@ -93,7 +98,7 @@ pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrb
         };
         let study = TorusStudy {
             family: &family,
-            name: plan.parameter.name(),
+            name: plan.subject.name(0),
             options: &options,
             method,
         };
@@ -103,6 +108,7 @@ pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrb
         tori.push(torus);
     }
     result.tori.extend(tori);
+    Ok(())
 }
 
 /// The motion at the start of a torus.

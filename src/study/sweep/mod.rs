@@ -19,15 +19,12 @@ pub(super) mod tests;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::Stopped;
 use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
-use super::response::{
-    InitialState, ResponseError, ResponsePlan, ResponseProgress, SettledResponse, respond, response,
-};
-use super::{OnProgress, Stopped, Subject};
+use super::response::{InitialState, ResponseError, ResponsePlan, SettledResponse};
+use super::subject::{SceneSubject, Subject};
 use crate::chain_of_causes;
 use crate::joint::BallJoint;
-use crate::pipeline::PipelineError;
-use crate::scene::SceneError;
 #[cfg(feature = "table")]
 pub use batch::IDENTITY;
 pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
@@ -106,20 +103,12 @@ pub fn sweep<A: SweepObserver>(
     threads: usize,
     observer: &mut A,
 ) -> Result<bool, A::Error> {
-    let respond =
-        |place: &Place, from: InitialState<'_>, ball: &mut _, watch: OnProgress<'_, _>| {
-            let scene = plan.scene_at(place)?;
-            Ok(response(&scene, from, &plan.response, ball, watch)?)
-        };
-    let enter = |work: Work<'_>| work();
-    sweep_of(
-        &plan.grid(),
-        (&respond, &enter),
-        shard,
-        known,
-        threads,
-        observer,
-    )
+    let subject = SceneSubject {
+        scene: plan.scene.clone(),
+        parameters: plan.axes.iter().map(Axis::parameter).collect(),
+    };
+    let (grid, response) = (plan.grid(), &plan.response);
+    sweep_subject(&subject, &grid, response, (shard, known), threads, observer)
 }
 
 /// [`sweep`] of any systems. Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)).
@@ -130,54 +119,18 @@ pub fn sweep_subject<A: SweepObserver>(
     subject: &dyn Subject,
     grid: &Grid<'_>,
     plan: &ResponsePlan,
-    shard: Shard,
-    threads: usize,
-    observer: &mut A,
-) -> Result<bool, A::Error> {
-    let respond =
-        |place: &Place, from: InitialState<'_>, ball: &mut _, watch: OnProgress<'_, _>| {
-            let trial = subject.trial(&place.values, ball)?;
-            let plan = plan.scaled(trial.period.unwrap_or(1.0));
-            Ok(respond(trial, from, &plan, |_| None, watch)?)
-        };
-    let enter = |work: Work<'_>| subject.enter(work);
-    sweep_of(grid, (&respond, &enter), shard, &[], threads, observer)
-}
-
-/// Computes the response at a place, from an initial state.
-type Respond<'a> = &'a (
-        dyn Fn(
-    &Place,
-    InitialState<'_>,
-    &mut Option<BallJoint>,
-    OnProgress<'_, ResponseProgress>,
-) -> Result<SettledResponse, PointError>
-            + Sync
-    );
-
-/// Work of a thread.
-type Work<'a> = &'a mut (dyn FnMut() + Send);
-
-fn sweep_of<A: SweepObserver>(
-    grid: &Grid<'_>,
-    (respond, enter): (Respond<'_>, &(dyn Fn(Work<'_>) + Sync)),
-    shard: Shard,
-    known: &[SweepPoint],
+    (shard, known): (Shard, &[SweepPoint]),
     threads: usize,
     observer: &mut A,
 ) -> Result<bool, A::Error> {
     let chains = grid.chains(shard);
     let all: usize = chains.iter().map(Vec::len).sum();
-    let known: HashMap<usize, &SweepPoint> = known
-        .iter()
-        .map(|point| (point.place.index, point))
-        .collect();
-    let mut done = chains
-        .iter()
-        .flatten()
-        .filter(|k| known.contains_key(k))
-        .count();
+    let known = known.iter().map(|point| (point.place.index, point));
+    let known: HashMap<usize, &SweepPoint> = known.collect();
+    let planned = chains.iter().flatten();
+    let mut done = planned.filter(|k| known.contains_key(k)).count();
     let threads = threads.clamp(1, chains.len().max(1));
+    // Fraction done of the current point of each thread, as the bits of an `f64`.
     let shares: Vec<AtomicU64> = (0..threads).map(|_| AtomicU64::new(0)).collect();
     let share = |done: usize| {
         let begun = shares
@@ -185,18 +138,39 @@ fn sweep_of<A: SweepObserver>(
             .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
         (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
     };
-    let job = |ball: &mut Option<BallJoint>,
-               thread: usize,
-               chain: usize,
-               sender: &ResultSender<'_, _>| {
-        let worker = Worker {
-            grid,
-            respond,
-            known: &known,
-            share: &shares[thread],
-            sender,
-        };
-        enter(&mut || worker.run(&chains[chain], ball));
+    let run = |chain: &[usize],
+               ball: &mut Option<BallJoint>,
+               share: &AtomicU64,
+               sender: &ResultSender<'_, SweepPoint>| {
+        let mut before: Option<SettledResponse> = None;
+        for &index in chain {
+            if let Some(known) = known.get(&index) {
+                before = known.outcome.as_ref().ok().cloned();
+                continue;
+            }
+            let place = grid.place(index);
+            let from = before
+                .as_ref()
+                .map_or(InitialState::Fresh, InitialState::After);
+            let found = subject.response(&place.values, from, plan, ball, &mut |progress| {
+                let part = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
+                share.store(part.to_bits(), Ordering::Relaxed);
+                sender.check()
+            });
+            let outcome = match found {
+                Err(ResponseError::Stopped(_)) => return,
+                // A failed run is kept as a point.
+                found => found.map_err(|error| chain_of_causes(&error)),
+            };
+            before = outcome.as_ref().ok().cloned();
+            share.store(0, Ordering::Relaxed);
+            if !sender.send(SweepPoint { place, outcome }) {
+                return;
+            }
+        }
+    };
+    let job = |ball: &mut _, thread: usize, chain: usize, sender: &ResultSender<'_, _>| {
+        subject.enter(&mut || run(&chains[chain], ball, &shares[thread], sender));
     };
     run_jobs(chains.len(), threads, job, |event| {
         if let Event::Result(point) = event {
@@ -211,57 +185,4 @@ fn sweep_of<A: SweepObserver>(
         Ok::<_, A::Error>(observer.on_progress(progress).is_ok())
     })?;
     Ok(done == all)
-}
-
-/// The part of a sweep that runs on one thread.
-struct Worker<'a> {
-    grid: &'a Grid<'a>,
-    respond: Respond<'a>,
-    known: &'a HashMap<usize, &'a SweepPoint>,
-    /// Fraction done of the current point, as the bits of an `f64`.
-    share: &'a AtomicU64,
-    sender: &'a ResultSender<'a, SweepPoint>,
-}
-
-impl Worker<'_> {
-    fn run(&self, chain: &[usize], ball: &mut Option<BallJoint>) {
-        let mut before: Option<SettledResponse> = None;
-        for &index in chain {
-            if let Some(known) = self.known.get(&index) {
-                before = known.outcome.as_ref().ok().cloned();
-                continue;
-            }
-            let place = self.grid.place(index);
-            let from = before
-                .as_ref()
-                .map_or(InitialState::Fresh, InitialState::After);
-            let found = (self.respond)(&place, from, ball, &mut |progress| {
-                let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
-                self.share.store(share.to_bits(), Ordering::Relaxed);
-                self.sender.check()
-            });
-            let outcome = match found {
-                Ok(found) => Ok(found),
-                Err(PointError::Response(ResponseError::Stopped(_))) => return,
-                // A failed run is kept as a point.
-                Err(error) => Err(chain_of_causes(&error)),
-            };
-            before = outcome.as_ref().ok().cloned();
-            self.share.store(0, Ordering::Relaxed);
-            if !self.sender.send(SweepPoint { place, outcome }) {
-                return;
-            }
-        }
-    }
-}
-
-/// Error of a single point.
-#[derive(Debug, thiserror::Error)]
-enum PointError {
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
-    #[error(transparent)]
-    Response(#[from] ResponseError),
 }
