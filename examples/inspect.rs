@@ -13,7 +13,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use rerun::external::re_log_encoding::DecoderApp;
+use re_log_encoding::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
 use squeakscope::pipeline::{Monitor, run};
 use squeakscope::record::{Output, RerunSink, paths};

@@ -2,7 +2,7 @@
 //! shapes, and coloured by its true displacement. If the surface of the body is not known, only its axis of
 //! rotation is drawn.
 
-use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius};
+use crate::record::sdk::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
 use super::{
     error::RecordError,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rerun::Scalars;
+use crate::record::sdk::Scalars;
 
 use super::{
     body::Body,

@@ -67,7 +67,7 @@ pub enum RecordError {
     /// The viewer address is invalid.
     #[error(
         "`{url}` is not a viewer address ({reason}); an example is {}",
-        rerun::DEFAULT_CONNECT_URL
+        crate::record::sdk::DEFAULT_CONNECT_URL
     )]
     Address {
         /// The given address.
@@ -105,14 +105,14 @@ pub enum RecordError {
     NoHeader,
 }
 
-impl From<rerun::log::ChunkError> for RecordError {
-    fn from(error: rerun::log::ChunkError) -> Self {
+impl From<crate::record::sdk::log::ChunkError> for RecordError {
+    fn from(error: crate::record::sdk::log::ChunkError) -> Self {
         Self::Encode(error.to_string())
     }
 }
 
-impl From<rerun::SerializationError> for RecordError {
-    fn from(error: rerun::SerializationError) -> Self {
+impl From<crate::record::sdk::SerializationError> for RecordError {
+    fn from(error: crate::record::sdk::SerializationError) -> Self {
         Self::Encode(error.to_string())
     }
 }

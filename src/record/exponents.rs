@@ -1,6 +1,6 @@
 //! Lyapunov exponents: running values, spectrum with errors, and text.
 
-use rerun::{Color, Scalars, SeriesLines};
+use crate::record::sdk::{Color, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,

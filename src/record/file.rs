@@ -17,14 +17,12 @@ use std::{
     time::Duration,
 };
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use rerun::{
-    external::{
-        re_build_info::CrateVersion,
-        re_log_encoding::{EncodeError, Encoder, EncodingOptions},
-    },
+use crate::record::sdk::{
+    build_info,
+    external::re_log_encoding::{EncodeError, Encoder, EncodingOptions},
     log::LogMsg,
 };
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
 use super::{
     check_memory,
@@ -250,7 +248,7 @@ impl Open {
     fn begin(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).open(path)?;
         let encoder = Encoder::new_eager(
-            CrateVersion::LOCAL,
+            build_info().version,
             EncodingOptions::PROTOBUF_COMPRESSED,
             file.try_clone()?,
         )

@@ -1,6 +1,6 @@
 //! State of the solver: accuracy of its steps, cost, queues.
 
-use rerun::Scalars;
+use crate::record::sdk::Scalars;
 
 use super::{
     error::RecordError,

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rerun::SeriesLines;
+use crate::record::sdk::SeriesLines;
 
 use super::{
     error::RecordError,

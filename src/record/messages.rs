@@ -8,13 +8,13 @@
 use std::fmt;
 use std::io::{self, BufReader, Read};
 
-use re_protos::common::v1alpha1::{Compression, StoreKind};
-use re_protos::log_msg::v1alpha1::{ArrowMsg, Encoding};
-use rerun::external::re_log_encoding::external::lz4_flex::block::decompress;
-use rerun::external::re_log_encoding::{
+use crate::record::sdk::log::Chunk;
+use re_log_encoding::external::lz4_flex::block::decompress;
+use re_log_encoding::{
     CodecError, Decodable, MessageHeader, MessageKind, RRD_FOURCC, StreamFooter, StreamHeader,
 };
-use rerun::log::Chunk;
+use re_protos::common::v1alpha1::{Compression, StoreKind};
+use re_protos::log_msg::v1alpha1::{ArrowMsg, Encoding};
 
 use crate::foreign::arrow::{ArrowStream, MAX_MESSAGE};
 use crate::foreign::{one_line, read_exactly, without_panic};

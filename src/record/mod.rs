@@ -68,6 +68,16 @@ mod viewer;
 #[cfg(test)]
 mod tests;
 
+/// Rerun's SDK with its types.
+pub(crate) mod sdk {
+    pub use re_sdk_types::DynamicArchetype;
+    pub use re_sdk_types::archetypes::*;
+    pub use re_sdk_types::components::{self, Color, Radius, TextLogLevel};
+    pub use re_sdk_types::datatypes::{self, ClassDescription, Rgba32};
+    pub use rerun::log::TimeColumn;
+    pub use rerun::*;
+}
+
 pub use error::RecordError;
 pub use messages::Damage;
 pub(crate) use part_file::PartFile;

@@ -7,7 +7,7 @@
 //! | labels of peaks and lines to the peaks | `PATH/names`, `PATH/stems` |
 //! | caption, note | `PATH/caption`, `PATH/note` |
 
-use rerun::{
+use crate::record::sdk::{
     AnnotationContext, AsComponents, Clear, Color, LineStrips2D, Points2D, Radius,
     SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
 };
@@ -204,8 +204,8 @@ impl PanelView {
             self.image = now;
             let classes = image.palette.iter().zip(0u16..).map(|(swatch, id)| {
                 let [r, g, b] = swatch.dark;
-                let color = rerun::Rgba32::from_rgb(r, g, b);
-                rerun::ClassDescription::from((id, &*swatch.name, color))
+                let color = crate::record::sdk::Rgba32::from_rgb(r, g, b);
+                crate::record::sdk::ClassDescription::from((id, &*swatch.name, color))
             });
             let classes = AnnotationContext::new(classes.collect::<Vec<_>>());
             rec.log_static(&*path, &classes)?;

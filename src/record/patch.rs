@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use rerun::{Arrows3D, LineStrips3D, Points3D, Radius};
+use crate::record::sdk::{Arrows3D, LineStrips3D, Points3D, Radius};
 
 use super::{
     camera::Camera,
@@ -47,7 +47,7 @@ pub struct Patch {
     camera: Camera,
     times: Vec<i64>,
     lengths: Vec<usize>,
-    colors: Vec<rerun::Color>,
+    colors: Vec<crate::record::sdk::Color>,
     radii: Vec<Radius>,
     friction: Vec<[f32; 3]>,
     redraw: RedrawTimer,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use rerun::SeriesLines;
+use crate::record::sdk::SeriesLines;
 
 use super::{
     error::RecordError,

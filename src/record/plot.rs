@@ -1,7 +1,7 @@
 //! Axes of two-dimensional views. The viewer has none, so frame, ticks and labels are logged as lines and
 //! points. Scene units are pixels; y points down.
 
-use rerun::{Color, LineStrips2D, Points2D, Radius};
+use crate::record::sdk::{Color, LineStrips2D, Points2D, Radius};
 
 use super::{
     error::RecordError,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
+use crate::record::sdk::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::{
     error::RecordError,

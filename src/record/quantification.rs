@@ -1,6 +1,6 @@
 //! Recurrence quantification over time, one series per measure.
 
-use rerun::Scalars;
+use crate::record::sdk::Scalars;
 
 use super::{
     error::RecordError,

@@ -11,7 +11,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use rerun::{Scalars, SeriesLines, TimelineName, log::Chunk, time::TimeType};
+use crate::record::sdk::{Scalars, SeriesLines, TimelineName, log::Chunk, time::TimeType};
 
 use super::messages::{Chunks, Damage};
 use super::paths;
@@ -373,7 +373,7 @@ fn read_entities(
 
 #[cfg(test)]
 mod tests {
-    use rerun::{RecordingStream, RecordingStreamBuilder, TimeCell};
+    use crate::record::sdk::{RecordingStream, RecordingStreamBuilder, TimeCell};
 
     use super::*;
     use crate::pipeline::Sink;

@@ -1,6 +1,6 @@
 //! The type of motion: its confidence over time, and the evidence as text.
 
-use rerun::{Scalars, SeriesPoints};
+use crate::record::sdk::{Scalars, SeriesPoints};
 
 use super::{
     error::RecordError,

@@ -1,6 +1,6 @@
 //! Scalar series: probe, modes, energies, tilt, load and rotation.
 
-use rerun::{Points2D, Radius, Scalars, SeriesLines};
+use crate::record::sdk::{Points2D, Radius, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,
@@ -85,7 +85,7 @@ pub fn name_series(
     rec: &RecordingStream,
     path: &str,
     names: impl IntoIterator<Item = String>,
-    colors: impl IntoIterator<Item = rerun::Color>,
+    colors: impl IntoIterator<Item = crate::record::sdk::Color>,
 ) -> Result<(), RecordError> {
     let style = SeriesLines::new()
         .with_names(names)

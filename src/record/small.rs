@@ -1,6 +1,6 @@
 //! A small system: series and phase portrait coloured by status, and the status as a band.
 
-use rerun::{Color, SeriesLines, StateChange, StateConfiguration};
+use crate::record::sdk::{Color, SeriesLines, StateChange, StateConfiguration};
 
 use super::{
     error::RecordError,

@@ -1,6 +1,6 @@
 //! The spectrogram of the probe's velocity over the whole run.
 
-use rerun::{Image, LineStrips2D, Points2D, Radius, Transform3D};
+use crate::record::sdk::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
     error::RecordError,

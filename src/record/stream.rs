@@ -7,7 +7,7 @@
 
 use std::{cell::RefCell, collections::BTreeMap, fmt, sync::Arc};
 
-use rerun::{
+use crate::record::sdk::{
     ApplicationId, AsComponents, EntityPath, RecordingInfo, SerializationError,
     SerializedComponentColumn, SizeBytes as _, StoreId, StoreKind, TimeCell, TimeColumn, TimePoint,
     TimelineName,
@@ -76,7 +76,7 @@ impl RecordingStream {
     /// [`RecordError::Encode`] if its properties cannot be encoded.
     pub fn new(application: &'static str, sink: Arc<dyn MessageSink>) -> Result<Self, RecordError> {
         let rec = Self::with_kind(StoreKind::Recording, application.into(), sink);
-        let began = rerun::components::Timestamp::now();
+        let began = crate::record::sdk::components::Timestamp::now();
         let info = RecordingInfo::new().with_start_time(began);
         rec.log_static(EntityPath::properties(), &info)?;
         Ok(rec)
@@ -95,7 +95,7 @@ impl RecordingStream {
     }
 
     fn with_kind(kind: StoreKind, application: ApplicationId, sink: Arc<dyn MessageSink>) -> Self {
-        let made_by = rerun::new_store_info(application.clone()).store_source;
+        let made_by = crate::record::sdk::new_store_info(application.clone()).store_source;
         let store = StoreId::random(kind, application);
         let info = StoreInfo::new(store.clone(), made_by);
         sink.send(LogMsg::SetStoreInfo(SetStoreInfo {

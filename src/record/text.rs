@@ -1,6 +1,6 @@
 //! The texts of a recording: description, narration and log.
 
-use rerun::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
+use crate::record::sdk::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
 
 use super::{
     RERUN_VERSION,
@@ -98,9 +98,9 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
         ("rerun_version", RERUN_VERSION),
     ];
     let run = fields.into_iter().fold(
-        rerun::DynamicArchetype::new("squeakscope.Run"),
+        crate::record::sdk::DynamicArchetype::new("squeakscope.Run"),
         |run, (name, value)| {
-            run.with_component::<rerun::components::Text>(name, [value.to_owned()])
+            run.with_component::<crate::record::sdk::components::Text>(name, [value.to_owned()])
         },
     );
     let path = EntityPath::properties().join(&EntityPath::from(paths::RUN_PROPERTY));

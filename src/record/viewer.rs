@@ -21,13 +21,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use rerun::{
+use crate::record::sdk::{
     SpawnOptions,
     external::{re_log_encoding::DecoderApp, re_uri::ProxyUri},
     log::LogMsg,
     sink::{GrpcSink, GrpcSinkConnectionState, LogSink},
 };
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
 use super::{error::RecordError, stream::MessageSink};
 
@@ -87,7 +87,7 @@ pub fn spawn() -> Result<ProxyUri, RecordError> {
         extra_args: vec!["--bind".to_owned(), "127.0.0.1".to_owned()],
         ..SpawnOptions::default()
     };
-    let info = rerun::spawn(&options).map_err(|error| {
+    let info = crate::record::sdk::spawn(&options).map_err(|error| {
         // The full error text includes installation instructions; its first line is the reason.
         let text = error.to_string();
         fault(

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
+use re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 use squeakscope::record::{ReadError, Series, paths, read_series};
 use squeakscope::study::sweep::{SweepTable, TableError, read_table};
 
@@ -73,7 +73,7 @@ impl Desk {
             let time = rerun::TimeCell::from_duration_nanos(1_000_000 * i64::from(k));
             recording.set_time("clock", time);
             let value = (0.4 * f64::from(k)).sin();
-            let row = rerun::Scalars::single(value);
+            let row = re_sdk_types::archetypes::Scalars::single(value);
             recording.log("volts", &row).expect("logged");
             if k % 100 == 99 {
                 recording.flush_blocking().expect("written");

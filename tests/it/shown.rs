@@ -210,8 +210,11 @@ fn columns_of_recordings_are_escaped() {
         rec.set_duration_secs("t", f64::from(k));
         for name in [NAME, "other"] {
             let path = rerun::EntityPath::from_single_string(name);
-            rec.log(path, &rerun::Scalars::single(f64::from(k)))
-                .expect("logged");
+            rec.log(
+                path,
+                &re_sdk_types::archetypes::Scalars::single(f64::from(k)),
+            )
+            .expect("logged");
         }
     }
     rec.flush_blocking().expect("written");

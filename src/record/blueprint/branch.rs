@@ -1,6 +1,6 @@
 //! The layout of branches of periodic orbits: one tab per branch.
 
-use rerun::external::re_sdk_types::blueprint::{
+use re_sdk_types::blueprint::{
     archetypes::TimePanelBlueprint,
     components::{LoopMode, PanelState, PlayState},
 };

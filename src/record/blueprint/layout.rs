@@ -1,6 +1,6 @@
 //! The views and tabs of `layout.txt`.
 
-use rerun::external::re_sdk_types::blueprint::components::Corner2D;
+use re_sdk_types::blueprint::components::Corner2D;
 
 use super::run::WINDOW;
 use super::tree::{Container, Part, View};

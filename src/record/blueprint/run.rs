@@ -1,6 +1,6 @@
 //! The layout of a run: a joint, a small system or a signal.
 
-use rerun::external::re_sdk_types::blueprint::{
+use re_sdk_types::blueprint::{
     archetypes::TimePanelBlueprint,
     components::{PanelState, PlayState},
 };

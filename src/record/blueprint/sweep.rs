@@ -1,12 +1,11 @@
 //! The layout of a sweep: its starts side by side, and each one separately.
 
-use rerun::{
-    datatypes::{TimeInt, TimeRangeBoundary},
-    external::re_sdk_types::blueprint::{
-        archetypes::{TimeAxis, TimePanelBlueprint},
-        components::{LoopMode, PanelState, PlayState, TimeRange},
-    },
+use re_sdk_types::blueprint::{
+    archetypes::{TimeAxis, TimePanelBlueprint},
+    components::{LoopMode, PanelState, PlayState, TimeRange},
 };
+
+use crate::record::sdk::datatypes::{TimeInt, TimeRangeBoundary};
 
 use super::{
     layout::{named, screen_of},
@@ -75,7 +74,7 @@ fn whole(timeline: &TimelineTicks) -> Option<TimeRange> {
     };
     let margin = (0.3 * timeline.gap()).ceil() as i64;
     let at = |tick| TimeRangeBoundary::Absolute(TimeInt(tick));
-    Some(TimeRange(rerun::datatypes::TimeRange {
+    Some(TimeRange(crate::record::sdk::datatypes::TimeRange {
         start: at(first - margin),
         end: at(last + margin),
     }))

@@ -9,17 +9,18 @@ use std::{
     hash::{DefaultHasher, Hash, Hasher},
 };
 
-use rerun::{
+use re_sdk_types::blueprint::{
+    archetypes::{
+        Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+        ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+        VisibleTimeRanges, VisualBounds2D,
+    },
+    components::{BackgroundKind, ContainerKind, Corner2D, PanelState, RootContainer},
+};
+
+use crate::record::sdk::{
     Archetype, AsComponents, EntityPath, SerializedComponentBatch,
     datatypes::{Range1D, Range2D, TimeInt, TimeRange, TimeRangeBoundary, Uuid, VisibleTimeRange},
-    external::re_sdk_types::blueprint::{
-        archetypes::{
-            Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-            ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
-            VisibleTimeRanges, VisualBounds2D,
-        },
-        components::{BackgroundKind, ContainerKind, Corner2D, PanelState, RootContainer},
-    },
 };
 
 use crate::record::{
@@ -155,7 +156,7 @@ impl View {
     /// Fixes the vertical range of a time series; the viewer chooses it if the range is empty.
     pub fn with_range(self, [low, high]: [f64; 2]) -> Self {
         if low < high {
-            let range = rerun::components::Range1D::new(low, high);
+            let range = crate::record::sdk::components::Range1D::new(low, high);
             self.with(&ScalarAxis::new().with_range(range))
         } else {
             self
@@ -264,7 +265,7 @@ impl Writer {
     fn log(
         &self,
         path: impl Into<EntityPath>,
-        what: &dyn rerun::AsComponents,
+        what: &dyn crate::record::sdk::AsComponents,
     ) -> Result<(), RecordError> {
         let always = Moment::tick("blueprint".into(), 0);
         stream::log_at(&self.blueprint, path, always, what)

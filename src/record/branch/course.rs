@@ -1,6 +1,6 @@
 //! A branch in a recording: its timeline and its plots.
 
-use rerun::TimelineName;
+use crate::record::sdk::TimelineName;
 
 use crate::{
     plot::{Color, Layer, Panel, branch_figure, multipliers_panel, response},

@@ -1,6 +1,6 @@
 //! The plots of a sweep, for each start.
 
-use rerun::{LineStrips3D, Radius, SeriesPoints};
+use crate::record::sdk::{LineStrips3D, Radius, SeriesPoints};
 
 use super::{
     SweepStudy, description,

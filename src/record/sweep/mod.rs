@@ -17,7 +17,7 @@ mod tests;
 
 use std::path::Path;
 
-use rerun::TimelineName;
+use crate::record::sdk::TimelineName;
 
 use super::{
     blueprint,

@@ -1,7 +1,7 @@
 //! Fig. 2 in three dimensions: the natural modes of ball and beam side by side, with magnified displacements,
 //! coloured by displacement.
 
-use rerun::{LineStrips3D, Mesh3D, Points3D, Radius};
+use crate::record::sdk::{LineStrips3D, Mesh3D, Points3D, Radius};
 
 use crate::{
     fem::{FamilyMode, ModeKind},

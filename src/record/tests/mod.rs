@@ -9,7 +9,7 @@ use std::{
     time::Instant,
 };
 
-use rerun::{
+use crate::record::sdk::{
     EntityPath,
     external::{
         re_log_encoding::DecoderApp,
@@ -283,7 +283,7 @@ fn a_recording_contains_versions_scene_and_command() {
 
 #[test]
 fn the_stated_rerun_version_is_the_linked_one() {
-    let linked = rerun::build_info().version.to_string();
+    let linked = crate::record::sdk::build_info().version.to_string();
     assert_eq!(linked, super::RERUN_VERSION);
 }
 

@@ -2,7 +2,7 @@
 
 use std::{fs::File, io::BufReader, path::Path, sync::Arc};
 
-use rerun::{
+use crate::record::sdk::{
     external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg},
 };
