@@ -251,7 +251,9 @@ pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLi
 pub fn section_axes(found: &[&SettledResponse], letter: &str, fallback: f64) -> SectionAxes {
     let points = || found.iter().flat_map(|response| &response.section);
     let smallest = points().next().map_or(fallback, |_| SMALLEST[0]);
-    SectionAxes::delayed(letter, "m", [0.0, smallest]).fit(points())
+    let mut axes = SectionAxes::delayed(letter, "m", [0.0, smallest]);
+    axes.fit(points());
+    axes
 }
 
 /// The section of one response; an empty panel without one.
@@ -270,7 +272,7 @@ pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
     let window = found.map_or(WINDOW, |found| found.window);
     let unit = Unit::of("s", window);
     let ends = [-unit.factor * window, 0.0];
-    let axis = || Axis::linear(unit.after("time before the end"), ends);
+    let axis = || Axis::linear(unit.after("time before end"), ends);
     let classes = found.map_or_else(Vec::new, |found| classes(found, shaded));
     let image = Layer::image(Image {
         x: ends,

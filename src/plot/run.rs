@@ -234,7 +234,7 @@ impl RunPanels {
         }
         let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
         let times: Vec<f64> = self.recent.iter().map(|point| point.time).collect();
-        self.section = self.section.clone().fit(points.iter());
+        self.section.fit(points.iter());
         vec![
             ("section", time, self.section.section(&points, Color::Run)),
             (

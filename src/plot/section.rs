@@ -69,8 +69,12 @@ impl Coordinate {
     }
 
     /// The axis, and the factor to its unit.
-    fn axis(&self, suffix: &str) -> (Axis, f64) {
-        let unit = Unit::of(&self.unit, self.range[0].abs().max(self.range[1].abs()));
+    fn reach(&self) -> f64 {
+        self.range[0].abs().max(self.range[1].abs())
+    }
+
+    fn axis(&self, suffix: &str, reach: f64) -> (Axis, f64) {
+        let unit = Unit::of(&self.unit, reach);
         let name = unit.after(&format!("{}{suffix}", self.name));
         let range = self.range.map(|end| unit.factor * end);
         (Axis::linear(name, range), unit.factor)
@@ -126,8 +130,7 @@ impl SectionAxes {
 
     /// Fits the axes to the intersections, but at least to a fraction of the motion, so that a periodic motion appears as
     /// a point. Two axes of the same quantity have the same scale.
-    #[must_use]
-    pub fn fit<'a>(mut self, points: impl Iterator<Item = &'a [f64; 2]> + Clone) -> Self {
+    pub fn fit<'a>(&mut self, points: impl Iterator<Item = &'a [f64; 2]> + Clone) {
         let spans: [[f64; 2]; 2] =
             std::array::from_fn(|c| range(points.clone().map(|point| point[c])));
         let halves: [f64; 2] = std::array::from_fn(|c| self.coordinates[c].half_width(spans[c]));
@@ -136,20 +139,26 @@ impl SectionAxes {
         for (c, coordinate) in self.coordinates.iter_mut().enumerate() {
             coordinate.fit(spans[c], if alike { largest } else { halves[c] });
         }
-        self
     }
 
     /// The section: intersections, oldest first.
     pub fn section(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        let [(x, fx), (y, fy)] = self.coordinates.each_ref().map(|c| c.axis(""));
+        let [a, b] = &self.coordinates;
+        let common = if a.unit == b.unit {
+            a.reach().max(b.reach())
+        } else {
+            0.0
+        };
+        let [(x, fx), (y, fy)] = [a, b].map(|c| c.axis("", common.max(c.reach())));
         let points = points.iter().map(|[a, b]| [fx * a, fy * b]).collect();
         Panel::new("Poincaré section", x, y, vec![cloud(points, color)]).square()
     }
 
     /// The return map of the first coordinate.
     pub fn return_map(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        let (x, factor) = self.coordinates[0].axis(" at an intersection");
-        let (y, _) = self.coordinates[0].axis(" at the next");
+        let own = &self.coordinates[0];
+        let (x, factor) = own.axis(" at an intersection", own.reach());
+        let (y, _) = own.axis(" at the next", own.reach());
         let values: Vec<f64> = points.iter().map(|point| factor * point[0]).collect();
         let ends = x.range.map(|end| [end; 2]).to_vec();
         let diagonal = Layer::line(ends, Color::Pale).with_id("diagonal");
@@ -162,7 +171,7 @@ impl SectionAxes {
         let returns: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let span = range(returns.iter().copied());
         self.time.fit(span, self.time.half_width(span));
-        let (x, factor) = self.time.axis("");
+        let (x, factor) = self.time.axis("", self.time.reach());
         let [low, high] = x.range;
         // An odd number: neither the middle of the axis nor the ends of the data are edges, at which rounding would divide
         // equal times.
@@ -202,9 +211,9 @@ mod tests {
 
     #[test]
     fn axes_have_the_same_scale_and_contain_all_intersections() {
-        let axes = SectionAxes::delayed("u", "m", [0.0, 1e-12]);
+        let mut axes = SectionAxes::delayed("u", "m", [0.0, 1e-12]);
         let points = [[1e-6, -2e-6], [1e-6, -4e-6]];
-        let axes = axes.fit(points.iter());
+        axes.fit(points.iter());
         let panel = axes.section(&points, Color::Ink);
         // The second coordinate has a range of 2 µm; the margin is the same on both axes.
         for (axis, low, high) in [(&panel.x, 1.0, 1.0), (&panel.y, -4.0, -2.0)] {
@@ -217,11 +226,21 @@ mod tests {
             ["u(t), µm", "u(t + 2τ), µm"]
         );
         // Points within the axes keep them; a point outside changes them.
-        assert_eq!(
-            axes.clone().fit([[1e-6, -2.2e-6], [1e-6, -3.8e-6]].iter()),
-            axes
-        );
-        assert_ne!(axes.clone().fit([[5e-6, -2e-6]].iter()), axes);
+        let before = axes.clone();
+        axes.fit([[1e-6, -2.2e-6], [1e-6, -3.8e-6]].iter());
+        assert_eq!(axes, before);
+        axes.fit([[5e-6, -2e-6]].iter());
+        assert_ne!(axes, before);
+    }
+
+    /// A small motion far from zero on one axis, near zero on the other.
+    #[test]
+    fn axes_of_one_quantity_have_one_unit() {
+        let mut axes = SectionAxes::delayed("u", "m", [0.0, 1e-12]);
+        let points = [[1e-9, 4e-6], [2e-9, 4.1e-6]];
+        axes.fit(points.iter());
+        let panel = axes.section(&points, Color::Ink);
+        assert_eq!([panel.x.unit, panel.y.unit], ["µm", "µm"]);
     }
 
     /// The histogram of a period-2 motion has two bars of equal height, and that of a clock one.

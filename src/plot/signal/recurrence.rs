@@ -16,8 +16,9 @@ impl SignalFigures<'_> {
         let mut panel = response::recurrence(Some(picture), true);
         let marks = period_marks(&recurrence.periods, picture.window, panel.x.range);
         panel.layers.extend(marks);
-        let caption = response::recurrence_caption(picture, &self.report.signal.unit);
-        let rows = vec![vec![panel.with_caption(caption)]];
+        let share = 100.0 * picture.rate;
+        let panel = panel.with_title(format!("recurrence rate {share:.2} % in this plot"));
+        let rows = vec![vec![panel]];
         Figure::new("recurrence", self.title("Recurrence plot"), 115.0, rows).with_width(108.0)
     }
 

@@ -47,7 +47,8 @@ impl SignalFigures<'_> {
             Err(reason) => return self.skipped("section", "Poincaré section", reason),
         };
         let points: Vec<[f64; 2]> = section.passages.iter().map(|passage| passage.at).collect();
-        let axes = self.section_axes().fit(points.iter());
+        let mut axes = self.section_axes();
+        axes.fit(points.iter());
         let map = axes.return_map(&points, Color::Ink);
         let section = axes.section(&points, Color::Ink);
         let section = section.with_title(format!("{} intersections", points.len()));

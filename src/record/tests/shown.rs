@@ -12,7 +12,10 @@ use crate::pipeline::{
     Sink,
     message::{Header, Record, Subject},
 };
+use crate::plot::shown;
 use crate::record::{Output, RerunSink};
+use crate::report::{Report as _, agreement, markdown};
+use crate::study::lyapunov::Classified;
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {
@@ -90,4 +93,33 @@ fn names_and_texts_of_a_file_are_escaped() {
             assert!(about <= 1 + code, "{component}: {text:?}");
         }
     }
+}
+
+/// The document on the exponents in a recording has the numbers of their JSON.
+#[test]
+fn the_exponents_of_a_recording_are_those_of_the_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("exponents.rrd");
+    let output = Output {
+        save: Some(path.clone()),
+        ..Output::default()
+    };
+    let mut sink = RerunSink::new(&output, demo::spec()).unwrap();
+    let mut last = None;
+    for record in demo::records(0.05) {
+        if let Record::Exponents(exponents) = &record {
+            last = Some(Arc::clone(exponents));
+        }
+        sink.accept(record).unwrap();
+    }
+    sink.finish().unwrap();
+    let texts = texts(&path);
+    let mut documents = texts
+        .iter()
+        .filter(|(_, text)| text.contains("Kaplan-Yorke"));
+    let (_, document) = documents.next_back().expect("a document");
+    let last = last.expect("exponents");
+    let result = Classified::run(&last);
+    assert_eq!(*document, shown(&markdown(&result.blocks(""))));
+    agreement::check(&result, &[1.0, 2.0, 3.0, 95.0]);
 }
