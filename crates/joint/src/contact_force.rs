@@ -340,12 +340,12 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool> Wi
     fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
         let nodes = self.node_law.nodes;
         let modes = nodes.modes;
-        let mut few = [[0.0; LANES]; PAPER_MODES];
+        let mut few = [Eight::ZERO; PAPER_MODES];
         let mut many;
         let sums = if modes <= PAPER_MODES {
             &mut few[..modes]
         } else {
-            many = [[0.0; LANES]; MAX_MODES];
+            many = [Eight::ZERO; MAX_MODES];
             &mut many[..modes]
         };
         let mut power = Vector::splat(simd, 0.0);
@@ -357,7 +357,7 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool> Wi
         }
         let (forces, rates) = self.output.rates.split_at_mut(modes);
         for ((out, sum), steady) in forces.iter_mut().zip(sums).zip(self.steady[0]) {
-            *out = -Vector::load(simd, sum, 0).sum() - steady;
+            *out = -sum.part(simd, 0).sum() - steady;
         }
         for (out, steady) in rates.iter_mut().zip(self.steady[1]) {
             *out -= steady;
@@ -376,7 +376,7 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool>
         &mut self,
         simd: S,
         mut vectors: Range<usize>,
-        sums: &mut [[f64; LANES]],
+        sums: &mut [Eight],
         power: &mut Vector<S>,
     ) -> Range<usize> {
         let nodes = self.node_law.nodes;
@@ -389,9 +389,9 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool>
             for (i, sum) in sums.iter_mut().enumerate() {
                 let rows = group.rows(simd, i);
                 if L::HAS_FRICTION {
-                    Group::project::<S, true>(simd, rows, force, sum);
+                    Group::project::<S, true>(simd, rows, force, &mut sum.0);
                 } else {
-                    Group::project::<S, false>(simd, rows, force, sum);
+                    Group::project::<S, false>(simd, rows, force, &mut sum.0);
                 }
             }
             vectors.start += K;

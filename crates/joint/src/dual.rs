@@ -97,7 +97,7 @@ impl<S: Simd, const K: usize, const N: usize> Dual<S, K, N> {
 
     /// A function with this value and this derivative with respect to the number.
     #[inline(always)]
-    fn chain(self, value: Vector<S, K>, slope: Vector<S, K>) -> Self {
+    pub fn chain(self, value: Vector<S, K>, slope: Vector<S, K>) -> Self {
         self.with(
             value,
             #[inline(always)]

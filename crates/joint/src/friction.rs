@@ -148,7 +148,10 @@ impl<L: Curve + ?Sized, const RADIAL: bool> ContactLaw for AgainstSlip<'_, L, RA
         slip: [Dual<S, K, N>; 3],
         _state: [Dual<S, K, N>; 3],
     ) -> [[Dual<S, K, N>; 3]; 2] {
-        let ratio = self.0.over_speed(slip_speed(slip, RADIAL));
+        let speed = slip_speed(slip, RADIAL);
+        // The derivative with respect to the speed is one number.
+        let ratio = self.0.over_speed(Dual::<S, K, 1>::input(speed.value, 0));
+        let ratio = speed.chain(ratio.value, ratio.slopes[0]);
         let zero = Dual::constant(ratio.value.broadcast(0.0));
         let [along, across, outward] = slip;
         let outward = if RADIAL { ratio * outward } else { zero };

@@ -7,6 +7,8 @@
 //! dF = -(A k du_r + c du_r/dt) (C + e_r) - N (dC/dV dV + dC/ds ds)
 //! ```
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Simd, WithSimd};
 
 use super::Joint;
@@ -14,7 +16,7 @@ use super::contact_force::Group;
 use super::dual::Dual;
 use super::nodes::Nodes;
 use super::normal::Separation;
-use super::simd::{LANES, LanePosition, Vector, parts};
+use super::simd::{Eight, LANES, LanePosition, Vector, parts};
 use squeakscope_dynamics::{Differentiable, System};
 
 /// Number of derivatives per node for a friction law with this number of inputs: of the negative force (N) along the three
@@ -88,17 +90,19 @@ impl Joint {
     /// The product of the derivative with tangent vectors; without any, with those of the identity.
     fn tangents(&self, record: &mut [f64], vectors: Option<&[f64]>, width: usize, out: &mut [f64]) {
         let (kept, scratch) = record.split_at_mut(self.kept_len());
-        let (sums, packed) = scratch.split_at_mut(self.modes() * MAX_VECTORS * LANES);
+        // Whole vectors lie in a cache line.
+        let start = scratch.as_ptr().align_offset(align_of::<Eight>());
+        let sums = scratch[start..].as_chunks_mut().0;
         macro_rules! product {
             ($inputs:literal) => {
                 self.arch.dispatch(TangentProduct::<$inputs> {
                     nodes: &self.nodes,
                     states: self.states_per_node(),
+                    damped: !self.contact_damping.is_none(),
                     kept: kept.as_chunks().0,
                     vectors,
                     width,
-                    sums: sums.as_chunks_mut().0,
-                    packed,
+                    sums: &mut sums[..MAX_VECTORS * self.modes()],
                     out,
                 })
             };
@@ -127,7 +131,8 @@ impl Joint {
 impl Differentiable for Joint {
     /// Length of the node derivatives and the scratch of a product.
     fn record_len(&self) -> usize {
-        self.kept_len() + self.modes() * MAX_VECTORS * (LANES + 2)
+        let m = self.modes();
+        self.kept_len() + LANES + m * MAX_VECTORS * LANES + 2 * m * m
     }
 
     /// The force is bit-identical to that without a record.
@@ -154,7 +159,21 @@ impl Differentiable for Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        self.tangents(record, Some(vectors), width, out);
+        let m = self.modes();
+        if 2 * width <= 3 * m || self.friction_states() > 0 {
+            return self.tangents(record, Some(vectors), width, out);
+        }
+        // The derivative with respect to all coordinates and velocities costs less.
+        let (record, matrix) = record.split_at_mut(self.record_len() - 2 * m * m);
+        self.tangents(record, None, 2 * m, matrix);
+        matmul(
+            MatMut::from_row_major_slice_mut(out, m, width),
+            Accum::Replace,
+            MatRef::from_row_major_slice(matrix, m, 2 * m),
+            MatRef::from_row_major_slice(vectors, 2 * m, width),
+            1.0,
+            Par::Seq,
+        );
     }
 }
 
@@ -166,17 +185,21 @@ struct TangentProduct<'a, const N: usize> {
     nodes: &'a Nodes,
     /// Number of states of the friction law per node.
     states: usize,
+    /// Whether the contact is damped.
+    damped: bool,
     kept: &'a [[f64; LANES]],
     /// `(2m + states) x width`; `None` for the identity.
     vectors: Option<&'a [f64]>,
     width: usize,
-    /// Scratch, at least `m` times [`MAX_VECTORS`].
+    /// Scratch, `m` times [`MAX_VECTORS`].
     sums: &'a mut [[f64; LANES]],
-    /// Scratch for the modal components of some vectors, at least `2m` times [`MAX_VECTORS`].
-    packed: &'a mut [f64],
     /// Output: the change of the force and of the rates, `(m + states) x width`.
     out: &'a mut [f64],
 }
+
+/// Changes of radial displacement, approach velocity and slip velocity at the nodes in `L` tangent vectors.
+type Motions<S, const K: usize, const L: usize> =
+    ([Vector<S, K>; L], [Vector<S, K>; L], [[Vector<S, K>; 3]; L]);
 
 impl<const N: usize> WithSimd for TangentProduct<'_, N> {
     type Output = ();
@@ -200,10 +223,6 @@ impl<const N: usize> TangentProduct<'_, N> {
     #[inline(always)]
     fn pass<S: Simd, const L: usize>(&mut self, simd: S, first: usize) -> usize {
         self.sums.fill([0.0; LANES]);
-        for i in 0..2 * self.nodes.modes {
-            let numbers = self.component::<L>(i, first);
-            self.packed.as_chunks_mut().0[i] = numbers;
-        }
         let vectors = self.nodes.blocks.len() * parts::<S>();
         let mut done = 0;
         // As many vectors of nodes as have sums in registers: two for AVX-512, one for others.
@@ -226,26 +245,6 @@ impl<const N: usize> TangentProduct<'_, N> {
         L
     }
 
-    /// A component of `L` adjacent tangent vectors.
-    #[inline(always)]
-    fn component<const L: usize>(&self, component: usize, first: usize) -> [f64; L] {
-        let mut numbers = [0.0; L];
-        match self.vectors {
-            Some(vectors) => {
-                numbers.copy_from_slice(&vectors[component * self.width + first..][..L]);
-            }
-            None => {
-                if let Some(one) = component
-                    .checked_sub(first)
-                    .and_then(|l| numbers.get_mut(l))
-                {
-                    *one = 1.0;
-                }
-            }
-        }
-        numbers
-    }
-
     /// Loads a derivative of the nodes of `K` adjacent vectors.
     #[inline(always)]
     fn slope<S: Simd, const K: usize>(
@@ -266,6 +265,34 @@ impl<const N: usize> TangentProduct<'_, N> {
         )
     }
 
+    /// Changes at the nodes of a group in adjacent unit vectors: rows of the modes.
+    #[inline(always)]
+    fn unit_motions<S: Simd, const K: usize, const L: usize>(
+        &self,
+        simd: S,
+        group: &Group<'_, K>,
+        first: usize,
+    ) -> Motions<S, K, L> {
+        let m = self.nodes.modes;
+        let zero = Vector::splat(simd, 0.0);
+        let (mut u_r, mut rate, mut slip) = ([zero; L], [zero; L], [[zero; 3]; L]);
+        for l in 0..L {
+            let component = first + l;
+            if component < m {
+                u_r[l] = group.rows(simd, component)[2];
+                if N > 0
+                    && let Some(rows) = group.convected(simd).nth(component)
+                {
+                    slip[l] = rows;
+                }
+            } else if component < 2 * m {
+                slip[l] = group.rows(simd, component - m);
+                rate[l] = slip[l][2];
+            }
+        }
+        (u_r, rate, slip)
+    }
+
     /// Adds the nodes of `K` adjacent vectors.
     #[expect(
         clippy::needless_range_loop,
@@ -278,49 +305,60 @@ impl<const N: usize> TangentProduct<'_, N> {
         vector: usize,
         first: usize,
     ) {
-        let m = self.nodes.modes;
+        let (m, width) = (self.nodes.modes, self.width);
         let group = Group::<K>::new::<S>(self.nodes, vector);
-        let (dq, dv) = self.packed.as_chunks::<L>().0[..2 * m].split_at(m);
-        // Changes of radial displacement, approach velocity and slip velocity.
         let zero = Vector::splat(simd, 0.0);
-        let (mut u_r, mut slip) = ([zero; L], [[zero; 3]; L]);
-        for i in 0..m {
-            let [s, t, r] = group.rows(simd, i);
-            for l in 0..L {
-                let v = Vector::splat(simd, dv[i][l]);
-                u_r[l] = r.mul_add(Vector::splat(simd, dq[i][l]), u_r[l]);
-                slip[l][2] = r.mul_add(v, slip[l][2]);
-                if N > 0 {
-                    slip[l][0] = s.mul_add(v, slip[l][0]);
-                    slip[l][1] = t.mul_add(v, slip[l][1]);
-                }
-            }
-        }
-        let mut rate = [zero; L];
-        for l in 0..L {
-            rate[l] = slip[l][2];
-        }
-        if N > 0 {
-            for (rows, dq) in group.convected(simd).zip(dq) {
+        let (u_r, rate, slip) = if let Some(vectors) = self.vectors {
+            let (mut u_r, mut rate, mut slip) = ([zero; L], [zero; L], [[zero; 3]; L]);
+            let (dq, dv) = vectors[..2 * m * width].split_at(m * width);
+            let of_mode = |numbers: &[f64], i: usize| -> [f64; L] {
+                numbers[i * width + first..].as_chunks().0[0]
+            };
+            for i in 0..m {
+                let ([s, t, r], dq, dv) = (group.rows(simd, i), of_mode(dq, i), of_mode(dv, i));
                 for l in 0..L {
-                    let dq = Vector::splat(simd, dq[l]);
-                    for (slip, row) in slip[l].iter_mut().zip(rows) {
-                        *slip = row.mul_add(dq, *slip);
+                    let v = Vector::splat(simd, dv[l]);
+                    u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+                    slip[l][2] = r.mul_add(v, slip[l][2]);
+                    if N > 0 {
+                        slip[l][0] = s.mul_add(v, slip[l][0]);
+                        slip[l][1] = t.mul_add(v, slip[l][1]);
                     }
                 }
             }
-        }
+            for l in 0..L {
+                rate[l] = slip[l][2];
+            }
+            if N > 0 {
+                for (i, rows) in group.convected(simd).enumerate() {
+                    let dq = of_mode(dq, i);
+                    for l in 0..L {
+                        let dq = Vector::splat(simd, dq[l]);
+                        for (slip, row) in slip[l].iter_mut().zip(rows) {
+                            *slip = row.mul_add(dq, *slip);
+                        }
+                    }
+                }
+            }
+            (u_r, rate, slip)
+        } else {
+            self.unit_motions(simd, &group, first)
+        };
+        let slips = self.vectors.is_some() || first + L > m || !self.nodes.convected.is_empty();
         let mut forces = [[zero; 3]; L];
         for axis in if N == 0 { 2 } else { 0 }..3 {
             let row = axis * (2 + N);
-            let (by_u, by_rate) = (
-                self.slope(simd, vector, row),
-                self.slope(simd, vector, row + 1),
-            );
+            let by_u = self.slope(simd, vector, row);
             for l in 0..L {
-                forces[l][axis] = by_rate.mul_add(rate[l], by_u * u_r[l]);
+                forces[l][axis] = by_u * u_r[l];
             }
-            if N > 0 {
+            if self.damped {
+                let by_rate = self.slope::<S, K>(simd, vector, row + 1);
+                for l in 0..L {
+                    forces[l][axis] = by_rate.mul_add(rate[l], forces[l][axis]);
+                }
+            }
+            if N > 0 && slips {
                 for j in 0..3 {
                     let by_slip = self.slope::<S, K>(simd, vector, row + 2 + j);
                     for l in 0..L {
@@ -363,8 +401,13 @@ impl<const N: usize> TangentProduct<'_, N> {
         let mut inputs = [zero; 6];
         inputs[..3].copy_from_slice(&slip);
         for axis in 0..states {
-            let of_node =
-                |node: usize| self.component::<1>(2 * m + node * states + axis, vector)[0];
+            let of_node = |node: usize| {
+                let component = 2 * m + node * states + axis;
+                match self.vectors {
+                    Some(vectors) => vectors[component * self.width + vector],
+                    None => f64::from(u8::from(component == vector)),
+                }
+            };
             inputs[3 + axis] = group.gather(simd, self.nodes.count, of_node);
         }
         for (axis, force) in force.iter_mut().enumerate() {
