@@ -151,10 +151,6 @@ impl System for OwnSystem {
 impl Differentiable for OwnSystem {}
 
 impl Switching for OwnSystem {
-    fn status_len(&self) -> usize {
-        1
-    }
-
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
         let (q, v) = self.parts(z);
         status[0] = (self.pieces().status_of)(t, q, v);

@@ -25,8 +25,10 @@ use super::system::{System, add_linear, central_difference, difference_step};
 ///   [`DynamicsError::Stalled`](super::DynamicsError::Stalled). For a motion that needs such steps, give a maximum step of
 ///   its time scale.
 pub trait Switching: System {
-    /// Length of the status, bytes.
-    fn status_len(&self) -> usize;
+    /// Length of the status, bytes: one, unless a system has more.
+    fn status_len(&self) -> usize {
+        1
+    }
 
     /// Writes the initial status for a state `z` at time `t` (s).
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]);

@@ -141,9 +141,6 @@ impl System for Relay {
 }
 
 impl Switching for Relay {
-    fn status_len(&self) -> usize {
-        1
-    }
     fn status_of(&self, _t: f64, _z: &[f64], status: &mut [u8]) {
         status[0] = 0;
     }

@@ -2,6 +2,7 @@
 
 use std::slice::from_ref;
 
+use super::{cancelling, map_vectors};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A mass on a spring, driven by the dry friction of a moving belt: the classical stick-slip oscillator.
@@ -78,9 +79,9 @@ impl MassOnBelt {
         (self.omega.powi(2) - self.growth().powi(2)).max(0.0).sqrt()
     }
 
-    /// Force per unit mass that sticking requires, N/kg: it cancels the linear part.
+    /// Force per unit mass that sticking requires, N/kg.
     fn sticking_force(&self, x: f64, v: f64) -> f64 {
-        self.omega * self.omega * x + 2.0 * self.damping * self.omega * v
+        cancelling(self.omega, self.damping, x, v)
     }
 
     /// Maximum friction force per unit mass while sticking, N/kg.
@@ -101,7 +102,7 @@ impl MassOnBelt {
     }
 
     /// Status of a state.
-    fn status(&self, z: &[f64]) -> u8 {
+    fn status(&self, _t: f64, z: &[f64]) -> u8 {
         if z[1] < self.belt {
             Self::SLOWER
         } else if z[1] > self.belt {
@@ -112,39 +113,16 @@ impl MassOnBelt {
     }
 }
 
-impl System for MassOnBelt {
-    fn omega(&self) -> &[f64] {
-        from_ref(&self.omega)
-    }
-
-    fn damping(&self) -> &[f64] {
-        from_ref(&self.damping)
-    }
-
-    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
-        self.force_in(&[self.status(z)], t, z, out);
-    }
-
-    fn switching(&self) -> Option<&dyn Switching> {
-        Some(self)
-    }
-
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-
-    fn is_autonomous(&self) -> bool {
-        true
-    }
-}
+system_of_status!(
+    MassOnBelt,
+    |self| from_ref(&self.omega),
+    from_ref(&self.damping),
+    autonomous: true
+);
 
 impl Switching for MassOnBelt {
-    fn status_len(&self) -> usize {
-        1
-    }
-
-    fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(z);
+    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
+        status[0] = self.status(t, z);
     }
 
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
@@ -229,17 +207,15 @@ impl Differentiable for MassOnBelt {
         width: usize,
         out: &mut [f64],
     ) {
-        let status = status.map_or_else(|| self.status(&record[1..]), |status| status[0]);
-        let (x, v) = vectors.split_at(width);
-        if status != Self::STICKING {
-            let slope = self.load * self.slope((record[2] - self.belt).abs());
-            for (out, v) in out.iter_mut().zip(v) {
-                *out = -slope * v;
+        let status =
+            status.map_or_else(|| self.status(record[0], &record[1..]), |status| status[0]);
+        let slope = self.load * self.slope((record[2] - self.belt).abs());
+        map_vectors(vectors, width, out, |x, v| {
+            if status == Self::STICKING {
+                self.sticking_force(x, v)
+            } else {
+                -slope * v
             }
-            return;
-        }
-        for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-            *out = self.sticking_force(*x, *v);
-        }
+        });
     }
 }

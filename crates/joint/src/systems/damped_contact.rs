@@ -2,6 +2,7 @@
 
 use std::slice::from_ref;
 
+use super::{drive, map_vectors};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A driven oscillator with a unilateral spring and damper. At separation the damper force jumps to
@@ -37,14 +38,9 @@ impl DampedContact {
     /// Status: in contact.
     pub const TOUCHING: u8 = 1;
 
-    /// Angle of the drive at time `t` (s), rad.
-    fn drive_angle(&self, t: f64) -> f64 {
-        self.drive_omega * t + self.drive_phase
-    }
-
-    /// Drive acceleration at time `t` (s), m/s^2.
-    fn drive_acceleration(&self, t: f64) -> f64 {
-        self.drive * self.drive_angle(t).cos()
+    /// Drive acceleration at time `t` (s), m/s^2, and its time derivative.
+    fn drive_at(&self, t: f64) -> [f64; 2] {
+        drive([self.drive, self.drive_omega, self.drive_phase], t)
     }
 
     /// Contact force per unit mass, m/s^2.
@@ -54,7 +50,7 @@ impl DampedContact {
 
     /// Status of a state, by its position or, at zero, by the direction of its motion.
     fn status(&self, t: f64, z: &[f64]) -> u8 {
-        let first = [z[0], z[1], self.drive_acceleration(t)]
+        let first = [z[0], z[1], self.drive_at(t)[0]]
             .into_iter()
             .find(|&x| x != 0.0);
         if first.is_some_and(|x| x < 0.0) {
@@ -65,43 +61,20 @@ impl DampedContact {
     }
 }
 
-impl System for DampedContact {
-    fn omega(&self) -> &[f64] {
-        from_ref(&self.omega)
-    }
-
-    fn damping(&self) -> &[f64] {
-        from_ref(&self.damping)
-    }
-
-    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
-        self.force_in(&[self.status(t, z)], t, z, out);
-    }
-
-    fn switching(&self) -> Option<&dyn Switching> {
-        Some(self)
-    }
-
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-
-    fn is_autonomous(&self) -> bool {
-        self.drive == 0.0 || self.drive_omega == 0.0
-    }
-}
+system_of_status!(
+    DampedContact,
+    |self| from_ref(&self.omega),
+    from_ref(&self.damping),
+    autonomous: self.drive == 0.0 || self.drive_omega == 0.0
+);
 
 impl Switching for DampedContact {
-    fn status_len(&self) -> usize {
-        1
-    }
-
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
         status[0] = self.status(t, z);
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
-        out[0] = self.drive_acceleration(t);
+        out[0] = self.drive_at(t)[0];
         if status[0] == Self::TOUCHING {
             out[0] += self.contact_force(z[0], z[1]);
         }
@@ -167,13 +140,10 @@ impl Differentiable for DampedContact {
         if status != Self::TOUCHING {
             return out.fill(0.0);
         }
-        let (x, v) = vectors.split_at(width);
-        for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-            *out = self.contact_force(*x, *v);
-        }
+        map_vectors(vectors, width, out, |x, v| self.contact_force(x, v));
     }
 
     fn time_derivative(&self, _status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = -self.drive * self.drive_omega * self.drive_angle(t).sin();
+        out[0] = self.drive_at(t)[1];
     }
 }

@@ -2,6 +2,7 @@
 
 use std::slice::from_ref;
 
+use super::{cancelling, drive, map_vectors};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A driven oscillator with impacts on a rigid wall.
@@ -53,24 +54,28 @@ impl ImpactOscillator {
     /// Status: at rest on the wall under a positive contact force.
     pub const RESTING: u8 = 1;
 
-    /// Angle of the drive at time `t` (s), rad.
-    fn drive_angle(&self, t: f64) -> f64 {
-        self.drive_omega * t + self.drive_phase
-    }
-
-    /// Drive acceleration at time `t` (s), m/s^2.
-    fn drive_acceleration(&self, t: f64) -> f64 {
-        self.drive * self.drive_angle(t).cos()
+    /// Drive acceleration at time `t` (s), m/s^2, and its time derivative.
+    fn drive_at(&self, t: f64) -> [f64; 2] {
+        drive([self.drive, self.drive_omega, self.drive_phase], t)
     }
 
     /// Contact force per unit mass at rest on the wall, m/s^2; negative if the mass is pulled away.
     fn contact_force(&self, t: f64) -> f64 {
-        self.omega * self.omega * self.wall - self.drive_acceleration(t)
+        self.omega * self.omega * self.wall - self.drive_at(t)[0]
     }
 
-    /// Force per unit mass that keeps it at rest: it cancels the linear part.
+    /// Force per unit mass that keeps it at rest.
     fn resting_force(&self, x: f64, v: f64) -> f64 {
-        self.omega * self.omega * x + 2.0 * self.damping * self.omega * v
+        cancelling(self.omega, self.damping, x, v)
+    }
+
+    /// Status of a state.
+    fn status(&self, t: f64, z: &[f64]) -> u8 {
+        if z[0] == self.wall && z[1] == 0.0 && self.contact_force(t) > 0.0 {
+            Self::RESTING
+        } else {
+            Self::FLYING
+        }
     }
 
     /// Velocity after reaching the wall at time `t` (s) with velocity `v`, m/s; `None` if the sequence
@@ -89,50 +94,22 @@ impl ImpactOscillator {
     }
 }
 
-impl System for ImpactOscillator {
-    fn omega(&self) -> &[f64] {
-        from_ref(&self.omega)
-    }
-
-    fn damping(&self) -> &[f64] {
-        from_ref(&self.damping)
-    }
-
-    fn force(&self, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = self.drive_acceleration(t);
-    }
-
-    fn switching(&self) -> Option<&dyn Switching> {
-        Some(self)
-    }
-
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-
-    fn is_autonomous(&self) -> bool {
-        self.drive == 0.0 || self.drive_omega == 0.0
-    }
-}
+system_of_status!(
+    ImpactOscillator,
+    |self| from_ref(&self.omega),
+    from_ref(&self.damping),
+    autonomous: self.drive == 0.0 || self.drive_omega == 0.0
+);
 
 impl Switching for ImpactOscillator {
-    fn status_len(&self) -> usize {
-        1
-    }
-
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        let is_at_rest = z[0] == self.wall && z[1] == 0.0 && self.contact_force(t) > 0.0;
-        status[0] = if is_at_rest {
-            Self::RESTING
-        } else {
-            Self::FLYING
-        };
+        status[0] = self.status(t, z);
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
         out[0] = match status[0] {
             Self::RESTING => self.resting_force(z[0], z[1]),
-            _ => self.drive_acceleration(t),
+            _ => self.drive_at(t)[0],
         };
     }
 
@@ -176,7 +153,7 @@ impl Switching for ImpactOscillator {
     ) -> f64 {
         if status[0] == Self::RESTING {
             gradient.fill(0.0);
-            self.drive * self.drive_omega * self.drive_angle(t).sin()
+            -self.drive_at(t)[1]
         } else {
             gradient.copy_from_slice(&[1.0, 0.0]);
             0.0
@@ -210,26 +187,27 @@ impl Differentiable for ImpactOscillator {
     fn product(
         &self,
         status: Option<&[u8]>,
-        _record: &mut [f64],
+        record: &mut [f64],
         vectors: &[f64],
         width: usize,
         out: &mut [f64],
     ) {
-        match status {
-            Some([Self::RESTING]) => {
-                let (x, v) = vectors.split_at(width);
-                for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-                    *out = self.resting_force(*x, *v);
-                }
+        let status =
+            status.map_or_else(|| self.status(record[0], &record[1..]), |status| status[0]);
+        let is_resting = status == Self::RESTING;
+        map_vectors(vectors, width, out, |x, v| {
+            if is_resting {
+                self.resting_force(x, v)
+            } else {
+                0.0
             }
-            _ => out.fill(0.0),
-        }
+        });
     }
 
     fn time_derivative(&self, status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
         out[0] = match status {
             Some([Self::RESTING]) => 0.0,
-            _ => -self.drive * self.drive_omega * self.drive_angle(t).sin(),
+            _ => self.drive_at(t)[1],
         };
     }
 }

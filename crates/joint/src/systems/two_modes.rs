@@ -114,7 +114,7 @@ impl TwoModesOnBelt {
     }
 
     /// Status of a state.
-    fn status(&self, q: &[f64]) -> u8 {
+    fn status(&self, _t: f64, q: &[f64]) -> u8 {
         if self.normal(q) < 0.0 {
             Self::SEPARATED
         } else {
@@ -145,35 +145,11 @@ fn dot(a: [f64; 2], b: &[f64]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-impl System for TwoModesOnBelt {
-    fn omega(&self) -> &[f64] {
-        &self.omega
-    }
-
-    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
-        self.force_in(&[self.status(z)], t, z, out);
-    }
-
-    fn switching(&self) -> Option<&dyn Switching> {
-        Some(self)
-    }
-
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-
-    fn is_autonomous(&self) -> bool {
-        true
-    }
-}
+system_of_status!(TwoModesOnBelt, |self| &self.omega, &[], autonomous: true);
 
 impl Switching for TwoModesOnBelt {
-    fn status_len(&self) -> usize {
-        1
-    }
-
-    fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(z);
+    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
+        status[0] = self.status(t, z);
     }
 
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
@@ -243,7 +219,7 @@ impl Differentiable for TwoModesOnBelt {
         out: &mut [f64],
     ) {
         let z = &record[1..];
-        let status = status.map_or_else(|| self.status(z), |status| status[0]);
+        let status = status.map_or_else(|| self.status(record[0], z), |status| status[0]);
         if status != Self::TOUCHING {
             return out.fill(0.0);
         }

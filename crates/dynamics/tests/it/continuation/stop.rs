@@ -55,9 +55,6 @@ impl System for Stop {
 by_differences!(Stop);
 
 impl Switching for Stop {
-    fn status_len(&self) -> usize {
-        1
-    }
     fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
         let touches = u8::from(z[0] > STOP[0]);
         status[0] = 1 - (self.touching ^ touches);
