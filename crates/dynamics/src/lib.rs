@@ -101,6 +101,7 @@ mod events;
 mod integrating_factor;
 mod integrator;
 mod lyapunov;
+mod normal_form;
 mod own;
 mod rosenbrock;
 mod runge_kutta;

@@ -1,31 +1,26 @@
 //! How the motion beyond a Neimark-Sacker point or a period doubling is born: the cubic coefficient of the normal form of
 //! the return map.
 //!
-//! The return map `P` takes a state of a section through the orbit, orthogonal to the flow, to its next return there; for a
-//! forced system it is the map over the period of the drive. With `A` its derivative, `B` and `C` its second and third
-//! derivatives, `A q = exp(i phi) q`, `p* A = exp(i phi) p*` and `p* q = 1`, the coefficient is (Kuznetsov, Elements of
-//! Applied Bifurcation Theory, 3rd edition, Springer 2004, sections 5.4 and 9.5)
-//!
-//! ```text
-//! Neimark-Sacker   a = Re exp(-i phi) p* [C(q, q, q*) + 2 B(q, (1 - A)^-1 B(q, q*)) + B(q*, (exp(2 i phi) - A)^-1 B(q, q))] / 2
-//! period doubling  c = p* [C(q, q, q) + 3 B(q, (1 - A)^-1 B(q, q))] / 6
-//! ```
+//! The return map takes a state of a section through the orbit, orthogonal to the flow, to its next return there; for a
+//! forced system it is the map over the period of the drive. The coefficient of a Neimark-Sacker point is the real part of
+//! that of the pair `exp(+-i phi)` of its derivative, divided by `exp(i phi)`.
 //!
 //! The derivatives are central differences of the map. The step is chosen for the smallest change of the coefficient under
 //! halving, which is the error. Where a kink of the flow is closer than this step, the change is large, and nothing is
 //! claimed.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
 use super::flow::{Flow, slope_in};
 use super::point::Point;
 use super::shooting::{Scale, ShootingPoint};
 use super::{ContinuationError, Criticality, MotionBirth, Multiplier};
+use crate::normal_form::{ComplexVector, Critical, Derivatives, RealVector};
 
 /// First step of the differences, relative to the size of the orbit.
 const STEP: f64 = 0.05;
 /// Number of steps, each half of the one before.
-const STEPS: usize = 6;
+const STEPS: i32 = 6;
 /// A coefficient is zero within this multiple of its error.
 const SIGNIFICANT: f64 = 4.0;
 /// Share of the period before the end of which the return to the section is sought.
@@ -33,15 +28,26 @@ const MARGIN: f64 = 0.05;
 /// Newton iterations for the time of the return.
 const RETURNS: usize = 4;
 
-type Real = DVector<f64>;
-type Vector = DVector<Complex<f64>>;
-
 impl Flow<'_> {
     /// How the motion beyond a bifurcation is born; `critical` is the multiplier on the unit circle. `None` if the map cannot
     /// be evaluated around the orbit.
     pub fn birth(&mut self, point: &Point, critical: Multiplier) -> Option<MotionBirth> {
         let mut map = ReturnMap::new(self, point).ok()?;
-        let found = (0..STEPS).map(|k| map.coefficient(critical, STEP * 0.5_f64.powi(k as i32)));
+        let multiplier = Complex::from_polar(1.0, critical.angle);
+        let pair = Critical::new(
+            eigenvectors(&map.derivative, multiplier)?,
+            |i, j| map.derivative[(i, j)],
+            [Complex::ONE, multiplier * multiplier],
+        );
+        let found = (0..STEPS).map(|k| {
+            map.step = STEP * 0.5_f64.powi(k);
+            if critical.is_real() {
+                pair.of_flip(&mut map)
+            } else {
+                let (coefficient, _) = pair.of_pair(&mut map)?;
+                Some((multiplier.conj() * coefficient).re)
+            }
+        });
         let found: Vec<f64> = found.collect::<Option<_>>()?;
         let pairs = found
             .windows(2)
@@ -72,9 +78,11 @@ struct ReturnMap<'a, 'f> {
     /// Directions of the section, as columns.
     section: DMatrix<f64>,
     /// `dz/dt` at the start in scaled coordinates; `None` for a forced system.
-    normal: Option<Real>,
+    normal: Option<RealVector>,
     /// The derivative of the map.
     derivative: DMatrix<f64>,
+    /// Length of the steps of the differences.
+    step: f64,
 }
 
 impl<'a, 'f> ReturnMap<'a, 'f> {
@@ -105,16 +113,17 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
             scale,
             section,
             normal,
+            step: STEP,
         })
     }
 
     /// The distance from the orbit after one return, from a distance from it.
-    fn image(&mut self, from: &Real) -> Result<Real, ContinuationError> {
+    fn image(&mut self, from: &RealVector) -> Result<RealVector, ContinuationError> {
         let sys = self.flow.system(self.start.parameter)?;
         let origin = self.start.states[0].clone();
         let mut shot = self.start.clone();
         shot.states[0] += self.scale.unscaled_state(&(&self.section * from));
-        let distance = |scale: &Scale, end: &Real| scale.scaled_state(&(end - &origin));
+        let distance = |scale: &Scale, end: &RealVector| scale.scaled_state(&(end - &origin));
         let Some(normal) = self.normal.clone() else {
             let ends = self.flow.segments(sys.as_ref(), &shot, false)?;
             return Ok(self.section.transpose() * distance(&self.scale, &ends.ends[0]));
@@ -133,15 +142,16 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         }
         Ok(self.section.transpose() * distance(&self.scale, &end))
     }
+}
 
-    /// Second and third derivative of the map along a direction.
-    fn along(&mut self, direction: &Real, step: f64) -> Option<[Real; 2]> {
+impl Derivatives for ReturnMap<'_, '_> {
+    fn along(&mut self, direction: &RealVector) -> Option<[RealVector; 2]> {
         let size = direction.norm();
         if size == 0.0 {
             return Some([direction.clone(), direction.clone()]);
         }
         // The step has a fixed length.
-        let step = step / size;
+        let step = self.step / size;
         let mut at = |k: f64| self.image(&(direction * (k * step))).ok();
         let (a, b, c, d) = (at(-2.0)?, at(-1.0)?, at(1.0)?, at(2.0)?);
         // The orbit itself returns to distance zero.
@@ -149,69 +159,10 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         let third = (d - a - (c - b) * 2.0) / (2.0 * step.powi(3));
         Some([second, third])
     }
-
-    /// `B(a, b)` for real directions.
-    fn second(&mut self, a: &Real, b: &Real, step: f64) -> Option<Real> {
-        let sum = self.along(&(a + b), step)?;
-        let difference = self.along(&(a - b), step)?;
-        Some((&sum[0] - &difference[0]) * 0.25)
-    }
-
-    /// `B(a, b)` for complex directions.
-    fn complex_second(&mut self, a: &Vector, b: &Vector, step: f64) -> Option<Vector> {
-        let [(ar, ai), (br, bi)] = [parts(a), parts(b)];
-        let re = self.second(&ar, &br, step)? - self.second(&ai, &bi, step)?;
-        let im = self.second(&ar, &bi, step)? + self.second(&ai, &br, step)?;
-        Some(joined(&re, &im))
-    }
-
-    /// The coefficient with one step of the differences.
-    fn coefficient(&mut self, critical: Multiplier, step: f64) -> Option<f64> {
-        let multiplier = Complex::from_polar(1.0, critical.angle);
-        let (q, p) = eigenvectors(&self.derivative, multiplier)?;
-        let one = Complex::new(1.0, 0.0);
-        if critical.is_real() {
-            let (a, _) = parts(&q);
-            let [second, third] = self.along(&a, step)?;
-            let zero = Real::zeros(a.len());
-            let steady = self.solved(one, &joined(&second, &zero))?;
-            let (steady, _) = parts(&steady);
-            let mixed = self.second(&a, &steady, step)?;
-            let total = joined(&(third + mixed * 3.0), &zero);
-            return Some(p.dotc(&total).re / 6.0);
-        }
-        let (a, b) = parts(&q);
-        let [aa, aaa] = self.along(&a, step)?;
-        let [bb, bbb] = self.along(&b, step)?;
-        let [sum2, sum3] = self.along(&(&a + &b), step)?;
-        let [difference2, difference3] = self.along(&(&a - &b), step)?;
-        let ab = (sum2 - difference2) * 0.25;
-        let aab = (&sum3 - &difference3 - &bbb * 2.0) / 6.0;
-        let abb = (sum3 + difference3 - &aaa * 2.0) / 6.0;
-        // C(q, q, q*) of q = a + i b.
-        let cubic = joined(&(aaa + abb), &(aab + bbb));
-        let steady = self.solved(one, &joined(&(&aa + &bb), &Real::zeros(a.len())))?;
-        let double = self.solved(multiplier * multiplier, &joined(&(aa - bb), &(ab * 2.0)))?;
-        let with_steady = self.complex_second(&q, &steady, step)?;
-        let with_double = self.complex_second(&q.map(|x| x.conj()), &double, step)?;
-        let total = cubic + with_steady * Complex::new(2.0, 0.0) + with_double;
-        Some(0.5 * (multiplier.conj() * p.dotc(&total)).re)
-    }
-
-    /// Solves `(shift - A) u = right`.
-    fn solved(&self, shift: Complex<f64>, right: &Vector) -> Option<Vector> {
-        shifted(&self.derivative, shift).lu().solve(right)
-    }
-}
-
-/// `shift - A`.
-fn shifted(matrix: &DMatrix<f64>, shift: Complex<f64>) -> DMatrix<Complex<f64>> {
-    let n = matrix.nrows();
-    DMatrix::from_diagonal_element(n, n, shift) - matrix.map(|x| Complex::new(x, 0.0))
 }
 
 /// An orthonormal basis of the directions orthogonal to a vector, as columns.
-fn complement(normal: &Real) -> DMatrix<f64> {
+fn complement(normal: &RealVector) -> DMatrix<f64> {
     let n = normal.len();
     // The reflection that takes the normal to a multiple of the first axis takes the other axes to the complement.
     let unit = normal.normalize();
@@ -226,22 +177,14 @@ fn complement(normal: &Real) -> DMatrix<f64> {
 }
 
 /// Right and left eigenvector for an eigenvalue on the unit circle: `q` of norm 1, and `p` with `p* q = 1`.
-fn eigenvectors(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<(Vector, Vector)> {
+fn eigenvectors(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<[ComplexVector; 2]> {
     let n = matrix.nrows();
-    let svd = shifted(matrix, value).svd(true, true);
+    let shifted = DMatrix::from_diagonal_element(n, n, value) - matrix.map(Complex::from);
+    let svd = shifted.svd(true, true);
     let least =
         (0..n).min_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]))?;
-    let q: Vector = svd.v_t?.row(least).adjoint();
-    let p: Vector = svd.u?.column(least).into_owned();
+    let q: ComplexVector = svd.v_t?.row(least).adjoint();
+    let p: ComplexVector = svd.u?.column(least).into_owned();
     let product = p.dotc(&q);
-    let p = p / product.conj();
-    Some((q, p))
-}
-
-fn parts(vector: &Vector) -> (Real, Real) {
-    (vector.map(|x| x.re), vector.map(|x| x.im))
-}
-
-fn joined(re: &Real, im: &Real) -> Vector {
-    re.zip_map(im, Complex::new)
+    Some([q, p / product.conj()])
 }

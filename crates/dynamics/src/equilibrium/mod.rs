@@ -240,7 +240,7 @@ fn jacobian(law: &dyn Differentiable, status: Option<&[u8]>, z: &[f64], scale: &
 }
 
 /// `a* b`.
-pub(super) fn inner(a: &[c64], b: &[c64]) -> c64 {
+fn inner(a: &[c64], b: &[c64]) -> c64 {
     a.iter().zip(b).map(|(a, b)| a.conj() * *b).sum()
 }
 

@@ -1,12 +1,13 @@
 //! Second and third derivatives of a law at an equilibrium, as differences of its exact tangent product.
 //!
-//! With the Jacobian `J`, the multilinear forms of the Taylor series are `B(u, v) = dJ(z + e u)/de . v` and
-//! `C(u, u, v) = d^2 J(z + e u)/de^2 . v`, both at `e = 0`. The differences are central and extrapolated once
+//! With the Jacobian `J`, the multilinear forms of the Taylor series are `B(u, u) = dJ(z + e u)/de . u` and
+//! `C(u, u, u) = d^2 J(z + e u)/de^2 . u`, both at `e = 0`. The differences are central and extrapolated once
 //! (Richardson), so that their truncation error is of fourth order in the step. The step doubles from far below the
 //! optimum until truncation exceeds rounding: the change under halving of the step is the error estimate, and the
 //! step with the smallest change is chosen.
 
 use super::Linearised;
+use crate::normal_form::{Derivatives, RealVector};
 use crate::{Differentiable, System};
 
 /// First and last power of two of the steps, in the scaled coordinates.
@@ -16,28 +17,18 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 /// The search ends where the error exceeds the smallest by this factor.
 const PAST_OPTIMUM: f64 = 1e4;
 
-/// A form applied to each of some vectors.
-pub(super) type Forms = Vec<Vec<f64>>;
-
-/// Derivatives of the Jacobian along a direction `u`, each applied to some vectors `v` in scaled coordinates: with the best
-/// step, and with half of it. Their difference is the error.
-pub(super) struct AlongDirection {
-    /// `B(u, v)`.
-    pub second: [Forms; 2],
-    /// `C(u, u, v)`.
-    pub third: [Forms; 2],
-}
-
-/// The tangent product next to an equilibrium.
-pub(super) struct TangentProduct<'a> {
+/// Derivatives by the tangent product next to an equilibrium, in scaled coordinates.
+pub(super) struct TangentDerivatives<'a> {
     law: &'a dyn Differentiable,
     linearised: &'a Linearised,
     record: Vec<f64>,
     force: Vec<f64>,
+    /// Whether half of the best step is used: the difference is the error.
+    pub finer: bool,
 }
 
-impl<'a> TangentProduct<'a> {
-    /// The product of a system that was linearised. `None` if the system has no derivative.
+impl<'a> TangentDerivatives<'a> {
+    /// Those of a system that was linearised. `None` if the system has no derivative.
     pub fn new(system: &'a dyn System, linearised: &'a Linearised) -> Option<Self> {
         let law = system.differentiable()?;
         Some(Self {
@@ -45,71 +36,59 @@ impl<'a> TangentProduct<'a> {
             force: vec![0.0; law.dim() - law.modes()],
             law,
             linearised,
+            finer: false,
         })
     }
 
-    /// `J(z + step u) v` for each `v`, without the linear part, which has no further derivatives. All vectors are in
-    /// scaled coordinates.
-    fn at(&mut self, direction: &[f64], step: f64, vectors: &[&[f64]]) -> Vec<Vec<f64>> {
+    /// `J(z + step u) u`, without the linear part, which has no further derivatives.
+    fn at(&mut self, direction: &RealVector, step: f64) -> RealVector {
         let Linearised {
             state,
             status,
             scale,
             ..
         } = self.linearised;
-        let (dim, m, width) = (scale.len(), self.law.modes(), vectors.len());
+        let (dim, m) = (scale.len(), self.law.modes());
         let mut z = vec![0.0; self.law.dim()];
+        let mut vector = vec![0.0; dim];
         for i in 0..dim {
-            z[i] = state[i] + step * direction[i] / scale[i];
+            vector[i] = direction[i] / scale[i];
+            z[i] = state[i] + step * vector[i];
         }
         let status = status.as_deref();
         self.law
             .force_recorded(status, 0.0, &z, &mut self.force, &mut self.record);
-        let mut packed = vec![0.0; dim * width];
-        for (k, vector) in vectors.iter().enumerate() {
-            for i in 0..dim {
-                packed[i * width + k] = vector[i] / scale[i];
-            }
-        }
-        let mut out = vec![0.0; (dim - m) * width];
+        let mut out = vec![0.0; dim - m];
         self.law
-            .product(status, &mut self.record, &packed, width, &mut out);
-        let product = |k: usize| {
-            let upper = std::iter::repeat_n(0.0, m);
-            let lower = (m..dim).map(|i| out[(i - m) * width + k] * scale[i]);
-            upper.chain(lower).collect()
-        };
-        (0..width).map(product).collect()
+            .product(status, &mut self.record, &vector, 1, &mut out);
+        RealVector::from_fn(dim, |i, _| if i < m { 0.0 } else { out[i - m] * scale[i] })
     }
+}
 
-    /// The derivatives along a direction, applied to `vectors`.
-    pub fn along(&mut self, direction: &[f64], vectors: &[&[f64]]) -> AlongDirection {
-        let centre = self.at(direction, 0.0, vectors);
-        let size = centre.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
+impl Derivatives for TangentDerivatives<'_> {
+    fn along(&mut self, direction: &RealVector) -> Option<[RealVector; 2]> {
+        let centre = self.at(direction, 0.0);
+        let size = centre.norm();
         let mut differences = |power: i32| {
             let step = 2f64.powi(power);
-            let [up, down] = [step, -step].map(|step| self.at(direction, step, vectors));
-            let first = combine(&[&up, &down], |x| (x[0] - x[1]) / (2.0 * step));
-            let second = combine(&[&up, &centre, &down], |x| {
-                (x[0] - 2.0 * x[1] + x[2]) / (step * step)
-            });
-            [first, second]
+            let [up, down] = [step, -step].map(|step| self.at(direction, step));
+            let first = (&up - &down) / (2.0 * step);
+            [first, (up - &centre * 2.0 + down) / (step * step)]
         };
         let mut levels = [POWERS.start, POWERS.start + 1].map(&mut differences);
-        // For each order the smallest error so far, with the derivatives at its step and at half of it.
-        let mut best: [Option<(f64, [Forms; 2])>; 2] = [None, None];
-        let mut finer: Option<[Forms; 2]> = None;
+        // For each order the smallest error so far, with the derivative at its step and at half of it.
+        let mut best: [Option<(f64, [RealVector; 2])>; 2] = [None, None];
+        let mut finer: Option<[RealVector; 2]> = None;
         for power in POWERS.start + 2..POWERS.end {
             let [fine, coarse] = &levels;
-            let extrapolated: [Forms; 2] =
-                [0, 1].map(|k| combine(&[&fine[k], &coarse[k]], |x| (4.0 * x[0] - x[1]) / 3.0));
+            let extrapolated = [0, 1].map(|k| (&fine[k] * 4.0 - &coarse[k]) / 3.0);
             let mut is_past = finer.is_some();
             if let Some(finer) = &finer {
                 for k in 0..2 {
                     // Rounding errors of the product, which differences of equal numbers do not show.
                     let step = 2f64.powi(power - 2);
                     let rounding = ROUNDING * size / step.powi(k as i32 + 1);
-                    let error = distance(&extrapolated[k], &finer[k]) + rounding;
+                    let error = (&extrapolated[k] - &finer[k]).norm() + rounding;
                     let smallest = best[k].as_ref().map_or(f64::INFINITY, |best| best.0);
                     if error < smallest {
                         best[k] = Some((error, [extrapolated[k].clone(), finer[k].clone()]));
@@ -125,29 +104,12 @@ impl<'a> TangentProduct<'a> {
             let [_, coarse] = levels;
             levels = [coarse, next];
         }
-        let zero = || vec![vec![0.0; direction.len()]; vectors.len()];
-        let [second, third] = best.map(|best| best.map_or_else(|| [zero(), zero()], |best| best.1));
-        AlongDirection { second, third }
+        let zero = || RealVector::zeros(direction.len());
+        let finer = usize::from(self.finer);
+        Some(
+            best.map(|best| {
+                best.map_or_else(zero, |(_, [best, half])| [best, half][finer].clone())
+            }),
+        )
     }
-}
-
-/// Combines corresponding numbers.
-fn combine(all: &[&Vec<Vec<f64>>], of: impl Fn(&[f64]) -> f64) -> Vec<Vec<f64>> {
-    let rows = (0..all[0].len()).map(|k| {
-        let numbers = (0..all[0][k].len()).map(|i| {
-            let mut values = [0.0; 3];
-            for (value, set) in values.iter_mut().zip(all) {
-                *value = set[k][i];
-            }
-            of(&values[..all.len()])
-        });
-        numbers.collect()
-    });
-    rows.collect()
-}
-
-/// Euclidean distance; NaN if a number is not finite.
-fn distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    let pairs = a.iter().flatten().zip(b.iter().flatten());
-    pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

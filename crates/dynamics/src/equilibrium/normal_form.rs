@@ -1,11 +1,14 @@
 //! The first Lyapunov coefficient of a Hopf bifurcation, by its normal form.
 
-use faer::prelude::Solve;
-use faer::{Mat, c64};
+use faer::c64;
 
-use super::multilinear::TangentProduct;
-use super::{Eigenmode, EquilibriumError, Linearised, inner};
+use super::multilinear::TangentDerivatives;
+use super::{Eigenmode, EquilibriumError, Linearised};
 use crate::System;
+use crate::normal_form::{ComplexVector, Critical};
+
+/// Rounding error of the projection of the cubic term relative to its terms.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The cubic term of the normal form `dw/dt = lambda w + c w |w|^2` of a Hopf bifurcation.
 ///
@@ -25,12 +28,7 @@ pub struct FirstLyapunov {
 }
 
 impl FirstLyapunov {
-    /// Computes the coefficient for a mode of a system at an equilibrium: Yu. A. Kuznetsov, Elements of Applied
-    /// Bifurcation Theory, Eq. (5.39). The growth rate of the mode is taken as zero.
-    ///
-    /// ```text
-    /// c = 1/2 <y, C(x, x, x*) - 2 B(x, A^-1 B(x, x*)) + B(x*, (2 i omega - A)^-1 B(x, x))>
-    /// ```
+    /// Computes the coefficient for a mode of a system at an equilibrium. The growth rate of the mode is taken as zero.
     ///
     /// # Errors
     /// If the mode does not oscillate, or the system has no derivative.
@@ -42,46 +40,23 @@ impl FirstLyapunov {
         if !mode.oscillates() {
             return Err(EquilibriumError::NoOscillation);
         }
-        let mut product =
-            TangentProduct::new(system, linearised).ok_or(EquilibriumError::NoDerivative)?;
-        let omega = mode.value.im;
-        let left = linearised.left(mode);
-        let (a, b): (Vec<f64>, Vec<f64>) = mode.vector.iter().map(|x| (x.re, x.im)).unzip();
-        let along_a = product.along(&a, &[&a, &b]);
-        let along_b = product.along(&b, &[&a, &b]);
-        let [first, second] = [0, 1].map(|step| {
-            let (a2, b2) = (&along_a.second[step], &along_b.second[step]);
-            let (a3, b3) = (&along_a.third[step], &along_b.third[step]);
-            // B(x, x) and B(x, x*) by bilinearity, with x = a + i b.
-            let square = complex(&sum(&a2[0], &b2[1], -1.0), &sum(&a2[1], &b2[0], 1.0));
-            let mixed = sum(&a2[0], &b2[1], 1.0);
-            // C(x, x, x*) = C(a,a,a) + C(b,b,a) + i (C(a,a,b) + C(b,b,b)).
-            let cubic = complex(&sum(&a3[0], &b3[0], 1.0), &sum(&a3[1], &b3[1], 1.0));
-            (square, mixed, cubic)
+        let mut derivatives =
+            TangentDerivatives::new(system, linearised).ok_or(EquilibriumError::NoDerivative)?;
+        let vectors = [mode.vector.clone(), linearised.left(mode)].map(ComplexVector::from_vec);
+        let critical = Critical::new(
+            vectors,
+            |i, j| linearised.matrix[(i, j)],
+            [c64::ZERO, c64::new(0.0, 2.0 * mode.value.im)],
+        );
+        let [(best, size), (again, _)] = [false, true].map(|finer| {
+            derivatives.finer = finer;
+            let unknown = (c64::new(f64::NAN, f64::NAN), f64::NAN);
+            critical.of_pair(&mut derivatives).unwrap_or(unknown)
         });
-        let mut coefficient = |(square, mixed, cubic): &(Vec<c64>, Vec<f64>, Vec<c64>)| -> c64 {
-            let steady = linearised.solve(c64::new(0.0, 0.0), &complex(mixed, &[]));
-            let double = linearised.solve(c64::new(0.0, 2.0 * omega), square);
-            // The steady part is real: A^-1 B(x, x*) = -(0 - A)^-1 B(x, x*).
-            let steady: Vec<f64> = steady.iter().map(|v| -v.re).collect();
-            let (re, im): (Vec<f64>, Vec<f64>) = double.iter().map(|v| (v.re, v.im)).unzip();
-            let with_steady = [&a, &b].map(|of| product.along(of, &[&steady]).second);
-            let with_steady = complex(&with_steady[0][0][0], &with_steady[1][0][0]);
-            let [from_a, from_b] = [&a, &b].map(|of| product.along(of, &[&re, &im]).second);
-            // B(x*, u) with x* = a - i b and u = re + i im.
-            let with_double = complex(
-                &sum(&from_a[0][0], &from_b[0][1], 1.0),
-                &sum(&from_a[0][1], &from_b[0][0], -1.0),
-            );
-            let terms = cubic.iter().zip(&with_steady).zip(&with_double);
-            let total: Vec<c64> = terms.map(|((c, s), d)| *c - *s * 2.0 + *d).collect();
-            inner(&left, &total) * 0.5
-        };
-        let (best, again) = (coefficient(&first), coefficient(&second));
         Ok(Self {
             growth: best.re,
             omega: best.im,
-            error: (best.re - again.re).abs() + rounding(&left, &first.2),
+            error: (best.re - again.re).abs() + ROUNDING * size,
             smooth_amplitude: smooth_amplitude(system, linearised, mode),
         })
     }
@@ -90,30 +65,6 @@ impl FirstLyapunov {
     pub fn coefficient(&self, mode: &Eigenmode) -> f64 {
         self.growth / mode.value.im
     }
-}
-
-impl Linearised {
-    /// Solves `(shift - A) u = right`.
-    fn solve(&self, shift: c64, right: &[c64]) -> Vec<c64> {
-        let dim = self.dim();
-        let matrix = Mat::from_fn(dim, dim, |i, j| {
-            let entry = c64::new(-self.matrix[(i, j)], 0.0);
-            if i == j { entry + shift } else { entry }
-        });
-        let right = Mat::from_fn(dim, 1, |i, _| right[i]);
-        let solution = matrix.partial_piv_lu().solve(&right);
-        (0..dim).map(|i| solution[(i, 0)]).collect()
-    }
-}
-
-/// Rounding error of the projection of the cubic term.
-fn rounding(left: &[c64], cubic: &[c64]) -> f64 {
-    let size: f64 = left
-        .iter()
-        .zip(cubic)
-        .map(|(y, c)| y.norm() * c.norm())
-        .sum();
-    64.0 * f64::EPSILON * size
 }
 
 /// Amplitude `|w|` of a mode at which the first guard is reached.
@@ -138,18 +89,4 @@ fn smooth_amplitude(system: &dyn System, linearised: &Linearised, mode: &Eigenmo
     reached
         .filter(|amplitude| !amplitude.is_nan())
         .fold(f64::INFINITY, f64::min)
-}
-
-/// `a + factor b`.
-fn sum(a: &[f64], b: &[f64], factor: f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a + factor * b).collect()
-}
-
-/// Complex vector of real and imaginary parts; a missing part is zero.
-fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
-    let im = |i: usize| im.get(i).copied().unwrap_or(0.0);
-    re.iter()
-        .enumerate()
-        .map(|(i, re)| c64::new(*re, im(i)))
-        .collect()
 }
