@@ -2,8 +2,15 @@
 //!
 //! Because `q' = v`, the equations of the displacements are eliminated analytically, `x_q = (r_q + x_v)
 //! / s`. The remaining system has one equation per mode and first-order component, half the size of the
-//! state. It is solved by Gaussian elimination with partial pivoting (G. H. Golub, C. F. Van Loan,
-//! Matrix Computations, 4th ed., 2013, Section 3.4).
+//! state. It is solved by its LU factors.
+
+use std::mem::MaybeUninit;
+
+use faer::dyn_stack::MemStack;
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
+use faer::perm::PermRef;
+use faer::{Mat, MatMut, Par};
 
 use crate::System;
 use crate::stepper::differentiable;
@@ -21,10 +28,11 @@ pub(super) struct Resolvent {
     identity: Vec<f64>,
     /// `s`, 1/s.
     shift: f64,
-    /// LU factors, `rows x rows`, row-major; the unit diagonal of the lower factor is not stored.
-    factors: Vec<f64>,
-    /// Row exchanged with each row (pivot index).
-    exchanged: Vec<usize>,
+    /// LU factors, `rows x rows`; the unit diagonal of the lower factor is not stored.
+    factors: Mat<f64>,
+    /// Permutation of the rows by the pivots, and its inverse.
+    order: [Vec<usize>; 2],
+    scratch: Vec<MaybeUninit<u8>>,
     /// Power-iteration estimate of the dominant eigenvector of the derivative of the force.
     direction: Vec<f64>,
     image: Vec<f64>,
@@ -36,6 +44,9 @@ impl Resolvent {
         let rows = n - modes;
         let mut identity = vec![0.0; n * n];
         identity.iter_mut().step_by(n + 1).for_each(|x| *x = 1.0);
+        // At most as many right-hand sides as there are tangent vectors.
+        let scratch = lu_in_place_scratch::<usize, f64>(rows, rows, Par::Seq, Default::default())
+            .or(solve_in_place_scratch::<usize, f64>(rows, n, Par::Seq));
         Self {
             modes,
             rows,
@@ -43,8 +54,9 @@ impl Resolvent {
             linear: vec![[0.0; 2]; modes],
             identity,
             shift: 1.0,
-            factors: vec![0.0; rows * rows],
-            exchanged: vec![0; rows],
+            factors: Mat::zeros(rows, rows),
+            order: [vec![0; rows], vec![0; rows]],
+            scratch: vec![MaybeUninit::uninit(); scratch.unaligned_bytes_required()],
             // Any direction that is not orthogonal to the dominant eigenvector.
             direction: (0..rows).map(|i| 1.0 / (1.0 + i as f64)).collect(),
             image: vec![0.0; rows],
@@ -66,41 +78,32 @@ impl Resolvent {
     pub fn factor(&mut self, shift: f64) {
         self.shift = shift;
         let (m, rows) = (self.modes, self.rows);
-        let n = m + rows;
-        let lines = self.factors.chunks_exact_mut(rows);
-        for (i, (line, force)) in lines.zip(self.force.chunks_exact(n)).enumerate() {
-            for (out, force) in line.iter_mut().zip(&force[m..]) {
+        for (i, force) in self.force.chunks_exact(m + rows).enumerate() {
+            let (by_q, by_v) = force.split_at(m);
+            for (out, force) in self.factors.row_mut(i).iter_mut().zip(by_v) {
                 *out = -force;
             }
-            for (out, force) in line.iter_mut().zip(&force[..m]) {
+            for (out, force) in self.factors.row_mut(i).iter_mut().zip(by_q) {
                 *out -= force / shift;
             }
-            line[i] += shift;
+            self.factors[(i, i)] += shift;
             if let Some([stiffness, decay]) = self.linear.get(i) {
-                line[i] += decay + stiffness / shift;
+                self.factors[(i, i)] += decay + stiffness / shift;
             }
         }
-        for k in 0..rows {
-            let size = |i: usize| self.factors[i * rows + k].abs();
-            let pivot = (k..rows).fold(k, |best, i| if size(i) > size(best) { i } else { best });
-            self.exchanged[k] = pivot;
-            for j in 0..rows {
-                self.factors.swap(k * rows + j, pivot * rows + j);
-            }
-            let (upper, lower) = self.factors.split_at_mut((k + 1) * rows);
-            let head = &upper[k * rows..];
-            for line in lower.chunks_exact_mut(rows) {
-                let factor = line[k] / head[k];
-                line[k] = factor;
-                for (x, y) in line[k + 1..].iter_mut().zip(&head[k + 1..]) {
-                    *x -= factor * y;
-                }
-            }
-        }
+        let [order, inverse] = &mut self.order;
+        lu_in_place(
+            self.factors.as_mut(),
+            order,
+            inverse,
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
     }
 
     /// Replaces `width` right-hand sides, stored component by component, by the solutions.
-    pub fn solve(&self, x: &mut [f64], width: usize) {
+    pub fn solve(&mut self, x: &mut [f64], width: usize) {
         let (m, rows, shift) = (self.modes, self.rows, self.shift);
         let (q, rest) = x.split_at_mut(m * width);
         for (i, force) in self.force.chunks_exact(m + rows).enumerate() {
@@ -112,25 +115,15 @@ impl Resolvent {
                 add(out, -stiffness / shift, &q[i * width..][..width]);
             }
         }
-        for (k, &pivot) in self.exchanged.iter().enumerate() {
-            for l in 0..width {
-                rest.swap(k * width + l, pivot * width + l);
-            }
-        }
-        for i in 0..rows {
-            let (done, line) = rest.split_at_mut(i * width);
-            for (j, done) in done.chunks_exact(width).enumerate() {
-                add(&mut line[..width], -self.factors[i * rows + j], done);
-            }
-        }
-        for i in (0..rows).rev() {
-            let (line, done) = rest[i * width..].split_at_mut(width);
-            for (j, done) in done.chunks_exact(width).enumerate() {
-                add(line, -self.factors[i * rows + i + 1 + j], done);
-            }
-            line.iter_mut()
-                .for_each(|x| *x /= self.factors[i * rows + i]);
-        }
+        let [order, inverse] = &self.order;
+        solve_in_place(
+            self.factors.as_ref(),
+            self.factors.as_ref(),
+            PermRef::new_checked(order, inverse, rows),
+            MatMut::from_row_major_slice_mut(rest, rows, width),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
         for (q, v) in q.iter_mut().zip(&*rest) {
             *q = (*q + v) / shift;
         }
