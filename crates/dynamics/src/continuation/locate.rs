@@ -56,56 +56,6 @@ impl Piece<'_> {
     }
 }
 
-/// One end of a bracket.
-#[derive(Clone, Copy)]
-struct Side {
-    /// Share of the piece.
-    share: f64,
-    /// Value of the test function, halved where the secant method demands it.
-    value: f64,
-}
-
-/// A bracketing secant method (Illinois) for the zero of a function on an interval.
-struct Bracket {
-    low: Side,
-    high: Side,
-    /// The side that was replaced last: -1, 0 or 1.
-    last: i8,
-}
-
-impl Bracket {
-    fn length(&self) -> f64 {
-        self.high.share - self.low.share
-    }
-
-    /// Position of the zero of the secant within the bracket, 0 to 1.
-    fn secant(&self) -> f64 {
-        let (a, b) = (self.low.value, self.high.value);
-        let position = a / (a - b);
-        if position.is_finite() { position } else { 0.5 }
-    }
-
-    fn next(&self) -> f64 {
-        self.low.share + self.secant().clamp(1e-3, 1.0 - 1e-3) * self.length()
-    }
-
-    fn update(&mut self, side: Side) {
-        if (side.value < 0.0) == (self.low.value < 0.0) {
-            self.low = side;
-            if self.last == -1 {
-                self.high.value *= 0.5;
-            }
-            self.last = -1;
-        } else {
-            self.high = side;
-            if self.last == 1 {
-                self.low.value *= 0.5;
-            }
-            self.last = 1;
-        }
-    }
-}
-
 /// The share and the parameter at the zero of a test function, by inverse interpolation through the triples `[value, share,
 /// parameter]` closest to zero, up to four, which come first afterwards.
 fn at_zero(known: &mut [[f64; 3]]) -> [f64; 2] {
@@ -134,28 +84,29 @@ impl Flow<'_> {
         if kind == BifurcationKind::BranchPoint {
             return self.locate_branch_point(piece).map(Some);
         }
-        let side = |share: f64, point: &Point| Side {
-            share,
-            value: kind.test(point),
-        };
-        let mut bracket = Bracket {
-            low: side(0.0, piece.from),
-            high: side(1.0, piece.to),
-            last: 0,
-        };
+        let known = |share: f64, point: &Point| [kind.test(point), share, point.orbit.parameter];
+        let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
+        let is_first_negative = all[0][0] < 0.0;
+        let mut bracket = [0.0, 1.0];
         let target = self.options.bifurcation_accuracy * self.width();
         let mut best: Option<Point> = None;
         let mut error = f64::INFINITY;
         for _ in 0..MAX_ORBITS {
-            let share = bracket.next();
+            let [low, high] = bracket;
+            let [mut share, _] = at_zero(&mut all);
+            if !(share > low && share < high) {
+                share = 0.5 * (low + high);
+            }
             let point = self.point_within(piece, share)?;
-            let here = side(share, &point);
+            let here = known(share, &point);
             error = best.as_ref().map_or(f64::INFINITY, |before| {
                 (point.orbit.parameter - before.orbit.parameter).abs()
             });
             best = Some(point);
-            bracket.update(here);
-            if here.value == 0.0 || error <= target || bracket.length() <= MIN_BRACKET {
+            let is_low = (here[0] < 0.0) == is_first_negative;
+            bracket[usize::from(!is_low)] = share;
+            all.push(here);
+            if here[0] == 0.0 || error <= target || bracket[1] - bracket[0] <= MIN_BRACKET {
                 break;
             }
         }
