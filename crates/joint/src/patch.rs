@@ -5,10 +5,9 @@
 //! `p0 sqrt(1 - s^2/a^2)`. With `x = s^2/a^2` the load is `F = integral of (3/2) F sqrt(1 - x) dx` over
 //! `[0, 1]`; equal intervals in `x` are equal areas.
 
-use nalgebra::DMatrix;
-
 use super::Quadrature;
 use super::vector::{add_scaled, cross, dot, norm, scale, unit};
+use crate::fem::gauss_rule;
 
 /// A quadrature point in the coordinates of the patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +147,7 @@ fn gauss_rings(count: usize) -> Vec<PatchPoint> {
     // About pi times as many points in a ring as rings gives an even spacing; at least 3 in a ring.
     let rings =
         ((count as f64 / std::f64::consts::TAU).sqrt().round() as usize).clamp(1, count / 3);
-    let rule = gauss_rule(rings);
+    let rule = rim_rule(rings);
     let radius = |point: &GaussPoint| (1.0 - point.pressure.powi(2)).sqrt();
     let total: f64 = rule.iter().map(radius).sum();
     let spare = count - 3 * rings;
@@ -192,29 +191,16 @@ struct GaussPoint {
 /// part. A Gauss rule in `x` for one of them converges slowly for the other, whose ratio to it has a
 /// singularity at the rim.
 ///
-/// The rule consists of the eigenvalues of the Jacobi matrix and the squared first components of its
-/// eigenvectors (Golub and Welsch, *Math. Comp.* 23 (1969) 221), here for the Jacobi weight `1 + t` with
-/// `t = 2 y - 1`.
-fn gauss_rule(n: usize) -> Vec<GaussPoint> {
-    let jacobi = DMatrix::from_fn(n, n, |row, column| {
-        let k = row.max(column) as f64;
-        match row.abs_diff(column) {
-            0 => 1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)),
-            1 => (k * (k + 1.0)).sqrt() / (2.0 * k + 1.0),
-            _ => 0.0,
-        }
-    });
-    let eigen = jacobi.symmetric_eigen();
-    let first = eigen.eigenvectors.row(0);
-    let pairs = eigen.eigenvalues.iter().zip(first.iter());
-    let mut rule: Vec<_> = pairs
-        .map(|(t, first)| GaussPoint {
-            pressure: 0.5 * (1.0 + t),
-            area: first * first,
-        })
-        .collect();
-    rule.sort_by(|a, b| b.pressure.total_cmp(&a.pressure));
-    rule
+/// In `t = 2 y - 1` this is the Jacobi weight `1 + t`.
+fn rim_rule(n: usize) -> Vec<GaussPoint> {
+    let diagonal = |k: f64| 1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0));
+    let coupling = |k: f64| (k * (k + 1.0)).sqrt() / (2.0 * k + 1.0);
+    let rule = gauss_rule(n, diagonal, coupling).into_iter().rev();
+    rule.map(|[t, area]| GaussPoint {
+        pressure: 0.5 * (1.0 + t),
+        area,
+    })
+    .collect()
 }
 
 /// Unit vector from the centre of the ball to the centre of the patch: the +z pole opposite the beam,
@@ -355,7 +341,7 @@ mod tests {
     /// The integrals of x^j and of (3/2) sqrt(1 - x) x^j, which is (3/2) B(j + 1, 3/2).
     #[test]
     fn gauss_rule_is_exact_for_uniform_and_hertz_weights() {
-        let rule = gauss_rule(6);
+        let rule = rim_rule(6);
         let mut loaded = 1.0;
         for j in 0..6 {
             let sum = |weight: &dyn Fn(&GaussPoint) -> f64| -> f64 {

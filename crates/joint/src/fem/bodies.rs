@@ -11,7 +11,7 @@
 //!        |_______|
 //! ```
 
-use super::section::{Curve, Grading, Partition, Section, SectionBuilder, Sides};
+use super::section::{Curve, Grading, Partition, Section, SectionBuilder};
 use super::{Elements, FemError, Geometry, LengthReading};
 
 /// The mesh of a ball on a beam, and its nodes on the free surface.
@@ -66,21 +66,12 @@ impl BallOnBeam {
         let side = builder.line(rim, c, &along);
         let cap = builder.line(centre, rim, &radial);
         let axis = builder.line(centre, a, &along);
-        builder.patch(&Sides {
-            bottom: &cap,
-            right: &side,
-            top: &base,
-            left: &axis,
-        });
+        builder.patch([&cap, &side, &base, &axis]);
         let ball = ball(
             &mut builder,
             radius,
-            &base,
-            &radial,
-            &BallMesh {
-                elements,
-                grading: Grading::START,
-            },
+            (&base, &radial),
+            (elements, Grading::START),
         );
         Ok(Self {
             section: builder.finish(),
@@ -135,21 +126,14 @@ const SHOULDER: f64 = 1.0 / 3.0;
 /// Size of the core as a fraction of the ball.
 const CORE: f64 = 0.5;
 
-/// Division of a ball into elements.
-pub(super) struct BallMesh<'a> {
-    pub(super) elements: &'a Elements,
-    /// Grading towards the corner, along the surface and in depth.
-    pub(super) grading: Grading,
-}
-
 /// Adds a ball about the origin on top of `base`, which runs from the axis to the corner and is divided
-/// as `radial`. Returns the nodes of its surface from the north pole to the corner.
+/// as `radial`. The elements are graded towards the corner, along the surface and in depth. Returns the nodes of its surface
+/// from the north pole to the corner.
 pub(super) fn ball(
     builder: &mut SectionBuilder,
     radius: f64,
-    base: &Curve,
-    radial: &Partition,
-    mesh: &BallMesh<'_>,
+    (base, radial): (&Curve, &Partition),
+    (elements, grading): (&Elements, Grading),
 ) -> Vec<usize> {
     let [south, corner] = [base.first(), base.last()];
     let [r, z] = builder.position(corner);
@@ -166,8 +150,8 @@ pub(super) fn ball(
         builder.vertex([CORE * r, middle + CORE * (z - middle)])
     });
     let depth = (1.0 - CORE) * r.hypot(z - middle);
-    let layers = Partition::new(depth, mesh.elements, mesh.grading);
-    let along = Partition::new(radius * (polar - angle), mesh.elements, mesh.grading);
+    let layers = Partition::new(depth, elements, grading);
+    let along = Partition::new(radius * (polar - angle), elements, grading);
     let [spoke_south, spoke_corner, spoke_shoulder, spoke_north] =
         std::array::from_fn(|k| builder.line(outer[k], core[k], &layers));
 
@@ -178,30 +162,15 @@ pub(super) fn ball(
     let core_top = builder.line(core[3], core[2], radial);
     let core_left = builder.line(core[0], core[3], &along);
 
-    builder.patch(&Sides {
-        bottom: &core_bottom,
-        right: &core_right,
-        top: &core_top,
-        left: &core_left,
-    });
-    builder.patch(&Sides {
-        bottom: base,
-        right: &spoke_corner,
-        top: &core_bottom,
-        left: &spoke_south,
-    });
-    builder.patch(&Sides {
-        bottom: &flank,
-        right: &spoke_shoulder,
-        top: &core_right,
-        left: &spoke_corner,
-    });
-    builder.patch(&Sides {
-        bottom: &core_top,
-        right: &spoke_shoulder.reversed(),
-        top: &crown,
-        left: &spoke_north.reversed(),
-    });
+    builder.patch([&core_bottom, &core_right, &core_top, &core_left]);
+    builder.patch([base, &spoke_corner, &core_bottom, &spoke_south]);
+    builder.patch([&flank, &spoke_shoulder, &core_right, &spoke_corner]);
+    builder.patch([
+        &core_top,
+        &spoke_shoulder.reversed(),
+        &crown,
+        &spoke_north.reversed(),
+    ]);
 
     let mut surface = crown.nodes;
     surface.extend(flank.nodes.iter().rev().skip(1));

@@ -1,7 +1,7 @@
 //! The modes of the ball on its beam.
 
 use super::bodies::BallOnBeam;
-use super::surface::{BallSurface, EdgePoint, ShapeTable, SideSurface};
+use super::surface::{EdgePoint, Surface};
 use super::{Elements, Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
 
 /// The elastic modes of a free ball on a beam, normalised to unit modal mass (`Phi^T M Phi = I`), in
@@ -16,8 +16,8 @@ pub struct BodyModes {
     pub(super) field_of: Vec<usize>,
     pub(super) fields: Vec<MeridianMode>,
     pub(super) mesh: BallOnBeam,
-    ball: BallSurface,
-    side: SideSurface,
+    ball: Surface,
+    side: Surface,
 }
 
 /// Label and frequency of one mode.
@@ -128,8 +128,8 @@ impl BodyModes {
             }
         }
         let fields: Vec<MeridianMode> = found.into_iter().map(|found| found.field).collect();
-        let ball = BallSurface::new(&mesh, &fields);
-        let side = SideSurface::new(&mesh, &fields);
+        let ball = Surface::ball(&mesh, &fields);
+        let side = Surface::side(&mesh, &fields);
         Self {
             modes,
             field_of,
@@ -195,14 +195,14 @@ impl BodyModes {
         } else {
             [1.0, 0.0]
         };
-        self.shapes(&self.ball.table, &point, [cos, sin], out);
+        self.shapes(&self.ball, &point, [cos, sin], out);
         Ok(())
     }
 
     /// All mode shapes at one point of a meridian, at the azimuth with the given cosine and sine.
     fn shapes(
         &self,
-        table: &ShapeTable,
+        surface: &Surface,
         point: &EdgePoint,
         [cos, sin]: [f64; 2],
         out: &mut [[f64; 3]],
@@ -212,7 +212,7 @@ impl BodyModes {
         let mut amplitudes = [0.0; 3];
         for ((mode, &field), shape) in self.modes.iter().zip(&self.field_of).zip(out) {
             if field != current {
-                amplitudes = table.amplitudes(point, field);
+                amplitudes = surface.table.amplitudes(point, field);
                 current = field;
             }
             *shape = mode.kind.displacement(amplitudes, cos, sin);
@@ -247,25 +247,20 @@ impl BodyModes {
         }
         builder.push([0.0, 0.0, z_end], &shapes);
 
-        let rings = (0..on_beam)
-            .map(|k| self.side.at_fraction(k as f64 / on_beam as f64))
-            .chain((0..on_ball).map(|k| self.ball.at_fraction(1.0 - k as f64 / on_ball as f64)));
-        for (ring, sample) in rings.enumerate() {
-            let table = if ring < on_beam {
-                &self.side.table
-            } else {
-                &self.ball.table
-            };
-            let [r, z] = table.position(&sample);
+        let beam = (0..on_beam).map(|k| (&self.side, k as f64 / on_beam as f64));
+        let ball = (0..on_ball).map(|k| (&self.ball, 1.0 - k as f64 / on_ball as f64));
+        for (surface, fraction) in beam.chain(ball) {
+            let sample = surface.at_fraction(fraction);
+            let [r, z] = surface.table.position(&sample);
             for j in 0..round {
                 let (sin, cos) = (std::f64::consts::TAU * j as f64 / round as f64).sin_cos();
-                self.shapes(table, &sample, [cos, sin], &mut shapes);
+                self.shapes(surface, &sample, [cos, sin], &mut shapes);
                 builder.push([r * cos, r * sin, z], &shapes);
             }
         }
 
         let pole = self.ball.at_fraction(0.0);
-        self.shapes(&self.ball.table, &pole, [1.0, 0.0], &mut shapes);
+        self.shapes(&self.ball, &pole, [1.0, 0.0], &mut shapes);
         let [_, z_pole] = self.ball.table.position(&pole);
         builder.push([0.0, 0.0, z_pole], &shapes);
         builder.connect(along, round);

@@ -27,28 +27,6 @@ pub(super) struct Eigenpairs {
     pub(super) vectors: Vec<Vec<f64>>,
 }
 
-impl Eigenpairs {
-    /// Compares the eigenvalues with the Rayleigh quotients of the vectors.
-    fn check(self, pencil: &Pencil, harmonic: Harmonic) -> Result<Self, FemError> {
-        let is_resolved = |(value, vector): (&f64, &Vec<f64>)| {
-            let quotient = dot(vector, &pencil.stiffness_times(vector));
-            *value > 0.0 && (quotient / value - 1.0).abs() <= ROUNDING
-        };
-        let lost = self
-            .values
-            .iter()
-            .zip(&self.vectors)
-            .position(|pair| !is_resolved(pair));
-        match lost {
-            None => Ok(self),
-            Some(index) => Err(FemError::Rounding {
-                harmonic,
-                mode: index + 1,
-            }),
-        }
-    }
-}
-
 /// Convergence criterion: the residual of a Ritz pair in the norm of `M`, relative to `theta`. The
 /// relative error of the eigenvalue is of the order of its square.
 const TOLERANCE: f64 = 1e-12;
@@ -58,29 +36,18 @@ const ROUNDING: f64 = 1e-4;
 /// Lanczos steps between convergence checks.
 const CHECK_INTERVAL: usize = 4;
 
-/// Parameters of the eigenvalue search.
-pub(super) struct Search<'a> {
-    /// The family, used in error messages.
-    pub(super) harmonic: Harmonic,
-    /// Rigid-body motions, linearly independent.
-    pub(super) rigid: &'a [Vec<f64>],
-    /// Number of elastic eigenpairs.
-    pub(super) wanted: usize,
-    /// The shift `sigma`, negative, rad^2/s^2.
-    pub(super) shift: f64,
-}
-
-/// Computes the lowest elastic eigenpairs.
+/// Computes the `wanted` lowest elastic eigenpairs of a family with the linearly independent rigid-body motions `rigid`, with
+/// the shift `sigma` (negative, rad^2/s^2).
 ///
 /// # Errors
 /// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`], [`FemError::Rounding`].
-pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs, FemError> {
-    let &Search {
-        harmonic,
-        rigid,
-        wanted,
-        shift,
-    } = search;
+pub(super) fn lowest(
+    pencil: &Pencil,
+    harmonic: Harmonic,
+    rigid: &[Vec<f64>],
+    wanted: usize,
+    shift: f64,
+) -> Result<Eigenpairs, FemError> {
     let available = pencil.len().saturating_sub(rigid.len());
     if wanted > available {
         return Err(FemError::TooManyModes {
@@ -89,7 +56,7 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
             available,
         });
     }
-    let factor = factorise(pencil, search)?;
+    let factor = factorise(pencil, harmonic, shift)?;
     let mut basis = MassBasis::new(pencil);
     for motion in rigid {
         basis.extend(motion.clone());
@@ -102,9 +69,9 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
     while lanczos.diagonal.len() < limit {
         let mut next = basis.last_mass_vector().to_vec();
         factor.solve_in_place(ColMut::from_slice_mut(&mut next).as_mat_mut());
-        let step = basis.extend(next);
-        lanczos.diagonal.push(step.along_last);
-        lanczos.coupling.push(step.remainder);
+        let [along_last, remainder] = basis.extend(next);
+        lanczos.diagonal.push(along_last);
+        lanczos.coupling.push(remainder);
 
         let steps = lanczos.diagonal.len();
         if steps == limit || (steps >= wanted && steps % CHECK_INTERVAL == 0) {
@@ -113,8 +80,8 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
             let done = |pair: &&RitzPair| steps == available || pair.residual <= TOLERANCE;
             converged = ritz.iter().take_while(done).count();
             if converged == wanted {
-                let pairs = assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift);
-                return pairs.check(pencil, harmonic);
+                return assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift, pencil)
+                    .map_err(|mode| FemError::Rounding { harmonic, mode });
             }
         }
     }
@@ -127,20 +94,16 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
 }
 
 /// Factorises `K - sigma M`.
-fn factorise(pencil: &Pencil, search: &Search<'_>) -> Result<Llt<usize, f64>, FemError> {
-    let shifted: Vec<f64> = pencil
-        .stiffness
-        .iter()
-        .zip(&pencil.mass)
-        .map(|(k, m)| k - search.shift * m)
-        .collect();
+fn factorise(pencil: &Pencil, harmonic: Harmonic, shift: f64) -> Result<Llt<usize, f64>, FemError> {
+    let entries = pencil.stiffness.iter().zip(&pencil.mass);
+    let shifted: Vec<f64> = entries.map(|(k, m)| k - shift * m).collect();
     let n = pencil.len();
     let pattern =
         SymbolicSparseColMatRef::new_checked(n, n, &pencil.column_start, None, &pencil.row);
     SparseColMatRef::new(pattern, &shifted)
         .sp_cholesky(Side::Lower)
         .map_err(|error| FemError::Factorisation {
-            harmonic: search.harmonic,
+            harmonic,
             reason: error.to_string(),
         })
 }
@@ -173,14 +136,6 @@ struct MassBasis<'a> {
     mass_vectors: Vec<Vec<f64>>,
 }
 
-/// Result of the orthogonalisation of a vector against a basis.
-struct Extension {
-    /// Component along the previously last basis vector.
-    along_last: f64,
-    /// Norm of the orthogonal remainder.
-    remainder: f64,
-}
-
 impl<'a> MassBasis<'a> {
     fn new(pencil: &'a Pencil) -> Self {
         Self {
@@ -194,8 +149,9 @@ impl<'a> MassBasis<'a> {
         &self.mass_vectors[self.mass_vectors.len() - 1]
     }
 
-    /// Orthogonalises `x` against the basis, normalises it and appends it.
-    fn extend(&mut self, mut x: Vec<f64>) -> Extension {
+    /// Orthogonalises `x` against the basis, normalises it and appends it. Returns its component along the previously last
+    /// vector and the norm of the orthogonal remainder.
+    fn extend(&mut self, mut x: Vec<f64>) -> [f64; 2] {
         let mut along_last = 0.0;
         // The second pass removes the rounding errors of the first.
         for _ in 0..2 {
@@ -214,10 +170,7 @@ impl<'a> MassBasis<'a> {
         }
         self.vectors.push(x);
         self.mass_vectors.push(mass_x);
-        Extension {
-            along_last,
-            remainder,
-        }
+        [along_last, remainder]
     }
 }
 
@@ -267,19 +220,30 @@ impl Tridiagonal {
     }
 }
 
-/// Converts Ritz pairs of the operator to eigenpairs of the pencil.
-fn assemble_pairs(ritz: &[RitzPair], basis: &[Vec<f64>], shift: f64) -> Eigenpairs {
-    let vectors = ritz.iter().map(|pair| {
-        let mut vector = vec![0.0; basis[0].len()];
+/// Converts Ritz pairs of the operator to eigenpairs of the pencil. The error is the number of a mode whose eigenvalue
+/// differs from the Rayleigh quotient of its vector.
+fn assemble_pairs(
+    ritz: &[RitzPair],
+    basis: &[Vec<f64>],
+    shift: f64,
+    pencil: &Pencil,
+) -> Result<Eigenpairs, usize> {
+    let (mut values, mut vectors) = (Vec::new(), Vec::new());
+    for pair in ritz {
+        let mut vector = vec![0.0; pencil.len()];
         for (&component, base) in pair.components.iter().zip(basis) {
             add_scaled(&mut vector, component, base);
         }
-        vector
-    });
-    Eigenpairs {
-        values: ritz.iter().map(|pair| shift + pair.theta.recip()).collect(),
-        vectors: vectors.collect(),
+        let value = shift + pair.theta.recip();
+        let quotient = dot(&vector, &pencil.stiffness_times(&vector));
+        let is_resolved = value > 0.0 && (quotient / value - 1.0).abs() <= ROUNDING;
+        values.push(value);
+        vectors.push(vector);
+        if !is_resolved {
+            return Err(values.len());
+        }
     }
+    Ok(Eigenpairs { values, vectors })
 }
 
 #[cfg(test)]
@@ -354,13 +318,7 @@ mod tests {
             let all = reduced.self_adjoint_eigenvalues(Side::Lower).unwrap();
 
             let wanted = 12;
-            let search = Search {
-                harmonic,
-                rigid: &rigid,
-                wanted,
-                shift: -1e9,
-            };
-            let found = lowest(&pencil, &search).unwrap();
+            let found = lowest(&pencil, harmonic, &rigid, wanted, -1e9).unwrap();
             for (value, reference) in found.values.iter().zip(&all[rigid.len()..]) {
                 let error = (value / reference - 1.0).abs();
                 assert!(error < 1e-9, "{harmonic}: {value} against {reference}");

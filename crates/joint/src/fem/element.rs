@@ -5,99 +5,65 @@
 //! order 2 the corners, edge midpoints and centre (nine-node element). Integration uses the Gauss rule
 //! with `p + 1` points per direction, exact to degree `2 p + 1`. The mass of an undistorted element,
 //! including the factor `r`, is integrated exactly.
-//!
-//! Points and weights: Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, tables 25.4 and
-//! 25.6; the tests verify them by their defining properties.
+
+use nalgebra::DMatrix;
 
 /// Maximum order of the Lagrange elements.
 pub const MAX_ORDER: usize = 8;
 /// Nodes along an edge at the maximum order.
 const MAX_EDGE_NODES: usize = MAX_ORDER + 1;
 
-/// Non-negative Gauss-Lobatto points in ascending order; row `p - 1` is for order `p`. They are the end
-/// point and the roots of the derivative of the Legendre polynomial of degree `p`.
-const LOBATTO: [&[f64]; MAX_ORDER] = [
-    &[1.0],
-    &[0.0, 1.0],
-    &[0.447_213_595_499_957_9, 1.0],
-    &[0.0, 0.654_653_670_707_977_1, 1.0],
-    &[0.285_231_516_480_645_1, 0.765_055_323_929_464_7, 1.0],
-    &[0.0, 0.468_848_793_470_714_23, 0.830_223_896_278_567, 1.0],
-    &[
-        0.209_299_217_902_478_88,
-        0.591_700_181_433_142_3,
-        0.871_740_148_509_606_6,
-        1.0,
-    ],
-    &[
-        0.0,
-        0.363_117_463_826_178_16,
-        0.677_186_279_510_737_7,
-        0.899_757_995_411_460_2,
-        1.0,
-    ],
-];
-
-/// A point and its weight in a Gauss rule on `[-1, 1]`.
-#[derive(Clone, Copy, Debug)]
-struct GaussPoint {
-    at: f64,
-    weight: f64,
+/// The `n`-point Gauss rule on `[-1, 1]` for a weight with the integral 1: points in ascending order with their weights. They
+/// are the eigenvalues of the Jacobi matrix and the squared first components of its eigenvectors (Golub and Welsch, Math.
+/// Comp. 23 (1969) 221). Its diagonal is given by an index from 0 on, the coupling with the row before from 1 on.
+pub(crate) fn gauss_rule(
+    n: usize,
+    diagonal: impl Fn(f64) -> f64,
+    coupling: impl Fn(f64) -> f64,
+) -> Vec<[f64; 2]> {
+    if n == 0 {
+        return Vec::new();
+    }
+    let jacobi = DMatrix::from_fn(n, n, |row, column| {
+        let k = row.max(column) as f64;
+        match row.abs_diff(column) {
+            0 => diagonal(k),
+            1 => coupling(k),
+            _ => 0.0,
+        }
+    });
+    let eigen = jacobi.symmetric_eigen();
+    let first = eigen.eigenvectors.row(0);
+    let pairs = eigen.eigenvalues.iter().zip(first.iter());
+    // One step of Newton's method for the characteristic polynomial removes the rounding errors of the eigenvalues.
+    let improved = |t: f64| {
+        let (mut value, mut slope) = ([1.0, 0.0], [0.0; 2]);
+        for k in 0..n {
+            let square = if k > 0 {
+                coupling(k as f64).powi(2)
+            } else {
+                0.0
+            };
+            let factor = t - diagonal(k as f64);
+            slope = [value[0] + factor * slope[0] - square * slope[1], slope[0]];
+            value = [factor * value[0] - square * value[1], value[0]];
+        }
+        t - value[0] / slope[0]
+    };
+    let mut rule: Vec<_> = pairs
+        .map(|(t, first)| [improved(*t), first * first])
+        .collect();
+    rule.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    rule
 }
 
-const fn gauss(at: f64, weight: f64) -> GaussPoint {
-    GaussPoint { at, weight }
-}
-
-/// Non-negative Gauss points in ascending order; row `p - 1` has the rule with `p + 1` points.
-const GAUSS: [&[GaussPoint]; MAX_ORDER] = [
-    &[gauss(0.577_350_269_189_625_7, 1.0)],
-    &[
-        gauss(0.0, 0.888_888_888_888_888_8),
-        gauss(0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-    ],
-    &[
-        gauss(0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-        gauss(0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-    ],
-    &[
-        gauss(0.0, 0.568_888_888_888_888_9),
-        gauss(0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-        gauss(0.906_179_845_938_664, 0.236_926_885_056_189_08),
-    ],
-    &[
-        gauss(0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-        gauss(0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-        gauss(0.932_469_514_203_152, 0.171_324_492_379_170_36),
-    ],
-    &[
-        gauss(0.0, 0.417_959_183_673_469_4),
-        gauss(0.405_845_151_377_397_2, 0.381_830_050_505_118_9),
-        gauss(0.741_531_185_599_394_5, 0.279_705_391_489_276_64),
-        gauss(0.949_107_912_342_758_5, 0.129_484_966_168_869_7),
-    ],
-    &[
-        gauss(0.183_434_642_495_649_8, 0.362_683_783_378_362),
-        gauss(0.525_532_409_916_329, 0.313_706_645_877_887_27),
-        gauss(0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-        gauss(0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
-    ],
-    &[
-        gauss(0.0, 0.330_239_355_001_259_8),
-        gauss(0.324_253_423_403_808_9, 0.312_347_077_040_002_86),
-        gauss(0.613_371_432_700_590_4, 0.260_610_696_402_935_44),
-        gauss(0.836_031_107_326_635_8, 0.180_648_160_694_857_4),
-        gauss(0.968_160_239_507_626_1, 0.081_274_388_361_574_41),
-    ],
-];
-
-/// The Gauss rule of an order, with points in ascending order.
-fn gauss_rule(order: usize) -> Vec<GaussPoint> {
-    let half = GAUSS[order - 1];
-    let mirrored = half.iter().rev().filter(|point| point.at > 0.0);
-    mirrored
-        .map(|&GaussPoint { at, weight }| gauss(-at, weight))
-        .chain(half.iter().copied())
+/// As [`gauss_rule`], for an even weight: points and weights are symmetric to the last bit.
+fn symmetric_rule(n: usize, coupling: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let rule = gauss_rule(n, |_| 0.0, coupling);
+    let mirrored = rule.iter().rev();
+    let pairs = rule.iter().zip(mirrored);
+    pairs
+        .map(|([t, w], [u, v])| [0.5 * (t - u), 0.5 * (w + v)])
         .collect()
 }
 
@@ -120,11 +86,14 @@ pub struct EdgeBasis {
 impl EdgeNodes {
     /// Nodes of an order from 1 to [`MAX_ORDER`].
     pub fn of_order(order: usize) -> Self {
-        let half = LOBATTO[order - 1];
-        let mirrored = half.iter().rev().filter(|point| **point > 0.0);
-        Self {
-            points: mirrored.map(|x| -x).chain(half.iter().copied()).collect(),
-        }
+        // The inner points are the roots of the derivative of the Legendre polynomial, a Jacobi polynomial.
+        let inner = symmetric_rule(order - 1, |k| {
+            (k * (k + 2.0) / ((2.0 * k + 1.0) * (2.0 * k + 3.0))).sqrt()
+        });
+        let mut points = vec![-1.0];
+        points.extend(inner.iter().map(|[t, _]| t));
+        points.push(1.0);
+        Self { points }
     }
 
     /// Positions of the nodes in `[-1, 1]`, ascending.
@@ -171,22 +140,27 @@ pub struct QuadraturePoint {
     pub d_eta: Vec<f64>,
 }
 
+/// The Gauss rule with `order + 1` points for a constant weight, 1/2.
+fn legendre_rule(order: usize) -> Vec<[f64; 2]> {
+    symmetric_rule(order + 1, |k| k / (4.0 * k * k - 1.0).sqrt())
+}
+
 /// The Gauss points of an element of the given order, with tabulated shape functions.
 pub fn quadrature(order: usize) -> Vec<QuadraturePoint> {
-    let rule = gauss_rule(order);
+    let rule = legendre_rule(order);
     let edge = EdgeNodes::of_order(order);
     let mut points = Vec::with_capacity(rule.len() * rule.len());
-    for vertical in &rule {
-        let eta = edge.basis(vertical.at);
-        for horizontal in &rule {
-            let xi = edge.basis(horizontal.at);
+    for [y, height] in &rule {
+        let eta = edge.basis(*y);
+        for [x, width] in &rule {
+            let xi = edge.basis(*x);
             let tensor = |a: &[f64], b: &[f64]| -> Vec<f64> {
                 let rows = b[..edge.len()].iter();
                 rows.flat_map(|row| a[..edge.len()].iter().map(move |column| column * row))
                     .collect()
             };
             points.push(QuadraturePoint {
-                weight: horizontal.weight * vertical.weight,
+                weight: 4.0 * width * height,
                 value: tensor(&xi.value, &eta.value),
                 d_xi: tensor(&xi.slope, &eta.value),
                 d_eta: tensor(&xi.value, &eta.slope),
@@ -205,10 +179,13 @@ mod tests {
         for order in 1..=MAX_ORDER {
             let exact_to = 2 * order as i32 + 1;
             for power in 0..=exact_to + 1 {
-                let rule = gauss_rule(order);
-                let sum: f64 = rule.iter().map(|p| p.weight * p.at.powi(power)).sum();
+                let rule = legendre_rule(order);
+                let sum: f64 = rule
+                    .iter()
+                    .map(|[at, weight]| weight * at.powi(power))
+                    .sum();
                 let exact = if power % 2 == 0 {
-                    2.0 / f64::from(power + 1)
+                    1.0 / f64::from(power + 1)
                 } else {
                     0.0
                 };

@@ -118,23 +118,14 @@ impl ModeKind {
 }
 
 impl Material {
-    /// Upper triangular factor `C` of the elasticity matrix, `D = C^T C` (Pa^(1/2)). The energy density
-    /// is half the squared norm of `C` times the strain.
+    /// Square root `C` of the elasticity matrix, `D = C^T C` (Pa^(1/2)). The energy density is half the squared norm of `C`
+    /// times the strain.
     pub(super) fn stiffness_root(&self) -> StiffnessRoot {
         let shear = self.shear_modulus();
-        let lame = 2.0 * shear * self.poisson / (1.0 - 2.0 * self.poisson);
-        let first = (lame + 2.0 * shear).sqrt();
-        let coupling = lame / first;
-        let second = (lame + 2.0 * shear - coupling * coupling).sqrt();
-        let cross = (lame - coupling * coupling) / second;
-        let third = (lame + 2.0 * shear - coupling * coupling - cross * cross).sqrt();
+        let bulk = self.young / (3.0 * (1.0 - 2.0 * self.poisson));
         StiffnessRoot {
-            first,
-            coupling,
-            second,
-            cross,
-            third,
             shear: shear.sqrt(),
+            volume: ((3.0 * bulk).sqrt() - (2.0 * shear).sqrt()) / 3.0,
         }
     }
 
@@ -144,29 +135,23 @@ impl Material {
     }
 }
 
-/// The Cholesky factor of the isotropic elasticity matrix.
+/// The symmetric square root of the isotropic elasticity matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StiffnessRoot {
-    first: f64,
-    coupling: f64,
-    second: f64,
-    cross: f64,
-    third: f64,
+    /// Square root of the shear modulus.
     shear: f64,
+    /// Factor of the change of volume in the three normal components.
+    volume: f64,
 }
 
 impl StiffnessRoot {
     /// `C` times a strain vector.
     pub(super) fn times(&self, strain: [f64; STRAINS]) -> [f64; STRAINS] {
         let [rr, tt, zz, rz, rt, tz] = strain;
-        [
-            self.first * rr + self.coupling * (tt + zz),
-            self.second * tt + self.cross * zz,
-            self.third * zz,
-            self.shear * rz,
-            self.shear * rt,
-            self.shear * tz,
-        ]
+        let volume = self.volume * (rr + tt + zz);
+        let normal = [rr, tt, zz].map(|x| std::f64::consts::SQRT_2 * self.shear * x + volume);
+        let [rz, rt, tz] = [rz, rt, tz].map(|x| self.shear * x);
+        [normal[0], normal[1], normal[2], rz, rt, tz]
     }
 }
 

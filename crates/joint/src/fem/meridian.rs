@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::assembly::Pencil;
-use super::eigen::{self, Search};
+use super::eigen;
 use super::harmonic::DofMap;
 use super::{FemError, Harmonic, Material, Section};
 
@@ -47,15 +47,7 @@ impl Section {
         // body.
         let shear_speed = (material.shear_modulus() / material.density).sqrt();
         let rate = shear_speed / self.diagonal();
-        let pairs = eigen::lowest(
-            &pencil,
-            &Search {
-                harmonic,
-                rigid: &rigid,
-                wanted: count,
-                shift: -rate * rate,
-            },
-        )?;
+        let pairs = eigen::lowest(&pencil, harmonic, &rigid, count, -rate * rate)?;
         Ok(pairs
             .values
             .iter()

@@ -65,6 +65,7 @@ mod surface_tests;
 mod tests;
 
 pub use body::{BodyMode, BodyModes, FamilyMode, SurfaceMesh};
+pub(crate) use element::gauss_rule;
 pub use error::FemError;
 pub use harmonic::Harmonic;
 pub use meridian::MeridianMode;

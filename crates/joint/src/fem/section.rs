@@ -139,14 +139,9 @@ impl Curve {
     }
 }
 
-/// The four sides of a patch. Bottom and top have the same direction, left and right run from bottom to
-/// top. The patch lies to the left of the bottom curve.
-pub(super) struct Sides<'a> {
-    pub(super) bottom: &'a Curve,
-    pub(super) right: &'a Curve,
-    pub(super) top: &'a Curve,
-    pub(super) left: &'a Curve,
-}
+/// The four sides of a patch: bottom, right, top, left. Bottom and top have the same direction, left and right run from
+/// bottom to top. The patch lies to the left of the bottom curve.
+pub(super) type Sides<'a> = [&'a Curve; 4];
 
 /// Builds a section: first vertices, then curves between them, then patches.
 #[derive(Debug)]
@@ -213,13 +208,8 @@ impl SectionBuilder {
     }
 
     /// Fills the patch between four curves.
-    pub(super) fn patch(&mut self, sides: &Sides<'_>) {
-        let Sides {
-            bottom,
-            right,
-            top,
-            left,
-        } = sides;
+    pub(super) fn patch(&mut self, sides: Sides<'_>) {
+        let [bottom, right, top, left] = sides;
         let [columns, rows] = [bottom.nodes.len(), left.nodes.len()];
         debug_assert_eq!([columns, rows], [top.nodes.len(), right.nodes.len()]);
         let mut grid = Vec::with_capacity(columns * rows);
@@ -253,13 +243,12 @@ impl SectionBuilder {
 
     /// The point `(i, j)` of a patch: the sum of the two linear blends of opposite sides minus the
     /// bilinear blend of the corners, which both contain.
-    fn transfinite(&self, sides: &Sides<'_>, i: usize, j: usize) -> [f64; 2] {
-        let [s, t] = [sides.bottom.params[i], sides.left.params[j]];
-        let at = |curve: &Curve, k: usize| self.nodes[curve.nodes[k]];
-        let [bottom, top] = [at(sides.bottom, i), at(sides.top, i)];
-        let [left, right] = [at(sides.left, j), at(sides.right, j)];
+    fn transfinite(&self, [bottom, right, top, left]: Sides<'_>, i: usize, j: usize) -> [f64; 2] {
+        let [s, t] = [bottom.params[i], left.params[j]];
         let corner = |curve: &Curve| [self.nodes[curve.first()], self.nodes[curve.last()]];
-        let [low, high] = [corner(sides.bottom), corner(sides.top)];
+        let [low, high] = [corner(bottom), corner(top)];
+        let at = |curve: &Curve, k: usize| self.nodes[curve.nodes[k]];
+        let [bottom, top, left, right] = [at(bottom, i), at(top, i), at(left, j), at(right, j)];
         std::array::from_fn(|x| {
             (1.0 - t) * bottom[x] + t * top[x] + (1.0 - s) * left[x] + s * right[x]
                 - (1.0 - t) * ((1.0 - s) * low[0][x] + s * low[1][x])

@@ -90,30 +90,6 @@ fn interpolate<const N: usize>(basis: &[f64], nodal: &[[f64; N]]) -> [f64; N] {
     sum
 }
 
-/// An edge, and the local coordinate in `[-1, 1]` of a point on it.
-struct Located {
-    edge: usize,
-    xi: f64,
-}
-
-/// Locates a coordinate among ascending boundaries; it must lie between the first and the last.
-fn locate(boundaries: &[f64], coordinate: f64) -> Located {
-    let edge = boundaries[1..boundaries.len() - 1].partition_point(|&b| b <= coordinate);
-    let [low, high] = [boundaries[edge], boundaries[edge + 1]];
-    Located {
-        edge,
-        xi: 2.0 * (coordinate - low) / (high - low) - 1.0,
-    }
-}
-
-/// The free surface of the ball, parametrised by the polar angle from the north pole.
-#[derive(Clone, Debug)]
-pub(super) struct BallSurface {
-    pub(super) table: ShapeTable,
-    /// Polar angles of the boundaries of the edges, rad.
-    boundaries: Vec<f64>,
-}
-
 /// Newton's method ends after a correction smaller than this: the next one would be about its square,
 /// which is below rounding.
 const CORRECTION_TOLERANCE: f64 = 1e-8;
@@ -123,35 +99,67 @@ const MAX_CORRECTIONS: usize = 8;
 /// Tolerance (rad) for directions beyond the corner, for rounding errors.
 const ANGLE_TOLERANCE: f64 = 1e-12;
 
-impl BallSurface {
-    pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
+/// The free surface of the ball, parametrised by the polar angle (rad) from the north pole, or that of the beam, by the
+/// height (m).
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    pub(super) table: ShapeTable,
+    is_ball: bool,
+    /// Parameters of the boundaries of the edges.
+    boundaries: Vec<f64>,
+}
+
+impl Surface {
+    /// The surface of the ball.
+    pub(super) fn ball(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
         let table = ShapeTable::new(&mesh.ball, mesh, fields);
-        let boundaries = table.boundaries(|[r, z]| r.atan2(z));
-        Self { table, boundaries }
+        Self {
+            is_ball: true,
+            boundaries: table.boundaries(|[r, z]| r.atan2(z)),
+            table,
+        }
     }
 
-    /// Polar angle at which the beam begins, rad.
+    /// The lateral surface of the beam.
+    pub(super) fn side(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
+        let table = ShapeTable::new(&mesh.side, mesh, fields);
+        Self {
+            is_ball: false,
+            boundaries: table.boundaries(|[_, z]| z),
+            table,
+        }
+    }
+
+    /// The parameter at the corner between ball and beam, where both surfaces end.
     pub(super) fn limit(&self) -> f64 {
         self.boundaries[self.boundaries.len() - 1]
     }
 
-    /// The point at a polar angle (rad); `None` if the beam is there.
+    /// The point of the ball at a polar angle (rad); `None` if the beam is there.
     pub(super) fn locate(&self, polar: f64) -> Option<EdgePoint> {
         (0.0..=self.limit() + ANGLE_TOLERANCE)
             .contains(&polar)
             .then(|| self.point(polar))
     }
 
-    /// The point at a fraction of the distance from the pole to the corner.
+    /// The point at a fraction of the distance to the corner, from the pole or from the free end.
     pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
-        self.point(fraction * self.limit())
+        let first = self.boundaries[0];
+        self.point(first + fraction * (self.limit() - first))
     }
 
-    fn point(&self, polar: f64) -> EdgePoint {
-        let Located { edge, mut xi } = locate(&self.boundaries, polar);
-        let nodes = self.table.nodes_of(edge);
-        let (sin, cos) = polar.sin_cos();
+    fn point(&self, parameter: f64) -> EdgePoint {
+        let boundaries = &self.boundaries;
+        let edge = boundaries[1..boundaries.len() - 1].partition_point(|&b| b <= parameter);
+        let [low, high] = [boundaries[edge], boundaries[edge + 1]];
+        let mut xi = 2.0 * (parameter - low) / (high - low) - 1.0;
         let mut basis = self.table.edge.basis(xi);
+        if !self.is_ball {
+            // Straight edges are mapped linearly.
+            return EdgePoint { edge, basis };
+        }
+        let nodes = self.table.nodes_of(edge);
+        let (sin, cos) = parameter.sin_cos();
         // Nodes are placed at their fractions of the angle. The initial guess differs only by the error
         // of the polynomial approximation of the arc (at order 4, 1e-5 for a third of a radian);
         // Newton's method squares that.
@@ -166,35 +174,5 @@ impl BallSurface {
             }
         }
         EdgePoint { edge, basis }
-    }
-}
-
-/// The lateral surface of the beam, parametrised by height.
-#[derive(Clone, Debug)]
-pub(super) struct SideSurface {
-    pub(super) table: ShapeTable,
-    /// Heights of the boundaries of the edges, m.
-    boundaries: Vec<f64>,
-}
-
-impl SideSurface {
-    pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let table = ShapeTable::new(&mesh.side, mesh, fields);
-        let boundaries = table.boundaries(|[_, z]| z);
-        Self { table, boundaries }
-    }
-
-    /// The point at a fraction of the distance from the free end to the corner. Straight edges are
-    /// mapped linearly, so no inversion is needed.
-    pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
-        let [low, high] = [
-            self.boundaries[0],
-            self.boundaries[self.boundaries.len() - 1],
-        ];
-        let Located { edge, xi } = locate(&self.boundaries, low + fraction * (high - low));
-        EdgePoint {
-            edge,
-            basis: self.table.edge.basis(xi),
-        }
     }
 }

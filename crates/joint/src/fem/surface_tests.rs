@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::surface::BallSurface;
+use super::surface::Surface;
 use super::tests::*;
 use super::*;
 
@@ -32,7 +32,7 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
 fn located_points_lie_in_the_requested_direction() {
     // Even if the elements deviate strongly from the arc: the largest one here spans more than a radian.
     for body in Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(0.1, order))) {
-        let mesh = BallSurface::new(&body.mesh, &body.fields);
+        let mesh = Surface::ball(&body.mesh, &body.fields);
         for k in 0..=500 {
             let polar = mesh.limit() * f64::from(k) / 500.0;
             let [r, z] = mesh.table.position(&mesh.locate(polar).unwrap());

@@ -5,9 +5,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::bodies::{BallMesh, ball, check_elements, check_positive};
+use super::bodies::{ball, check_elements, check_positive};
 use super::element::quadrature;
-use super::section::{Grading, Partition, SectionBuilder, Sides};
+use super::section::{Grading, Partition, SectionBuilder};
 use super::*;
 
 /// Equal elements.
@@ -33,12 +33,7 @@ impl Section {
         let right = builder.line(b, c, &along);
         let top = builder.line(d, c, &across);
         let left = builder.line(a, d, &along);
-        builder.patch(&Sides {
-            bottom: &bottom,
-            right: &right,
-            top: &top,
-            left: &left,
-        });
+        builder.patch([&bottom, &right, &top, &left]);
         Ok(builder.finish())
     }
 
@@ -53,16 +48,7 @@ impl Section {
         let south = builder.vertex([0.0, -radius]);
         let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
         let base = builder.arc(south, corner, &radial);
-        ball(
-            &mut builder,
-            radius,
-            &base,
-            &radial,
-            &BallMesh {
-                elements,
-                grading: UNIFORM,
-            },
-        );
+        ball(&mut builder, radius, (&base, &radial), (elements, UNIFORM));
         Ok(builder.finish())
     }
 }

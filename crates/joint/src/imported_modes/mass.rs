@@ -31,8 +31,7 @@ const STARTS: Named = Named {
 /// A mass matrix in compressed sparse rows.
 struct Rows {
     data: Vec<f64>,
-    /// `None` if each row contains all columns.
-    columns: Option<Vec<usize>>,
+    columns: Vec<usize>,
     /// Start of each row in `data`, followed by the total number of entries.
     starts: Vec<usize>,
 }
@@ -86,7 +85,7 @@ fn mass(arrays: &mut Arrays<'_>) -> Result<Option<(&'static str, Rows)>, Importe
         let dofs = shape.first().copied().unwrap_or(0);
         let rows = Rows {
             data: arrays.need(&DENSE, &[dofs, dofs])?,
-            columns: None,
+            columns: (0..dofs * dofs).map(|entry| entry % dofs).collect(),
             starts: (0..=dofs).map(|row| row * dofs).collect(),
         };
         return Ok(Some((DENSE.name, rows)));
@@ -129,7 +128,7 @@ fn mass(arrays: &mut Arrays<'_>) -> Result<Option<(&'static str, Rows)>, Importe
     }
     let rows = Rows {
         data,
-        columns: Some(columns),
+        columns,
         starts,
     };
     Ok(Some((DATA.name, rows)))
@@ -140,15 +139,9 @@ impl Rows {
     fn times(&self, x: &[f64], stride: usize, out: &mut [f64]) {
         for (out, ends) in out.iter_mut().zip(self.starts.windows(2)) {
             let entries = ends[0]..ends[1];
-            let row = &self.data[entries.clone()];
-            *out = match &self.columns {
-                Some(columns) => (row.iter().zip(&columns[entries]))
-                    .map(|(entry, &column)| entry * x[column * stride])
-                    .sum(),
-                None => (row.iter().zip(x.iter().step_by(stride)))
-                    .map(|(entry, x)| entry * x)
-                    .sum(),
-            };
+            let row = self.data[entries.clone()].iter();
+            let columns = &self.columns[entries];
+            *out = row.zip(columns).map(|(m, k)| m * x[k * stride]).sum();
         }
     }
 }
