@@ -5,8 +5,12 @@
 
 #[cfg(any(feature = "record", feature = "table"))]
 pub(crate) mod arrow;
+mod problem;
 #[cfg(feature = "table")]
 pub(crate) mod table;
+
+pub use problem::Problem;
+pub(crate) use problem::shortened;
 
 use std::cell::Cell;
 use std::fmt::Display;

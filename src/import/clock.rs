@@ -1,20 +1,20 @@
 //! Sample rate and start time of a signal.
 
-use std::cmp::Ordering;
+use std::sync::Arc;
 
 use super::Problem;
 
 /// Time information of a source.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) enum Timing {
     /// None.
     Unknown,
     /// Sample rate, Hz; the first sample is at 0 s.
     Rate(f64),
-    /// The time of each sample, which the source returns one by one.
+    /// The time of each sample.
     Times {
-        /// Number of times.
-        count: usize,
+        /// Times, s.
+        times: Arc<Vec<f64>>,
         /// Uncertainty of a time due to its number of digits, s.
         resolution: f64,
         /// Relative uncertainty, as a fraction of the largest time.
@@ -50,9 +50,6 @@ impl Uniform {
     }
 }
 
-/// Calls a function for each time, s, from the first one; can be called repeatedly.
-pub(super) type EachTime<'a> = dyn FnMut(&mut dyn FnMut(f64)) -> Result<(), Problem> + 'a;
-
 /// Tolerated deviation of a sample from its nominal time, in sample spacings, in addition to the number of
 /// digits.
 const TIME_TOLERANCE: f64 = 1e-3;
@@ -71,11 +68,7 @@ const SAME_RATE: f64 = 1e-6;
 
 impl Timing {
     /// Sample rate (Hz) and time of the first sample (s); `asked` is the rate given by the user.
-    pub fn rate_and_start(
-        self,
-        asked: Option<f64>,
-        times: &mut EachTime<'_>,
-    ) -> Result<(f64, f64), Problem> {
+    pub fn rate_and_start(self, asked: Option<f64>) -> Result<(f64, f64), Problem> {
         if let Some(rate) = asked {
             valid_rate(rate)?;
         }
@@ -84,10 +77,10 @@ impl Timing {
             // A header may be wrong, unlike the times of the samples.
             Self::Rate(rate) => return Ok((asked.map_or_else(|| valid_rate(rate), Ok)?, 0.0)),
             Self::Times {
+                times,
                 resolution,
                 relative,
-                ..
-            } => uniform(times, resolution, relative)?,
+            } => uniform(&times, resolution, relative)?,
             Self::Uniform(uniform) => {
                 valid_rate(uniform.rate)?;
                 uniform
@@ -118,77 +111,55 @@ fn valid_rate(rate: f64) -> Result<f64, Problem> {
     }
 }
 
-/// Checks in two passes that times are evenly spaced. The spacing follows from the first and the last time;
-/// every other time must lie on the line between them. `resolution` and `relative` as in [`Timing::Times`].
-pub(super) fn uniform(
-    times: &mut EachTime<'_>,
-    resolution: f64,
-    relative: f64,
-) -> Result<Uniform, Problem> {
-    let (mut count, mut first, mut last, mut largest) = (0, f64::NAN, f64::NAN, 0.0_f64);
-    let mut longest = 0.0_f64;
-    let mut stall = None;
-    times(&mut |time| {
-        if count == 0 {
-            first = time;
-        } else if last.partial_cmp(&time) != Some(Ordering::Less) && stall.is_none() {
-            stall = Some(Problem::Content(format!(
-                "the time does not increase: sample {count} is at {time} s, the previous one at {last} s; correct the \
-                 times, or remove them and give --rate"
-            )));
-        }
-        longest = longest.max(time - last);
-        last = time;
-        largest = largest.max(time.abs());
-        count += 1;
-    })?;
-    if count < 2 {
+/// Checks that times are evenly spaced. The spacing follows from the first and the last time; every other time
+/// must lie on the line between them. `resolution` and `relative` as in [`Timing::Times`].
+pub(super) fn uniform(times: &[f64], resolution: f64, relative: f64) -> Result<Uniform, Problem> {
+    let (&[first, .., last], count) = (times, times.len()) else {
         return Err(Problem::no_rate());
-    }
-    if let Some(stall) = stall {
-        return Err(stall);
+    };
+    // Also where one of them is NaN.
+    let stalls = |pair: &[f64]| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less);
+    if let Some(before) = times.windows(2).position(stalls) {
+        return Err(Problem::Content(format!(
+            "the time does not increase: sample {} is at {} s, the previous one at {} s; correct the times, or remove \
+             them and give --rate",
+            before + 1,
+            times[before + 1],
+            times[before]
+        )));
     }
     let spacing = (last - first) / (count - 1) as f64;
     let resolution = resolution
-        .max(relative * largest)
+        .max(relative * first.abs().max(last.abs()))
         .min(MAX_DIGIT_TOLERANCE * spacing);
     let tolerance = TIME_TOLERANCE + resolution / spacing;
+    let off = |(index, time): (usize, &f64)| ((time - first) / spacing - index as f64).abs();
+    let fault = times.iter().enumerate().find(|time| off(*time) > tolerance);
+    let Some((index, time)) = fault else {
+        let rounding = f64::EPSILON * first.abs().max(last.abs());
+        let uncertainty = (resolution + rounding) / (last - first);
+        return Ok(Uniform::new(first, spacing, uncertainty));
+    };
     // Intervals that are longer than the others are gaps.
+    let intervals = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let longest = intervals().fold(0.0, f64::max);
     let usual = (last - first - longest) / (count - 2).max(1) as f64;
-    let (mut index, mut former) = (0, first);
-    let (mut fault, mut gap, mut gaps) = (None, None, 0);
-    times(&mut |time| {
-        let off = ((time - first) / spacing - index as f64).abs();
-        if off > tolerance && fault.is_none() {
-            fault = Some(format!(
-                "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} sample spacings \
-                 from its nominal time; resample the signal, or remove the times and give --rate"
-            ));
-        }
-        let interval = time - former;
-        if interval > GAP * usual {
-            gap.get_or_insert((index - 1, former, interval));
-            gaps += 1;
-        }
-        (index, former) = (index + 1, time);
-    })?;
-    if let Some((sample, time, interval)) =
-        gap.filter(|_| fault.is_some() && gaps <= 1 + count / RARE)
-    {
-        let number = if gaps == 1 {
-            "a gap".to_owned()
-        } else {
-            format!("{gaps} gaps")
-        };
-        fault = Some(format!(
-            "the time has {number}: {interval:.6} s pass after sample {sample} (at {time} s), instead of {usual:.3e} s; \
-             save the parts before and after it as files of their own"
-        ));
-    }
-    if let Some(fault) = fault {
-        return Err(Problem::Content(fault));
-    }
-    let rounding = f64::EPSILON * first.abs().max(last.abs());
-    let uncertainty = (resolution + rounding) / (last - first);
-    Ok(Uniform::new(first, spacing, uncertainty))
+    let mut gaps = intervals().enumerate().filter(|gap| gap.1 > GAP * usual);
+    Err(Problem::Content(match (gaps.next(), gaps.count() + 1) {
+        (Some((sample, interval)), gaps) if gaps <= 1 + count / RARE => format!(
+            "the time has {}: {interval:.6} s pass after sample {sample} (at {} s), instead of {usual:.3e} s; save the \
+             parts before and after it as files of their own",
+            if gaps == 1 {
+                "a gap".to_owned()
+            } else {
+                format!("{gaps} gaps")
+            },
+            times[sample]
+        ),
+        _ => format!(
+            "the samples are not evenly spaced in time: sample {index} is at {time} s, {:.3} sample spacings from its \
+             nominal time; resample the signal, or remove the times and give --rate",
+            off((index, time))
+        ),
+    }))
 }

@@ -7,7 +7,7 @@ use super::Problem;
 use super::table::MAX_COLUMNS;
 
 /// Maximum line length, bytes: [`MAX_COLUMNS`] columns of 64 bytes each.
-const MAX_LINE: usize = 64 * MAX_COLUMNS;
+pub(super) const MAX_LINE: usize = 64 * MAX_COLUMNS;
 
 /// The content in UTF-8 if it begins with a byte order mark of UTF-16, as spreadsheets export it.
 pub(super) fn from_utf16(content: &mut impl BufRead) -> Result<Option<String>, Problem> {

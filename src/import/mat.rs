@@ -3,12 +3,13 @@
 //! Read by the library matfile, as a whole. Of an array with two axes, the longer one is the time, as in `.npy`.
 
 use std::io::Read;
+use std::sync::Arc;
 
 use matfile::{Array, MatFile, NumericData};
 
 use super::clock::Timing;
 use super::npy::RATES;
-use super::table::{ColumnHeader, Table, check_column_count};
+use super::table::{Column, ColumnHeader, Table, check_column_count};
 use super::{Problem, units};
 use crate::foreign::{one_line, without_panic};
 
@@ -26,48 +27,48 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     let file = without_panic(|| MatFile::parse(&bytes[..]));
     let file = file.ok_or_else(|| damaged("it cannot be decoded".to_owned()))?;
     let file = file.map_err(|error| damaged(one_line(error)))?;
-    let mut table = Table {
-        columns: Vec::new(),
-        times: Vec::new(),
-        timing: Timing::Unknown,
-    };
-    let mut count = 0;
+    let (mut named, mut times, mut rate) = (Vec::new(), None, None);
     for array in file.arrays() {
         let name = array.name();
         let (bare, unit) = units::split(name);
         let second = units::seconds(unit).filter(|_| units::is_time(bare));
-        let columns = columns(array).ok_or_else(|| {
+        let mut columns = columns(array).ok_or_else(|| {
             let shape = format!("the array `{name}` has the size {:?}", array.size());
             damaged(shape)
         })?;
-        match (&columns[..], second) {
+        match (&mut columns[..], second) {
             ([(_, value)], _) if value.len() == 1 => {
-                if RATES.contains(&name) && matches!(table.timing, Timing::Unknown) {
-                    table.timing = Timing::Rate(value[0]);
-                }
+                rate = rate.or(RATES.contains(&name).then_some(value[0]));
             }
-            ([(_, times)], Some(second)) => {
-                table.times = times.iter().map(|time| time * second).collect();
-                table.timing = Timing::Times {
-                    count: times.len(),
-                    resolution: 0.0,
-                    relative: 0.0,
-                };
+            ([(_, values)], Some(second)) => {
+                times = Some(values.iter().map(|time| time * second).collect());
             }
             _ => {
-                count += columns.len();
-                check_column_count(count)?;
-                let columns = columns
-                    .into_iter()
-                    .map(|(header, values)| (ColumnHeader::new(header, values.len()), values));
-                table.columns.extend(columns);
+                named.append(&mut columns);
+                check_column_count(named.len())?;
             }
         }
     }
-    if table.columns.is_empty() {
+    if named.is_empty() {
         return Err(Problem::no_samples("no array of real numbers"));
     }
-    Ok(table)
+    let timing = match (times, rate) {
+        (Some(times), _) => Timing::Times {
+            times: Arc::new(times),
+            resolution: 0.0,
+            relative: 0.0,
+        },
+        (None, Some(rate)) => Timing::Rate(rate),
+        (None, None) => Timing::Unknown,
+    };
+    let columns = named.into_iter().map(|(header, samples)| Column {
+        header: ColumnHeader::new(header),
+        timing: timing.clone(),
+        samples,
+    });
+    Ok(Table {
+        columns: columns.collect(),
+    })
 }
 
 /// Checks that the elements of a file, which begin with their lengths, are complete: the library would leave out a
@@ -104,40 +105,35 @@ fn columns(array: &Array) -> Option<Vec<(String, Vec<f64>)>> {
         return None;
     }
     let name = array.name();
-    Some(match (rows, places) {
-        (0, _) | (_, 0) => Vec::new(),
-        (1, _) | (_, 1) => vec![(name.to_owned(), values)],
-        // The samples of a column are adjacent.
-        _ if rows >= places => {
-            let columns = values.chunks_exact(rows).enumerate();
-            let named = columns.map(|(k, column)| (format!("{name}[{k}]"), column.to_vec()));
-            named.collect()
-        }
-        _ => {
-            let column = |k| values.iter().skip(k).step_by(rows).copied().collect();
-            (0..rows)
-                .map(|k| (format!("{name}[{k}]"), column(k)))
-                .collect()
-        }
-    })
+    // The samples of a column are adjacent in the file.
+    let (count, length, step, next) = if rows >= places {
+        (places, rows, 1, rows)
+    } else {
+        (rows, places, rows, 1)
+    };
+    let column = |k: usize| {
+        let samples = values.iter().skip(k * next).step_by(step).take(length);
+        let name = if count == 1 {
+            name.to_owned()
+        } else {
+            format!("{name}[{k}]")
+        };
+        (name, samples.copied().collect())
+    };
+    Some((0..count).map(column).collect())
 }
 
 /// Real numbers; `None` of complex ones.
 fn real(data: &NumericData) -> Option<Vec<f64>> {
-    fn all<T: Copy>(values: &[T], number: fn(T) -> f64) -> Option<Vec<f64>> {
-        Some(values.iter().map(|value| number(*value)).collect())
+    macro_rules! real {
+        ($($kind:ident)*) => {
+            match data {
+                $(NumericData::$kind { real, imag: None } => {
+                    Some(real.iter().map(|x| *x as f64).collect())
+                })*
+                _ => None,
+            }
+        };
     }
-    match data {
-        NumericData::Int8 { real, imag: None } => all(real, f64::from),
-        NumericData::UInt8 { real, imag: None } => all(real, f64::from),
-        NumericData::Int16 { real, imag: None } => all(real, f64::from),
-        NumericData::UInt16 { real, imag: None } => all(real, f64::from),
-        NumericData::Int32 { real, imag: None } => all(real, f64::from),
-        NumericData::UInt32 { real, imag: None } => all(real, f64::from),
-        NumericData::Int64 { real, imag: None } => all(real, |x| x as f64),
-        NumericData::UInt64 { real, imag: None } => all(real, |x| x as f64),
-        NumericData::Single { real, imag: None } => all(real, f64::from),
-        NumericData::Double { real, imag: None } => all(real, |x| x),
-        _ => None,
-    }
+    real!(Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Single Double)
 }

@@ -17,9 +17,10 @@
 //!
 //! # Memory
 //!
-//! Files are read in blocks, except MATLAB and universal files and UTF-16, which are read as a whole. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
-//! A file may therefore be much larger than the memory, and a small file cannot claim more memory than it
-//! contains:
+//! Sound and arrays are read in blocks, and only the selected samples are stored, 8 bytes each, plus a few MB for any
+//! file and 8 bytes for each of the times of an archive: a sound may be much larger than the memory. A text is read once,
+//! and the times and the selected column are stored. MATLAB and universal files and UTF-16 are read as a whole. A small
+//! file cannot claim more memory than it contains:
 //!
 //! | what | limit |
 //! |---|---|
@@ -28,11 +29,10 @@
 //! | columns | 16,384; channels of a WAV 65,535 |
 //! | the header of an array | 65,535 bytes |
 //!
-//! A value above a limit is rejected with both numbers before memory is allocated. A file is read several
-//! times; therefore pipes and devices are rejected.
+//! A value above a limit is rejected with both numbers before memory is allocated. The beginning of
+//! a file is read more than once; therefore pipes and devices are rejected.
 
 mod clock;
-mod error;
 mod format;
 mod lines;
 mod mat;
@@ -47,17 +47,28 @@ mod units;
 mod wav;
 
 use std::io::{BufRead, BufReader, Cursor, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-pub use error::{ImportError, Problem};
+pub use crate::foreign::Problem;
 pub use format::Format;
+use npy::{Arrays, Container};
 pub use signal::{MAX_SAMPLES, Selection, Signal};
 use sound::Sound;
 pub use table::Table;
 use table::{ColumnHeader, Source};
 use text::Text;
 
-use crate::foreign::open_file;
+use crate::numpy::Npz;
+
+/// A file does not contain a signal.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", path.display())]
+pub struct ImportError {
+    /// The file.
+    pub path: PathBuf,
+    /// Problem, place and remedy.
+    pub problem: Problem,
+}
 
 /// Reads a signal from a file.
 ///
@@ -68,9 +79,8 @@ pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportE
     read_signal_with(path, selection, &mut |_| (), &mut |_| ())
 }
 
-/// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that the
-/// present pass has read, and `warn` what is wrong with a damaged sound of which the samples before the damage are
-/// read. A file is read up to six times, text with a clock most often.
+/// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that has been read,
+/// and `warn` what is wrong with a damaged sound of which the samples before the damage are read.
 ///
 /// # Errors
 /// As [`read_signal`].
@@ -80,21 +90,12 @@ pub fn read_signal_with(
     progress: &mut dyn FnMut(f64),
     warn: &mut dyn FnMut(&str),
 ) -> Result<Signal, ImportError> {
-    read(path, selection, progress, warn).map_err(|problem| ImportError {
-        path: path.to_owned(),
-        problem,
+    with_source(path, selection.skip_lines, progress, |source| {
+        if let Some(damage) = source.damage() {
+            warn(damage);
+        }
+        table::read(source, selection)
     })
-}
-
-fn read(
-    path: &Path,
-    selection: &Selection,
-    progress: &mut dyn FnMut(f64),
-    warn: &mut dyn FnMut(&str),
-) -> Result<Signal, Problem> {
-    let file = format::Reported::open(path, progress)?;
-    let content = BufReader::with_capacity(format::BLOCK, file);
-    decode(content, path, selection, warn)
 }
 
 /// The columns or channels of a file, for [`Selection::column`]: their names, or indices where a name is not unique. The
@@ -103,17 +104,7 @@ fn read(
 /// # Errors
 /// If the file cannot be read or has no known [`Format`].
 pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
-    let headings = || {
-        let content = BufReader::with_capacity(format::BLOCK, open_file(path)?.0);
-        Ok(match Format::of(path)? {
-            Format::Universal => uff::headings(content)?,
-            format => source(content, path, format, skipped)?.headings(),
-        })
-    };
-    let headings = headings().map_err(|problem| ImportError {
-        path: path.to_owned(),
-        problem,
-    })?;
+    let headings = with_source(path, skipped, &mut |_| (), |source| Ok(source.headings()))?;
     let names = headings.iter().enumerate().map(|(place, column)| {
         let is_same = |other: &&ColumnHeader| other.header == column.header;
         if headings.iter().filter(is_same).count() == 1 {
@@ -125,23 +116,23 @@ pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
     Ok(names.collect())
 }
 
-/// Decodes a signal.
-fn decode(
-    mut content: impl BufRead + Seek,
+/// Opens a file and reads from its columns.
+fn with_source<T>(
     path: &Path,
-    selection: &Selection,
-    warn: &mut dyn FnMut(&str),
-) -> Result<Signal, Problem> {
-    match Format::of_content(&mut content, path)? {
-        Format::Universal => uff::read(content, selection),
-        format => {
-            let mut source = source(content, path, format, selection.skip_lines)?;
-            if let Some(damage) = source.damage() {
-                warn(damage);
-            }
-            table::read(&mut *source, selection)
-        }
-    }
+    skipped: u64,
+    progress: &mut dyn FnMut(f64),
+    read: impl FnOnce(&mut dyn Source) -> Result<T, Problem>,
+) -> Result<T, ImportError> {
+    let attempt = || {
+        let file = format::Reported::open(path, progress)?;
+        let mut content = BufReader::with_capacity(format::BLOCK, file);
+        let format = Format::of_content(&mut content, path)?;
+        read(&mut *source(content, path, format, skipped)?)
+    };
+    attempt().map_err(|problem| ImportError {
+        path: path.to_owned(),
+        problem,
+    })
 }
 
 /// The columns of a content. The name of a single column is the stem of `path`.
@@ -158,10 +149,11 @@ fn source<'a>(
             Some(text) => Box::new(Text::open(Cursor::new(text), &stem, skipped)?),
             None => Box::new(Text::open(content, &stem, skipped)?),
         },
-        Format::Npy => Box::new(npy::Npy::open(content, &stem)?),
-        Format::Npz => Box::new(npy::Npz::open(content)?),
+        Format::Npy => Box::new(Arrays::open(Container::Npy(content, stem.into_owned()))?),
+        Format::Npz => Box::new(Arrays::open(Container::Npz(Npz::new(content)?))?),
         Format::Mat => Box::new(mat::read(content)?),
-        Format::Universal | Format::Rrd => {
+        Format::Universal => Box::new(uff::read(content)?),
+        Format::Rrd => {
             return Err(Problem::Content(
                 "the file is a recording (.rrd), which this build cannot read; build with the feature `record`, or export \
                  the column as CSV"

@@ -19,15 +19,14 @@ use std::io::{BufRead, Seek};
 
 use super::Problem;
 use super::clock::Uniform;
-use super::lines::{Separator, each_line, number};
+use super::lines::{MAX_LINE, Separator, each_line, number};
 use super::table::ColumnHeader;
-use super::text::shortened;
 use super::units;
 
 /// Relative uncertainty of a stated interval.
 const UNCERTAINTY: f64 = 1e-6;
 
-/// Largest number of lines of a preamble.
+/// Largest number of lines that are read for the preamble and the columns.
 const MAX_LINES: usize = 200;
 
 /// What a preamble states.
@@ -37,7 +36,7 @@ pub(super) struct Preamble {
     pub last: u64,
     /// Names and units of the columns.
     pub columns: Vec<ColumnHeader>,
-    /// Whether the names are those of a row above the numbers, not of an instrument.
+    /// Whether the names are those of a row above the numbers.
     pub is_heading: bool,
     /// Number of fields at the left of the samples, which belong to the preamble.
     pub beside: usize,
@@ -45,15 +44,16 @@ pub(super) struct Preamble {
     pub clock: Option<Uniform>,
 }
 
-/// Lines with their numbers and fields.
-type Lines = Vec<(u64, Vec<String>)>;
+/// Lines with their numbers.
+type Lines = Vec<(u64, String)>;
 
 impl Preamble {
-    /// The preamble of a content without its first `skipped` lines.
-    pub fn of(content: &mut (impl BufRead + Seek), skipped: u64) -> Result<Self, Problem> {
-        let mut lines: Vec<(u64, String)> = Vec::new();
+    /// The preamble of a content without its first `skipped` lines, and the first lines.
+    pub fn of(content: &mut (impl BufRead + Seek), skipped: u64) -> Result<(Self, Lines), Problem> {
+        let mut lines = Lines::new();
         let mut is_instrument = false;
         let mut comment = String::new();
+        let mut length = 0;
         each_line(content, skipped, |line, text| {
             if lines.is_empty() {
                 is_instrument = is_known(&fields(text));
@@ -62,32 +62,22 @@ impl Preamble {
                 text.clone_into(&mut comment);
                 return Ok(true);
             }
-            let pair = lines.last().map(|(_, former)| [former, text]);
-            let has_begun = pair.is_some_and(|pair| pair.iter().all(|row| is_numbers(row)));
+            length += text.len();
             lines.push((line, text.to_owned()));
-            Ok((is_instrument || !has_begun) && lines.len() < MAX_LINES)
+            Ok(lines.len() < MAX_LINES && length < MAX_LINE)
         })?;
-        if is_instrument {
-            let lines: Lines = lines.iter().map(|(n, text)| (*n, fields(text))).collect();
-            let known = match &lines[0].1[0][..] {
-                "x-axis" => keysight(&lines),
-                "X" => rigol(&lines),
-                _ if has_increment(&lines[0].1) => rigol_mso(&lines),
-                "Record Length" if is_beside_samples(&lines[0].1) => Some(beside_samples(&lines)),
-                _ => with_settings(&lines),
-            };
-            if let Some(known) = known {
-                return Ok(known);
-            }
-        }
-        heading(&lines, &comment)
+        let instrument = is_instrument.then(|| instrument(&lines)).flatten();
+        let preamble = match instrument {
+            Some(preamble) => preamble,
+            None => heading(&lines, &comment, is_instrument)?,
+        };
+        Ok((preamble, lines))
     }
 }
 
 /// The fields of a line on its own.
-fn fields(text: &str) -> Vec<String> {
-    let fields = Separator::of(text).fields(text);
-    fields.map(str::to_owned).collect()
+fn fields(text: &str) -> Vec<&str> {
+    Separator::of(text).fields(text).collect()
 }
 
 pub(super) fn is_comment(line: &str) -> bool {
@@ -96,19 +86,9 @@ pub(super) fn is_comment(line: &str) -> bool {
 
 /// Number of numbers and of words in a row.
 fn count(row: &str) -> (usize, usize) {
-    let given = Separator::of(row).fields(row).filter(|f| !f.is_empty());
-    given.fold((0, 0), |(numbers, words), field| {
-        if number(field).is_some() {
-            (numbers + 1, words)
-        } else {
-            (numbers, words + 1)
-        }
-    })
-}
-
-/// Whether all fields that are not empty are numbers.
-fn is_numbers(row: &str) -> bool {
-    matches!(count(row), (1.., 0))
+    let given = fields(row).into_iter().filter(|field| !field.is_empty());
+    let (numbers, words): (Vec<_>, Vec<_>) = given.partition(|field| number(field).is_some());
+    (numbers.len(), words.len())
 }
 
 /// Whether at least half of the fields are numbers.
@@ -127,237 +107,212 @@ pub(super) fn widths(separator: Separator, row: &str) -> (usize, usize) {
 
 /// The titles, names and units above the first two rows of numbers alone, or else above the first row of which at
 /// least half are numbers.
-fn heading(lines: &[(u64, String)], comment: &str) -> Result<Preamble, Problem> {
-    let is_pair = |pair: &[(u64, String)]| pair.iter().all(|(_, row)| is_numbers(row));
-    let first = lines.windows(2).position(is_pair);
+fn heading(lines: &Lines, comment: &str, is_instrument: bool) -> Result<Preamble, Problem> {
+    let is_numbers = |(_, row): &(u64, String)| matches!(count(row), (1.., 0));
+    let first = lines
+        .windows(2)
+        .position(|pair| pair.iter().all(is_numbers));
     let first = first.or_else(|| lines.iter().position(|(_, row)| is_row_of_numbers(row)));
     let Some(((_, row), above)) = first.map(|first| (&lines[first], &lines[..first])) else {
         return Ok(Preamble::default());
     };
     let separator = Separator::of(row);
     let (given, have) = widths(separator, row);
-    let fits = |(_, row): &&(u64, String)| (given..=have).contains(&widths(separator, row).0);
+    // The last line may have further fields.
+    let last = above.last().map_or(0, |(line, _)| *line);
+    let fits = |(line, row): &&(u64, String)| {
+        let width = widths(separator, row).0;
+        given <= width && (width <= have || *line == last)
+    };
     let fields_of = |row| separator.fields(row).collect::<Vec<_>>();
     let mut rows = above
         .iter()
         .filter(fits)
-        .map(|(n, row)| (*n, fields_of(row)));
+        .map(|(line, row)| (*line, fields_of(row)));
     let mut names = rows.next_back();
     let mut former = rows.next_back();
     let mut units_row = Vec::new();
     if let (Some((_, units)), Some((_, above))) = (&names, &former)
-        && units::is_row(above, units)
+        && (units::is_row(above, units)
+            || is_instrument && units.iter().all(|word| unit(word) != *word))
     {
         units_row.clone_from(units);
         names = former;
         former = rows.next_back();
     }
-    let is_time = |names: &[&str]| {
-        names
-            .iter()
-            .any(|name| units::is_time(units::split(name).0))
-    };
+    let is_time = |name: &&str| units::is_time(units::split(name).0);
     if let Some((line, names)) = &names
-        && !is_time(names)
+        && !is_instrument
+        && !names.iter().any(is_time)
     {
         // The row may be one of damaged numbers.
         let is_number = |name: &&str| number(name).is_some();
         if former.is_some() || names.iter().any(is_number) {
             let place = names.iter().position(|name| !is_number(name)).unwrap_or(0);
             let column = former.map_or(place.to_string(), |(_, former)| former[place].to_owned());
-            return Err(Problem::not_a_number(
-                *line,
-                &column,
-                &shortened(names[place]),
-            ));
+            return Err(Problem::not_a_number(*line, &column, names[place]));
         }
     }
-    let names = match names {
-        Some((_, names)) => names,
-        // A row with further fields, or a comment.
-        None => {
-            let longer = above.last().map(|(_, row)| fields_of(row));
-            let longer = longer.filter(|names| names.len() > have);
-            let comment = comment
-                .strip_prefix('#')
-                .map(|names| fields_of(names.trim()));
-            let comment = comment.filter(|names| names.len() == have && have > 1);
-            longer.or(comment).unwrap_or_default()
-        }
-    };
-    let end = names
-        .iter()
-        .rposition(|name| !name.is_empty())
-        .map_or(0, |last| last + 1);
-    let columns = names[..end].iter().enumerate().map(|(k, name)| {
-        let mut column = ColumnHeader::new((*name).to_owned(), 0);
-        if let Some(unit) = units_row.get(k) {
-            units::without_brackets(unit).clone_into(&mut column.unit);
+    let names = names.map(|(_, names)| names).or_else(|| {
+        let names = fields_of(comment.strip_prefix('#')?.trim());
+        (names.len() == have && have > 1).then_some(names)
+    });
+    let mut names = names.unwrap_or_default();
+    while names.pop_if(|name| name.is_empty()).is_some() {}
+    let columns = names.iter().enumerate().map(|(k, name)| {
+        let mut column = ColumnHeader::new((*name).to_owned());
+        if let Some(word) = units_row.get(k) {
+            unit(units::without_brackets(word)).clone_into(&mut column.unit);
         }
         column
     });
-    Ok(Preamble {
-        last: above.last().map_or(0, |(line, _)| *line),
+    let mut preamble = Preamble {
+        last,
         columns: columns.collect(),
         is_heading: true,
         ..Preamble::default()
-    })
+    };
+    if is_instrument {
+        preamble.take_settings(above);
+    }
+    Ok(preamble)
+}
+
+impl Preamble {
+    /// Adds what lines with a name and its value state.
+    fn take_settings(&mut self, lines: &[(u64, String)]) {
+        let setting = |name: &str| setting(lines, name);
+        // Siglent states `CH1:V`; LeCroy states none.
+        let vertical = setting("Vertical Units").or_else(|| setting("Y_Unit_Label"));
+        let is_lecroy = lines
+            .first()
+            .is_some_and(|(_, text)| text.starts_with("LECROY"));
+        let unstated = if is_lecroy { "V" } else { "" };
+        let vertical = vertical.map_or(unstated, |value| value.rsplit(':').next().unwrap_or(value));
+        let mut has_time = false;
+        for (k, column) in self.columns.iter_mut().enumerate() {
+            let is_time =
+                ["time", "second", "x_value", "x-axis"].contains(&&*column.name.to_lowercase());
+            if k == 0 && (is_time || column.unit == "s") {
+                *column = ColumnHeader::with_unit("time".to_owned(), "s");
+                has_time = true;
+            } else if column.unit.is_empty() {
+                unit(vertical).clone_into(&mut column.unit);
+            }
+        }
+        if let (Some(source), [_, column]) = (setting("Source"), &mut self.columns[..]) {
+            *column = ColumnHeader::with_unit(source.to_owned(), &column.unit);
+        }
+        let interval = setting("Delta_X").or_else(|| setting("Sample Interval"));
+        let interval = interval.and_then(|value| number(value.rsplit(':').next()?));
+        let start = setting("X0").and_then(number).unwrap_or(0.0);
+        self.clock = interval
+            .filter(|_| !has_time)
+            .map(|interval| Uniform::new(start, interval, UNCERTAINTY));
+    }
 }
 
 /// Whether a first line is that of an instrument.
-fn is_known(fields: &[String]) -> bool {
-    let second = fields.get(1).map_or("", String::as_str);
-    match &fields[0][..] {
-        "x-axis" | "Model" | "LabVIEW Measurement" => true,
-        "X" => fields.iter().any(|field| field == "Increment"),
-        "Record Length" => second.starts_with("Analog:") || is_beside_samples(fields),
-        word => word.starts_with("LECROY") || has_increment(fields),
+fn is_known(fields: &[&str]) -> bool {
+    match fields {
+        ["x-axis" | "Model" | "LabVIEW Measurement", ..] => true,
+        ["X", ..] => fields.contains(&"Increment"),
+        ["Record Length", second, ..] => second.starts_with("Analog:") || is_beside_samples(fields),
+        [word, ..] => word.starts_with("LECROY") || has_increment(fields),
+        [] => false,
     }
 }
 
 /// Whether a line states the time between samples as the MSO5000 does.
-fn has_increment(fields: &[String]) -> bool {
+fn has_increment(fields: &[&str]) -> bool {
     fields.iter().any(|field| field.starts_with("tInc"))
 }
 
 /// The unit of a word for it, as instruments write them.
-fn unit(word: &str) -> String {
-    match word.to_lowercase().as_str() {
-        "second" | "seconds" | "s" => "s".to_owned(),
-        "volt" | "volts" | "v" => "V".to_owned(),
-        "ampere" | "amperes" | "amp" | "amps" => "A".to_owned(),
-        _ => word.to_owned(),
+fn unit(word: &str) -> &str {
+    match &word.to_lowercase()[..] {
+        "second" | "seconds" | "s" => "s",
+        "volt" | "volts" | "v" => "V",
+        "ampere" | "amperes" | "amp" | "amps" | "a" => "A",
+        _ => word,
     }
 }
 
-/// A column with the word for its unit.
-fn column(name: &str, word: &str) -> ColumnHeader {
-    ColumnHeader::with_unit(name.to_owned(), &unit(word), 0)
-}
-
-fn keysight(lines: &Lines) -> Option<Preamble> {
-    let [(_, names), (last, units), ..] = &lines[..] else {
-        return None;
+/// The preamble of an instrument that has no row of names above its numbers.
+fn instrument(lines: &Lines) -> Option<Preamble> {
+    let column = |name: &str, word| ColumnHeader::with_unit(name.to_owned(), unit(word));
+    let (first, text) = lines.first()?;
+    let names = fields(text);
+    if is_beside_samples(&names) {
+        let setting = |name| setting(lines, name).unwrap_or_default();
+        let mut columns = vec![ColumnHeader::default(); SETTING];
+        columns.push(column("time", "s"));
+        columns.push(column(setting("Source"), setting("Vertical Units")));
+        return Some(Preamble {
+            columns,
+            beside: SETTING,
+            ..Preamble::default()
+        });
+    }
+    let (last, columns, start, increment): (_, Vec<_>, _, _) = if has_increment(&names) {
+        // Rigol MSO5000: `CH1V`, `t0 = -1e-3`.
+        let setting = |name: &str| -> Option<&str> {
+            let mut values = names.iter().filter_map(|field| field.strip_prefix(name));
+            Some(values.next()?.trim_start().strip_prefix('=')?.trim())
+        };
+        let channels = names.iter().take_while(|field| !field.starts_with("t0"));
+        let channels = channels.map(|field| match field.strip_suffix(['V', 'A']) {
+            Some(name) => column(name, &field[name.len()..]),
+            None => column(field, ""),
+        });
+        (first, channels.collect(), setting("t0")?, setting("tInc")?)
+    } else {
+        // Rigol DS1000Z: names above values.
+        let (last, values) = lines.get(1)?;
+        let values = fields(values);
+        let setting = |name: &str| values.get(names.iter().position(|field| *field == name)?);
+        let channels = names
+            .iter()
+            .zip(&values)
+            .take_while(|(name, _)| **name != "Start");
+        let channels = channels.map(|(name, word)| column(name, word));
+        (
+            last,
+            channels.collect(),
+            *setting("Start")?,
+            *setting("Increment")?,
+        )
     };
-    let columns = names.iter().zip(units).enumerate();
-    let columns = columns.map(|(k, (name, word))| column(if k == 0 { "time" } else { name }, word));
     Some(Preamble {
         last: *last,
-        columns: columns.collect(),
-        ..Preamble::default()
-    })
-}
-
-fn rigol(lines: &Lines) -> Option<Preamble> {
-    let [(_, names), (last, values), ..] = &lines[..] else {
-        return None;
-    };
-    let number = |name: &str| -> Option<f64> {
-        let place = names.iter().position(|field| field == name)?;
-        number(values.get(place)?)
-    };
-    let (start, increment) = (number("Start")?, number("Increment")?);
-    let channels = names.iter().zip(values);
-    let channels = channels.take_while(|(name, _)| *name != "Start");
-    Some(Preamble {
-        last: *last,
-        columns: channels.map(|(name, word)| column(name, word)).collect(),
-        clock: Some(Uniform::new(start, increment, UNCERTAINTY)),
-        ..Preamble::default()
-    })
-}
-
-fn rigol_mso(lines: &Lines) -> Option<Preamble> {
-    let (last, fields) = lines.first()?;
-    let setting = |name: &str| -> Option<f64> {
-        let mut values = fields.iter().filter_map(|field| field.strip_prefix(name));
-        number(values.next()?.trim_start().strip_prefix('=')?.trim())
-    };
-    let channels = fields.iter().take_while(|field| !field.starts_with("t0"));
-    let channels = channels.map(|field| match field.strip_suffix(['V', 'A']) {
-        Some(name) => column(name, &field[name.len()..]),
-        None => ColumnHeader::new(field.clone(), 0),
-    });
-    Some(Preamble {
-        last: *last,
-        columns: channels.collect(),
-        clock: Some(Uniform::new(setting("t0")?, setting("tInc")?, UNCERTAINTY)),
+        columns,
+        clock: Some(Uniform::new(
+            number(start)?,
+            number(increment)?,
+            UNCERTAINTY,
+        )),
         ..Preamble::default()
     })
 }
 
 /// Whether a line has a setting (name, value, unit) and a sample (time, value).
-fn is_beside_samples(fields: &[String]) -> bool {
-    let is_number = |field: &String| number(field).is_some();
+fn is_beside_samples(fields: &[&str]) -> bool {
+    let is_number = |field: &&str| number(field).is_some();
     fields.len() >= SETTING + 2 && fields[SETTING..SETTING + 2].iter().all(is_number)
 }
 
 /// Number of fields of a setting beside a sample.
 const SETTING: usize = 3;
 
-/// A preamble beside the first samples.
-fn beside_samples(lines: &Lines) -> Preamble {
-    let setting = |name| setting(lines, name).map_or("", String::as_str);
-    let mut columns = vec![column("", ""); SETTING];
-    columns.push(column("time", "s"));
-    columns.push(column(setting("Source"), setting("Vertical Units")));
-    Preamble {
-        columns,
-        beside: SETTING,
-        ..Preamble::default()
-    }
-}
-
 /// The value of the last setting of a name, if there is one.
-fn setting<'a>(lines: &'a [(u64, Vec<String>)], name: &str) -> Option<&'a String> {
-    let mut found = lines.iter().rev().filter(|(_, fields)| fields[0] == name);
-    found.find_map(|(_, fields)| fields.get(1).filter(|value| !value.is_empty()))
-}
-
-/// A preamble of lines with a name and its value, which ends before two rows of numbers alone.
-fn with_settings(lines: &Lines) -> Option<Preamble> {
-    let is_numbers = |fields: &[String]| {
-        let mut given = fields.iter().filter(|field| !field.is_empty()).peekable();
-        given.peek().is_some() && given.all(|field| number(field).is_some())
-    };
-    let end = lines
-        .windows(2)
-        .position(|pair| pair.iter().all(|(_, row)| is_numbers(row)))?;
-    let (last, header) = lines.get(end.checked_sub(1)?)?;
-    let setting = |name: &str| setting(&lines[..end], name);
-    // Siglent states `CH1:V`.
-    let vertical = setting("Vertical Units").or_else(|| setting("Y_Unit_Label"));
-    // LeCroy states none.
-    let unstated = if lines[0].1[0].starts_with("LECROY") {
-        "V"
-    } else {
-        ""
-    };
-    let vertical = vertical.map_or(unstated, |value| value.rsplit(':').next().unwrap_or(value));
-    let has_time = ["time", "second", "x_value"].contains(&header[0].to_lowercase().as_str());
-    let columns = header
+fn setting<'a>(lines: &'a [(u64, String)], name: &str) -> Option<&'a str> {
+    lines
         .iter()
-        .enumerate()
-        .map(|(k, name)| match (k, has_time) {
-            (0, true) => column("time", "s"),
-            // Siglent heads the columns with their units.
-            _ if ["Volt", "Value"].contains(&&name[..]) => {
-                let source = setting("Source");
-                column(source.unwrap_or(name), vertical)
-            }
-            _ => column(name, vertical),
-        });
-    let interval = setting("Delta_X").or_else(|| setting("Sample Interval"));
-    let interval = interval.and_then(|value| number(value.rsplit(':').next()?));
-    let start = setting("X0").and_then(|value| number(value));
-    let clock = interval.filter(|_| !has_time);
-    let clock = clock.map(|interval| Uniform::new(start.unwrap_or(0.0), interval, UNCERTAINTY));
-    Some(Preamble {
-        last: *last,
-        columns: columns.collect(),
-        clock,
-        ..Preamble::default()
-    })
+        .rev()
+        .find_map(|(_, text)| match fields(text)[..] {
+            [first, value, ..] if first == name && !value.is_empty() => Some(value),
+            _ => None,
+        })
 }
 
 #[cfg(test)]

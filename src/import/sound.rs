@@ -18,7 +18,7 @@ use symphonia::core::packet::Packet;
 
 use super::Problem;
 use super::clock::Timing;
-use super::table::{ColumnHeader, Each, Source};
+use super::table::{ColumnHeader, Into, Source};
 use super::wav::Wav;
 use crate::foreign::{open_file, without_panic};
 
@@ -76,19 +76,19 @@ impl Source for Sound {
             _ => channel.to_string(),
         };
         (0..self.channels)
-            .map(|channel| ColumnHeader::with_unit(name(channel), "FS", self.frames))
+            .map(|channel| ColumnHeader::with_unit(name(channel), "FS"))
             .collect()
     }
 
-    fn timing(&self) -> Timing {
-        Timing::Rate(f64::from(self.rate))
+    fn clock(&mut self, _column: usize) -> Result<(Timing, usize), Problem> {
+        Ok((Timing::Rate(f64::from(self.rate)), self.frames))
     }
 
     fn damage(&self) -> Option<&str> {
         self.damage.as_deref()
     }
 
-    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
         let step = self.interleaved;
         let (plane, offset) = if step == 1 { (column, 0) } else { (0, column) };
         let end = range.end * step;
@@ -98,7 +98,7 @@ impl Source for Sound {
             let from = (range.start * step).saturating_sub(first).min(block.len());
             for (place, sample) in (first + from..end).zip(&block[from..]) {
                 if place % step == offset {
-                    each(*sample);
+                    into.push(*sample);
                 }
             }
             first += block.len();

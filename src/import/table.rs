@@ -1,6 +1,7 @@
 //! Columns of samples with a common clock, and the selected one.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::clock::Timing;
 use super::{MAX_SAMPLES, Problem, Selection, Signal, units};
@@ -12,13 +13,17 @@ const MAX_MAGNITUDE: f64 = 1e150;
 /// Maximum number of columns, as in a spreadsheet.
 pub(super) const MAX_COLUMNS: usize = 16_384;
 
-/// Content of a file.
+/// Columns of samples, in memory.
+#[derive(Default)]
 pub struct Table {
-    /// Signals with their samples, without the times.
-    pub(super) columns: Vec<(ColumnHeader, Vec<f64>)>,
-    /// Times of the samples, s, if there are any.
-    pub(super) times: Vec<f64>,
-    pub(super) timing: Timing,
+    pub(super) columns: Vec<Column>,
+}
+
+/// A column with its clock.
+pub(super) struct Column {
+    pub header: ColumnHeader,
+    pub timing: Timing,
+    pub samples: Vec<f64>,
 }
 
 /// Resolution of time in a recording, s.
@@ -27,15 +32,17 @@ const NANOSECOND: f64 = 1e-9;
 impl Table {
     /// The series of a recording, with times (s) and values, as a table of one column.
     pub fn of_series(name: String, unit: &str, times: Vec<f64>, values: Vec<f64>) -> Self {
-        let header = ColumnHeader::with_unit(name, unit, values.len());
-        Self {
-            columns: vec![(header, values)],
+        let column = Column {
+            header: ColumnHeader::with_unit(name, unit),
             timing: Timing::Times {
-                count: times.len(),
+                times: Arc::new(times),
                 resolution: NANOSECOND,
                 relative: 0.0,
             },
-            times,
+            samples: values,
+        };
+        Self {
+            columns: vec![column],
         }
     }
 
@@ -52,29 +59,23 @@ impl Table {
 
 impl Source for Table {
     fn headings(&self) -> Vec<ColumnHeader> {
-        self.columns
-            .iter()
-            .map(|(header, _)| header.clone())
-            .collect()
+        let columns = self.columns.iter();
+        columns.map(|column| column.header.clone()).collect()
     }
 
-    fn timing(&self) -> Timing {
-        self.timing
+    fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem> {
+        let column = &self.columns[column];
+        Ok((column.timing.clone(), column.samples.len()))
     }
 
-    fn times(&mut self, each: Each) -> Result<(), Problem> {
-        self.times.iter().for_each(|time| each(*time));
-        Ok(())
-    }
-
-    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
-        self.columns[column].1[range].iter().for_each(|x| each(*x));
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
+        into.extend(&self.columns[column].samples[range]);
         Ok(())
     }
 }
 
-/// Properties of a column that are known before its samples are read.
-#[derive(Clone)]
+/// Names and unit of a column.
+#[derive(Clone, Default)]
 pub(super) struct ColumnHeader {
     /// Name as in the file.
     pub header: String,
@@ -82,74 +83,66 @@ pub(super) struct ColumnHeader {
     pub name: String,
     /// Unit, empty if unknown.
     pub unit: String,
-    /// Number of samples.
-    pub count: usize,
 }
 
 impl ColumnHeader {
     /// The header of a column whose name does not contain the unit.
-    pub fn with_unit(name: String, unit: &str, count: usize) -> Self {
+    pub fn with_unit(name: String, unit: &str) -> Self {
         Self {
             header: name.clone(),
             name,
             unit: unit.to_owned(),
-            count,
         }
     }
 
     /// The header of a column whose name may contain the unit.
-    pub fn new(header: String, count: usize) -> Self {
+    pub fn new(header: String) -> Self {
         let (name, unit) = units::split(&header);
         Self {
             name: name.to_owned(),
             unit: unit.to_owned(),
             header,
-            count,
         }
     }
 }
 
-/// Takes one sample or time after another.
-pub(super) type Each<'a> = &'a mut dyn FnMut(f64);
+/// Takes the samples of a column.
+pub(super) type Into<'a> = &'a mut Vec<f64>;
 
 /// Columns whose samples and times are read only on request.
 pub(super) trait Source {
     /// Headings of the columns, without the times.
     fn headings(&self) -> Vec<ColumnHeader>;
 
-    /// Time information.
-    fn timing(&self) -> Timing;
+    /// Times and number of samples of a column, counted from 0.
+    fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem>;
+
+    /// Appends some samples of the column whose clock was read last.
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem>;
 
     /// What is wrong with the file, of which the samples before the damage are read.
     fn damage(&self) -> Option<&str> {
         None
     }
-
-    /// Calls `each` for the time of each sample (s), if the file contains times; by default it does nothing.
-    fn times(&mut self, _each: Each) -> Result<(), Problem> {
-        Ok(())
-    }
-
-    /// Calls `each` for some samples of a column, counted from 0.
-    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem>;
 }
 
-/// Reads the selected signal; only its samples are stored.
+/// Reads the selected signal; only its samples are stored, and those of a text with their times.
 pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Signal, Problem> {
     let mut headings = source.headings();
     let column = find_column(&headings, selection.column.as_deref())?;
     let heading = headings.swap_remove(column);
-    let timing = source.timing();
-    if let Timing::Times { count, .. } = timing
-        && count != heading.count
+    let (timing, count) = source.clock(column)?;
+    if let Timing::Times { times, .. } = &timing
+        && times.len() != count
     {
         return Err(Problem::Content(format!(
-            "{count} times for {} samples of `{}`; export the file again",
-            heading.count, heading.name
+            "{} times for {count} samples of `{}`; export the file again",
+            times.len(),
+            heading.name
         )));
     }
-    let (rate, start) = timing.rate_and_start(selection.rate, &mut |each| source.times(each))?;
-    let range = range(selection, rate, start, heading.count)?;
+    let (rate, start) = timing.rate_and_start(selection.rate)?;
+    let range = range(selection, rate, start, count)?;
     let (have, most) = (range.len(), selection.max_samples.unwrap_or(MAX_SAMPLES));
     if have > most {
         return Err(Problem::Content(format!(
@@ -162,7 +155,7 @@ pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Sig
             "the {have} selected samples do not fit into memory: {shortage}; select a shorter part with --from and --to"
         ))
     })?;
-    source.samples(column, range.clone(), &mut |x| samples.push(x))?;
+    source.samples(column, range.clone(), &mut samples)?;
     if samples.len() != have {
         return Err(Problem::changed());
     }
@@ -198,10 +191,7 @@ pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
 }
 
 /// Index of the selected column: by its full header, by its name, or by its index from 0.
-pub(super) fn find_column(
-    headings: &[ColumnHeader],
-    asked: Option<&str>,
-) -> Result<usize, Problem> {
+fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
     let refused = |reason: String| Problem::Content(format!("{reason}: {}", listed(headings)));
     let Some(asked) = asked else {
         return match headings.len() {

@@ -6,11 +6,12 @@
 
 use std::borrow::Cow;
 use std::io::Read;
+use std::sync::Arc;
 
+use super::Problem;
 use super::clock::{Timing, Uniform};
-use super::table::{ColumnHeader, Table, check_column_count, find_column};
-use super::text::shortened;
-use super::{Problem, Selection, Signal};
+use super::table::{Column, ColumnHeader, Table, check_column_count};
+use crate::foreign::shortened;
 
 const FORMAT: &str = "universal";
 
@@ -33,31 +34,36 @@ pub(super) fn is_universal(content: &[u8]) -> bool {
     begins && content.starts_with(b"    ") && kind.is_some_and(is_kind)
 }
 
-/// The names and units of the histories.
-pub(super) fn headings(content: impl Read) -> Result<Vec<ColumnHeader>, Problem> {
-    let bytes = all(content)?;
-    let histories = histories(&bytes)?.into_iter();
-    Ok(histories.map(|history| history.heading).collect())
-}
-
-/// Reads the selected history.
-pub(super) fn read(content: impl Read, selection: &Selection) -> Result<Signal, Problem> {
-    let bytes = all(content)?;
-    let histories = histories(&bytes)?;
-    check_column_count(histories.len())?;
-    let headings: Vec<_> = histories.iter().map(|h| h.heading.clone()).collect();
-    let column = find_column(&headings, selection.column.as_deref())?;
-    let rest = Selection {
-        column: None,
-        ..selection.clone()
-    };
-    histories[column].table()?.signal(&rest)
-}
-
-fn all(mut content: impl Read) -> Result<Vec<u8>, Problem> {
+/// Reads all time histories.
+pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     let mut bytes = Vec::new();
     content.read_to_end(&mut bytes)?;
-    Ok(bytes)
+    let mut lines = Lines(&bytes);
+    let mut columns = Vec::new();
+    let mut others = 0;
+    while let Some(line) = lines.next() {
+        if line.trim() != DELIMITER {
+            continue;
+        }
+        // Some programs write the line twice.
+        let Some(kind) = lines.find(|line| line.trim() != DELIMITER) else {
+            break;
+        };
+        if !is_history(&kind) {
+            others += 1;
+            lines.find(|line| line.trim() == DELIMITER);
+        } else if let Some(history) = history(&kind, &mut lines)? {
+            columns.push(history);
+        } else {
+            others += 1;
+        }
+    }
+    if columns.is_empty() {
+        let content = format!("{others} datasets of other kinds than time histories (58)");
+        return Err(Problem::no_samples(&content));
+    }
+    check_column_count(columns.len())?;
+    Ok(Table { columns })
 }
 
 /// Lines of a content, which may contain other bytes between them.
@@ -87,90 +93,43 @@ fn field(line: &str, start: usize, length: usize) -> String {
     text.trim().to_owned()
 }
 
+/// The whole number in a field; 0 if it is none.
+fn whole(line: &str, start: usize, length: usize) -> i64 {
+    field(line, start, length).parse().unwrap_or(0)
+}
+
+/// A real number, also with the exponent of Fortran.
+fn real(text: &str) -> Option<f64> {
+    let number = text.parse().ok();
+    number.or_else(|| text.replace(['D', 'd'], "E").parse().ok())
+}
+
 fn is_history(line: &str) -> bool {
     matches!(&*field(line, 0, 7), "58" | "58b" | "58B")
 }
 
-/// A time history whose samples have not been read.
-struct History<'a> {
-    heading: ColumnHeader,
-    is_double: bool,
-    is_even: bool,
-    start: f64,
-    step: f64,
-    /// Byte order of binary samples: whether the lowest byte is the first.
-    is_little: Option<bool>,
-    data: &'a [u8],
-}
-
-/// The time histories of a file.
-fn histories(bytes: &[u8]) -> Result<Vec<History<'_>>, Problem> {
-    let mut lines = Lines(bytes);
-    let mut histories = Vec::new();
-    let mut others = 0;
-    while let Some(line) = lines.next() {
-        if line.trim() != DELIMITER {
-            continue;
-        }
-        // Some programs write the line twice.
-        let Some(kind) = lines.find(|line| line.trim() != DELIMITER) else {
-            break;
-        };
-        if is_history(&kind) {
-            match history(&kind, &mut lines)? {
-                Some(history) => histories.push(history),
-                None => others += 1,
-            }
-        } else {
-            others += 1;
-            lines.find(|line| line.trim() == DELIMITER);
-        }
-    }
-    if histories.is_empty() {
-        let content = format!("{others} datasets of other kinds than time histories (58)");
-        return Err(Problem::no_samples(&content));
-    }
-    Ok(histories)
-}
-
-/// Reads the head of a dataset 58 and finds its samples; `None` if it is no time history.
-fn history<'a>(kind: &str, lines: &mut Lines<'a>) -> Result<Option<History<'a>>, Problem> {
+/// Reads a dataset 58; `None` if it is no time history.
+fn history(kind: &str, lines: &mut Lines<'_>) -> Result<Option<Column>, Problem> {
     let head: Vec<_> = lines.by_ref().take(11).collect();
     let [id, _, _, _, _, function, form, abscissa, ordinate, ..] = &head[..] else {
-        return Err(Problem::damaged(
-            FORMAT,
-            "a dataset 58 has less than 11 lines",
-        ));
-    };
-    let whole = |line: &str, start, length| field(line, start, length).parse::<i64>().unwrap_or(0);
-    let real = |start| {
-        field(form, start, 13)
-            .replace(['D', 'd'], "E")
-            .parse()
-            .unwrap_or(0.0)
+        let what = "a dataset 58 has less than 11 lines";
+        return Err(Problem::damaged(FORMAT, what));
     };
     let is_binary = kind.trim_start().len() > 2 && kind.contains(['b', 'B']);
     let data = if is_binary {
         let length = usize::try_from(whole(kind, 31, 12)).unwrap_or(usize::MAX);
         let Some((data, rest)) = lines.0.split_at_checked(length) else {
-            let have = lines.0.len() as u64;
-            return Err(Problem::truncated(
-                FORMAT,
-                "a dataset 58",
-                have,
-                length as u64,
-            ));
+            let (what, have) = ("a dataset 58", lines.0.len() as u64);
+            return Err(Problem::truncated(FORMAT, what, have, length as u64));
         };
         lines.0 = rest;
         lines.find(|line| line.trim() == DELIMITER);
         data
     } else {
         let all = lines.0;
+        let is_data = |line: &&[u8]| line.trim_ascii() != DELIMITER.as_bytes();
         let mut end = 0;
-        while let Some(line) = lines
-            .bytes()
-            .filter(|line| line.trim_ascii() != DELIMITER.as_bytes())
-        {
+        while let Some(line) = lines.bytes().filter(is_data) {
             end += line.len();
         }
         &all[..end]
@@ -178,118 +137,94 @@ fn history<'a>(kind: &str, lines: &mut Lines<'a>) -> Result<Option<History<'a>>,
     if whole(function, 0, 5) != TIME_RESPONSE && whole(abscissa, 0, 10) != TIME {
         return Ok(None);
     }
-    let name = |text: String| Some(text).filter(|text| !text.is_empty() && text != "NONE");
-    let node = name(field(function, 31, 10)).unwrap_or_else(|| field(function, 41, 10));
-    let direction = match whole(function, 51, 4) {
-        0 => String::new(),
-        number => {
-            let axes = ["X", "Y", "Z", "RX", "RY", "RZ"];
-            let axis = axes.get(number.unsigned_abs() as usize - 1).unwrap_or(&"?");
-            format!(":{}{axis}", if number < 0 { '-' } else { '+' })
-        }
-    };
-    let name_of_node = if node == "0" || node.is_empty() {
-        name(id.trim().to_owned()).unwrap_or_else(|| "history".to_owned())
-    } else {
-        node + &direction
-    };
-    let unit = name(field(ordinate, 47, 20)).unwrap_or_default();
-    let count = usize::try_from(whole(form, 10, 10)).unwrap_or(0);
+    let name = name(id, function);
     let is_double = match whole(form, 0, 10) {
         2 => false,
         4 => true,
         kind => {
-            let what = format!("`{name_of_node}`, a time history of ordinate type {kind},");
-            return Err(Problem::unsupported(
-                what,
-                "export real numbers (type 2 or 4)",
-            ));
+            let what = format!("`{name}`, a time history of ordinate type {kind},");
+            let remedy = "export real numbers (type 2 or 4)";
+            return Err(Problem::unsupported(what, remedy));
         }
     };
-    Ok(Some(History {
-        heading: ColumnHeader::with_unit(name_of_node, &unit, count),
-        is_double,
-        is_even: whole(form, 20, 10) == 1,
-        start: real(30),
-        step: real(43),
-        is_little: is_binary.then(|| whole(kind, 7, 6) == 1),
-        data,
+    let is_even = whole(form, 20, 10) == 1;
+    if is_binary && is_double && !is_even {
+        let what = "a binary time history of double precision with uneven times";
+        return Err(Problem::unsupported(what, "export it as text"));
+    }
+    let mut samples = if is_binary {
+        numbers(data, is_double, whole(kind, 7, 6) == 1)
+    } else {
+        text(data, &name)?
+    };
+    let count = usize::try_from(whole(form, 10, 10)).unwrap_or(0);
+    let timing = if is_even {
+        let [start, step] = [30, 43].map(|at| real(&field(form, at, 13)).unwrap_or(0.0));
+        Timing::Uniform(Uniform::new(start, step, UNCERTAINTY))
+    } else {
+        // Pairs of time and sample.
+        let (pairs, _) = samples.as_chunks::<2>();
+        let pairs = pairs.iter().take(count).map(|[time, x]| (*time, *x));
+        let times: Vec<f64>;
+        (times, samples) = pairs.unzip();
+        Timing::Times {
+            times: Arc::new(times),
+            resolution: 0.0,
+            relative: UNCERTAINTY,
+        }
+    };
+    let have = samples.len();
+    if have < count {
+        let what = format!("`{name}` has {have} of {count} samples");
+        return Err(Problem::damaged(FORMAT, what));
+    }
+    samples.truncate(count);
+    let unit = Some(field(ordinate, 47, 20)).filter(|unit| unit != "NONE");
+    Ok(Some(Column {
+        header: ColumnHeader::with_unit(name, &unit.unwrap_or_default()),
+        timing,
+        samples,
     }))
 }
 
-impl History<'_> {
-    /// The samples with their times.
-    fn table(&self) -> Result<Table, Problem> {
-        let mut values = match self.is_little {
-            Some(is_little) => self.numbers(is_little)?,
-            None => self.text()?,
-        };
-        let mut times = Vec::new();
-        if !self.is_even {
-            let (pairs, _) = values.as_chunks::<2>();
-            (times, values) = pairs.iter().map(|[time, value]| (*time, *value)).unzip();
-        }
-        let (have, count) = (values.len(), self.heading.count);
-        if have < count {
-            let what = format!("`{}` has {have} of {count} samples", self.heading.name);
-            return Err(Problem::damaged(FORMAT, what));
-        }
-        values.truncate(count);
-        times.truncate(count);
-        let timing = if self.is_even {
-            Timing::Uniform(Uniform::new(self.start, self.step, UNCERTAINTY))
-        } else {
-            Timing::Times {
-                count,
-                resolution: 0.0,
-                relative: UNCERTAINTY,
-            }
-        };
-        Ok(Table {
-            columns: vec![(self.heading.clone(), values)],
-            times,
-            timing,
-        })
+/// Name of a history: its node with the direction, or else its description.
+fn name(id: &str, function: &str) -> String {
+    let given = |text: &String| !text.is_empty() && text != "NONE";
+    let node = Some(field(function, 31, 10)).filter(given);
+    let node = node.unwrap_or_else(|| field(function, 41, 10));
+    if node == "0" || node.is_empty() {
+        let id = Some(id.trim().to_owned()).filter(given);
+        return id.unwrap_or_else(|| "history".to_owned());
     }
+    let direction = whole(function, 51, 4);
+    let Some(axis) = direction.unsigned_abs().checked_sub(1) else {
+        return node;
+    };
+    let axes = ["X", "Y", "Z", "RX", "RY", "RZ"];
+    let axis = axes.get(axis as usize).unwrap_or(&"?");
+    format!("{node}:{}{axis}", if direction < 0 { '-' } else { '+' })
+}
 
-    /// Numbers as text; pairs of time and sample if the times are uneven.
-    fn text(&self) -> Result<Vec<f64>, Problem> {
-        let text = String::from_utf8_lossy(self.data);
-        let number = |word: &str| {
-            let number = word
-                .parse()
-                .or_else(|_| word.replace(['D', 'd'], "E").parse());
-            number.map_err(|_| {
-                let what = format!(
-                    "`{}` in `{}` is not a number",
-                    shortened(word),
-                    self.heading.name
-                );
-                Problem::damaged(FORMAT, what)
-            })
-        };
-        text.split_whitespace().map(number).collect()
-    }
-
-    /// Binary numbers; pairs of time and sample if the times are uneven.
-    fn numbers(&self, is_little: bool) -> Result<Vec<f64>, Problem> {
-        if self.is_double && !self.is_even {
-            let what = "a binary time history of double precision with uneven times";
-            return Err(Problem::unsupported(what, "export it as text"));
-        }
-        let (singles, _) = self.data.as_chunks::<4>();
-        let (doubles, _) = self.data.as_chunks::<8>();
-        Ok(match (self.is_double, is_little) {
-            (false, true) => singles
-                .iter()
-                .map(|b| f32::from_le_bytes(*b).into())
-                .collect(),
-            (false, false) => singles
-                .iter()
-                .map(|b| f32::from_be_bytes(*b).into())
-                .collect(),
-            (true, true) => doubles.iter().map(|b| f64::from_le_bytes(*b)).collect(),
-            (true, false) => doubles.iter().map(|b| f64::from_be_bytes(*b)).collect(),
+/// Numbers as text.
+fn text(data: &[u8], name: &str) -> Result<Vec<f64>, Problem> {
+    let text = String::from_utf8_lossy(data);
+    let number = |word| {
+        real(word).ok_or_else(|| {
+            let what = format!("`{}` in `{name}` is not a number", shortened(word));
+            Problem::damaged(FORMAT, what)
         })
+    };
+    text.split_whitespace().map(number).collect()
+}
+
+/// Binary numbers.
+fn numbers(data: &[u8], is_double: bool, is_little: bool) -> Vec<f64> {
+    let singles = data.as_chunks().0.iter();
+    let doubles = data.as_chunks().0.iter();
+    match (is_double, is_little) {
+        (false, true) => singles.map(|b| f32::from_le_bytes(*b).into()).collect(),
+        (false, false) => singles.map(|b| f32::from_be_bytes(*b).into()).collect(),
+        (true, true) => doubles.map(|b| f64::from_le_bytes(*b)).collect(),
+        (true, false) => doubles.map(|b| f64::from_be_bytes(*b)).collect(),
     }
 }

@@ -1,32 +1,14 @@
 //! Units in the names of columns: `u (um)`, `v [mm/s]`, `v_mm_per_s`, `time_ms`.
 
-/// Suffixes of names and their units; longer ones first, as `_m_per_s` ends in `_s`.
-const ENDINGS: [(&str, &str); 25] = [
-    ("_m_per_s2", "m/s^2"),
-    ("_mm_per_s2", "mm/s^2"),
-    ("_um_per_s", "um/s"),
-    ("_mm_per_s", "mm/s"),
-    ("_m_per_s", "m/s"),
-    ("_rad_per_s", "rad/s"),
-    ("_min", "min"),
-    ("_deg", "deg"),
-    ("_rad", "rad"),
-    ("_kHz", "kHz"),
-    ("_Hz", "Hz"),
-    ("_hz", "Hz"),
-    ("_Pa", "Pa"),
-    ("_pa", "Pa"),
-    ("_mV", "mV"),
-    ("_V", "V"),
-    ("_N", "N"),
-    ("_ms", "ms"),
-    ("_us", "us"),
-    ("_ns", "ns"),
-    ("_mm", "mm"),
-    ("_um", "um"),
-    ("_nm", "nm"),
-    ("_m", "m"),
-    ("_s", "s"),
+/// Units at the end of a name.
+const UNITS: [&str; 23] = [
+    "m/s^2", "mm/s^2", "um/s", "mm/s", "m/s", "rad/s", "min", "deg", "rad", "kHz", "Hz", "Pa",
+    "mV", "V", "N", "ms", "us", "ns", "mm", "um", "nm", "m", "s",
+];
+
+/// Units that only a row of units has.
+const FURTHER: [&str; 14] = [
+    "", "-", "1", "%", "g", "A", "mA", "dB", "Nm", "bar", "kN", "m/s2", "m/s²", "°C",
 ];
 
 /// Names of a time column.
@@ -51,11 +33,19 @@ pub(super) fn split(header: &str) -> (&str, &str) {
             return (name.trim_end(), unit.trim());
         }
     }
-    let fits = |(ending, unit): &(&str, &'static str)| {
-        let name = header.strip_suffix(ending)?;
-        (!name.is_empty()).then_some((name, *unit))
-    };
-    ENDINGS.iter().find_map(fits).unwrap_or((header, ""))
+    // The longest unit: `v_mm_per_s` also ends with one of time.
+    let ends = header.match_indices('_').filter(|(at, _)| *at > 0);
+    let mut units = ends.filter_map(|(at, _)| {
+        let unit = header[at + 1..].replace("_per_", "/").replace("s2", "s^2");
+        let unit = match &unit[..] {
+            "hz" => "Hz",
+            "pa" => "Pa",
+            unit => unit,
+        };
+        let known = UNITS.iter().find(|known| **known == unit)?;
+        Some((&header[..at], *known))
+    });
+    units.next().unwrap_or((header, ""))
 }
 
 /// Whether a name (without its unit) is that of a time column.
@@ -70,31 +60,13 @@ pub(super) fn without_brackets(unit: &str) -> &str {
     pairs.into_iter().find_map(inside).unwrap_or(unit).trim()
 }
 
-/// Units that a row of units may have besides those of [`ENDINGS`].
-const FURTHER: [&str; 14] = [
-    "",
-    "-",
-    "1",
-    "%",
-    "g",
-    "A",
-    "mA",
-    "dB",
-    "Nm",
-    "bar",
-    "kN",
-    "m/s2",
-    "m/s\u{b2}",
-    "\u{b0}C",
-];
-
 /// Whether a row below one of names is one of units: all in brackets, all known, or a unit of time below the
 /// name of a time.
 pub(super) fn is_row(names: &[&str], row: &[&str]) -> bool {
     let mut pairs = names.iter().zip(row);
     let is_known = |unit: &&str| {
         let unit = without_brackets(unit);
-        FURTHER.contains(&unit) || ENDINGS.iter().any(|(_, known)| *known == unit)
+        UNITS.contains(&unit) || FURTHER.contains(&unit)
     };
     row.iter().all(|unit| without_brackets(unit) != *unit)
         || row.iter().all(is_known)
@@ -107,7 +79,7 @@ pub(super) fn is_row(names: &[&str], row: &[&str]) -> bool {
 /// A unit of time in seconds; `None` for other units.
 pub(super) fn seconds(unit: &str) -> Option<f64> {
     Some(match unit.to_lowercase().as_str() {
-        "" | "s" | "sec" | "seconds" => 1.0,
+        "" | "s" | "sec" | "second" | "seconds" => 1.0,
         "ms" => 1e-3,
         "us" | "\u{b5}s" | "\u{3bc}s" => 1e-6,
         "ns" => 1e-9,

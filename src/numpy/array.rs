@@ -4,11 +4,12 @@ use std::io::{self, BufReader, Read};
 
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 
-use crate::memory::{self, MemoryShortage};
+use crate::foreign::Problem;
+use crate::memory;
 
 /// Maximum nesting of brackets in a header, because the parsing time grows exponentially with it. An
 /// array of records, which is not supported, has five levels.
-const MAX_NESTING: usize = 8;
+const MAX_NESTING: i32 = 8;
 
 /// Maximum header length, bytes: the limit of format version 1.0. NumPy itself reads 10,000.
 const MAX_HEADER: usize = 65_535;
@@ -52,50 +53,25 @@ impl Array {
     }
 }
 
-/// Error while an array is decoded.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ArrayError {
-    /// The bytes do not follow the format.
-    #[error("it is damaged: {0}; save it again")]
-    Damaged(String),
-    /// The values are not real numbers.
-    #[error("its type {0} is not supported; save real numbers (a float or an integer type)")]
-    Unsupported(String),
-    /// The bytes are truncated.
-    #[error("it is truncated: {have} of {need} bytes; save it again")]
-    CutShort {
-        /// Bytes present.
-        have: u64,
-        /// Bytes announced in the header.
-        need: u64,
-    },
-    /// The array exceeds the limit.
-    #[error("it has {have} numbers, above the limit of {most} per file; save fewer")]
-    TooLarge {
-        /// Number of values in the array.
-        have: usize,
-        /// Maximum number of values.
-        most: usize,
-    },
-    /// The values exceed the available memory.
-    #[error("{0}; save fewer numbers")]
-    Memory(#[from] MemoryShortage),
-}
-
 /// An array in a file; its values are read on demand.
 ///
 /// As an iterator it yields the values in the order of the file and keeps one block of them in memory.
 /// It ends after an error.
-pub struct ArrayReader<R> {
-    shape: Vec<usize>,
-    fortran: bool,
-    rounding: f64,
+pub(crate) struct ArrayReader<R> {
+    /// Name for messages.
+    name: String,
+    /// Length along each axis; empty for a single number.
+    pub shape: Vec<usize>,
+    /// Whether the file is in Fortran order (the first axis changes fastest).
+    pub fortran: bool,
+    /// Relative rounding error of the type in the file; 0 for integers.
+    pub rounding: f64,
+    /// Number of values.
+    pub total: usize,
     element: ElementType,
     source: BufReader<R>,
-    /// Bytes of values announced in the header, and bytes read.
-    need: u64,
-    have: u64,
+    /// Number of values read.
+    read: usize,
 }
 
 /// Binary format of a value.
@@ -113,182 +89,145 @@ impl<R: Read> ArrayReader<R> {
     /// # Errors
     /// If the header does not follow the format, announces more bytes than the file has, or a type other
     /// than real numbers.
-    pub fn open(mut source: R, length: u64) -> Result<Self, ArrayError> {
-        let text = header(&mut source)?;
-        let header = NpyHeader::from_reader(&text[..]).map_err(damaged)?;
+    pub fn open(mut source: R, name: &str, length: u64) -> Result<Self, Problem> {
+        let (header, begin) = header(&mut source).map_err(|error| damaged(name, error))?;
+        let (element, rounding) = element_type(&header.dtype(), name)?;
         let shape: Vec<usize> = header.shape().iter().map(|&n| n as usize).collect();
-        let (element, rounding) = element_type(&header.dtype())?;
-        let count = shape.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
-        let need = count
-            .and_then(|count| count.checked_mul(element.size))
-            .ok_or_else(|| ArrayError::Damaged("its shape overflows".to_owned()))?;
-        let (have, need) = (length.saturating_sub(text.len() as u64), need as u64);
-        if have < need {
-            return Err(ArrayError::CutShort { have, need });
-        }
-        Ok(Self {
+        let total = shape.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
+        let need = total.and_then(|total| total.checked_mul(element.size));
+        let (Some(total), Some(need)) = (total, need) else {
+            return Err(damaged(name, io::Error::other("its shape overflows")));
+        };
+        let reader = Self {
+            name: name.to_owned(),
             shape,
             fortran: header.order() == Order::Fortran,
             rounding,
+            total,
             element,
             source: BufReader::with_capacity(BLOCK, source),
-            need,
-            have: 0,
-        })
+            read: 0,
+        };
+        let have = length.saturating_sub(begin as u64);
+        if have < need as u64 {
+            return Err(reader.truncated(have));
+        }
+        Ok(reader)
     }
 
-    /// Length along each axis; empty for a single number.
-    pub fn shape(&self) -> &[usize] {
-        &self.shape
-    }
-
-    /// Whether the file is in Fortran order (the first axis changes fastest).
-    pub fn fortran(&self) -> bool {
-        self.fortran
-    }
-
-    /// Relative rounding error of the type in the file; 0 for integers.
-    pub fn rounding(&self) -> f64 {
-        self.rounding
-    }
-
-    /// Number of values.
-    pub fn total(&self) -> usize {
-        self.shape.iter().product()
+    fn truncated(&self, have: u64) -> Problem {
+        let need = (self.total * self.element.size) as u64;
+        Problem::truncated("NumPy", format!("array `{}`", self.name), have, need)
     }
 
     /// Reads all values into row-major order.
     ///
     /// # Errors
-    /// [`ArrayError::Memory`] before anything is read, and all errors of reading.
-    pub fn into_array(self) -> Result<Array, ArrayError> {
-        let mut values = memory::allocate(self.total())?;
-        values.resize(self.total(), 0.0);
-        let shape = self.shape.clone();
-        // Axes in the order of the file, fastest first: length, and stride in row-major order.
-        let mut stride = 1;
-        let mut axes: Vec<(usize, usize)> = (shape.iter().rev())
-            .map(|&length| {
-                let own = stride;
-                stride *= length;
-                (length, own)
+    /// If they exceed the available memory, before anything is read, and all errors of reading.
+    pub fn into_array(self) -> Result<Array, Problem> {
+        let mut values = memory::allocate(self.total).map_err(|shortage| {
+            Problem::Content(format!(
+                "the array `{}`: {shortage}; save fewer numbers",
+                self.name
+            ))
+        })?;
+        values.resize(self.total, 0.0);
+        let (shape, fortran) = (self.shape.clone(), self.fortran);
+        // The index along each axis, the fastest first, and with them the place in row-major order.
+        let row_major = |mut place: usize| {
+            shape.iter().fold(0, |position, &length| {
+                let index = place % length;
+                place /= length;
+                position * length + index
             })
-            .collect();
-        if self.fortran {
-            axes.reverse();
-        }
-        let mut index = vec![0; axes.len()];
-        let mut position = 0;
-        for value in self {
-            values[position] = value?;
-            for (index, (length, stride)) in index.iter_mut().zip(&axes) {
-                *index += 1;
-                position += stride;
-                if *index < *length {
-                    break;
-                }
-                position -= length * stride;
-                *index = 0;
-            }
+        };
+        for (place, value) in self.enumerate() {
+            values[if fortran { row_major(place) } else { place }] = value?;
         }
         Ok(Array { shape, values })
     }
 }
 
 impl<R: Read> Iterator for ArrayReader<R> {
-    type Item = Result<f64, ArrayError>;
+    type Item = Result<f64, Problem>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.have == self.need {
+        if self.read == self.total {
             return None;
         }
+        let size = self.element.size;
         let mut bytes = [0; 8];
-        let bytes = &mut bytes[..self.element.size];
-        if let Err(error) = self.source.read_exact(bytes) {
-            let (have, need) = (self.have, self.need);
-            self.have = need;
+        let mut result = self.source.read_exact(&mut bytes[..size]);
+        self.read += 1;
+        // An archive verifies its checksum at the end of the data.
+        if result.is_ok() && self.read == self.total {
+            result = self.source.read(&mut [0]).map(drop);
+        }
+        if let Err(error) = result {
+            let have = (self.read - 1) * size;
+            self.read = self.total;
             return Some(Err(match error.kind() {
-                io::ErrorKind::UnexpectedEof => ArrayError::CutShort { have, need },
-                _ => damaged(error),
+                io::ErrorKind::UnexpectedEof => self.truncated(have as u64),
+                _ => damaged(&self.name, error),
             }));
         }
-        self.have += self.element.size as u64;
-        // An archive verifies its checksum at the end of the data.
-        if self.have == self.need
-            && let Err(error) = self.source.read(&mut [0])
-        {
-            return Some(Err(damaged(error)));
+        if self.element.big_endian {
+            bytes[..size].reverse();
         }
-        let join = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        let bits = if self.element.big_endian {
-            bytes.iter().fold(0, join)
-        } else {
-            bytes.iter().rev().fold(0, join)
-        };
-        Some(Ok((self.element.number)(bits)))
+        Some(Ok((self.element.number)(u64::from_le_bytes(bytes))))
     }
 }
 
 /// Keeps the first line of a library's message: syntax errors include a copy of the header.
-fn damaged(error: io::Error) -> ArrayError {
+fn damaged(name: &str, error: io::Error) -> Problem {
     let reason = error.to_string();
     let line = reason.lines().next().unwrap_or_default();
     let words = line.split(" --> ").next().unwrap_or_default();
-    ArrayError::Damaged(words.trim_end_matches([' ', ':']).to_owned())
+    let reason = words.trim_end_matches([' ', ':']);
+    Problem::damaged("NumPy", format!("array `{name}`: {reason}"))
 }
 
-/// Reads the preamble and the header, if its length is within the limit.
-fn header(source: &mut impl Read) -> Result<Vec<u8>, ArrayError> {
+/// Reads the header, if its length is within the limit, and the position of the first value.
+fn header(source: &mut impl Read) -> io::Result<(NpyHeader, usize)> {
     // Magic bytes, version, and a length of two bytes (four in later versions).
-    let mut text = vec![0; 10];
-    source.read_exact(&mut text).map_err(damaged)?;
-    if !text.starts_with(b"\x93NUMPY") {
-        return Err(ArrayError::Damaged(
-            "it does not start with the NumPy magic bytes".to_owned(),
-        ));
-    }
-    if text[6] > 1 {
-        text.resize(12, 0);
-        source.read_exact(&mut text[10..]).map_err(damaged)?;
-    }
-    let begin = text.len();
-    let length = text[8..]
-        .iter()
-        .rev()
-        .fold(0, |all, &byte| all << 8 | usize::from(byte));
+    let mut start = [0; 12];
+    source.read_exact(&mut start)?;
+    let [.., a, b, c, d] = start;
+    let (begin, length) = if start[6] > 1 {
+        (12, u32::from_le_bytes([a, b, c, d]) as usize)
+    } else {
+        (10, u16::from_le_bytes([a, b]).into())
+    };
     if length > MAX_HEADER {
-        return Err(ArrayError::Damaged(format!(
-            "its header has {length} bytes, above the limit of {MAX_HEADER}"
-        )));
+        let reason = format!("its header has {length} bytes, above the limit of {MAX_HEADER}");
+        return Err(io::Error::other(reason));
     }
-    text.resize(begin + length, 0);
-    source.read_exact(&mut text[begin..]).map_err(damaged)?;
-    if nesting(&text[begin..]) > MAX_NESTING {
-        return Err(ArrayError::Damaged(
-            "its header is nested too deeply".to_owned(),
-        ));
+    let end = start.len().max(begin + length);
+    let mut text = vec![0; end];
+    text[..start.len()].copy_from_slice(&start);
+    source.read_exact(&mut text[start.len()..])?;
+    let mut depth = 0;
+    let depths = text.iter().map(|byte| {
+        let step = match byte {
+            b'(' | b'[' | b'{' => 1,
+            b')' | b']' | b'}' => -1,
+            _ => 0,
+        };
+        depth = 0.max(depth + step);
+        depth
+    });
+    if depths.max() > Some(MAX_NESTING) {
+        return Err(io::Error::other("its header is nested too deeply"));
     }
-    Ok(text)
-}
-
-/// Maximum nesting of the brackets of a header.
-fn nesting(header: &[u8]) -> usize {
-    let mut depth = 0_usize;
-    let mut deepest = 0;
-    for byte in header {
-        match byte {
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        deepest = deepest.max(depth);
-    }
-    deepest
+    Ok((NpyHeader::from_reader(&text[..])?, begin + length))
 }
 
 /// Binary format of a type, and its relative rounding error.
-fn element_type(dtype: &DType) -> Result<(ElementType, f64), ArrayError> {
-    let unsupported = || ArrayError::Unsupported(dtype.descr());
+fn element_type(dtype: &DType, name: &str) -> Result<(ElementType, f64), Problem> {
+    let unsupported = || {
+        let what = format!("the type {} of array `{name}`", dtype.descr());
+        Problem::unsupported(what, "save real numbers (a float or an integer type)")
+    };
     let DType::Plain(plain) = dtype else {
         return Err(unsupported());
     };
@@ -308,13 +247,10 @@ fn element_type(dtype: &DType) -> Result<(ElementType, f64), ArrayError> {
         (TypeChar::Uint, 1 | 2 | 4 | 8) => (|bits| bits as f64, 0.0),
         _ => return Err(unsupported()),
     };
-    let big_endian = plain.endianness() == Endianness::Big;
-    Ok((
-        ElementType {
-            size,
-            big_endian,
-            number,
-        },
-        rounding,
-    ))
+    let element = ElementType {
+        size,
+        big_endian: plain.endianness() == Endianness::Big,
+        number,
+    };
+    Ok((element, rounding))
 }

@@ -4,13 +4,13 @@
 //! or not. Types other than real numbers are rejected by name. The format is that of the NumPy
 //! enhancement proposal 1.
 //!
-//! An [`ArrayReader`] gets shape and type from the header and yields the values block by block. Arrays
-//! read as a whole have at most [`MAX_NUMBERS`] values per file, 8 bytes each in memory for any type in
-//! the file, and are read only if the memory is available.
+//! The values of an array are read block by block. Arrays read as a whole have at most [`MAX_NUMBERS`] values
+//! per file, 8 bytes each in memory for any type in the file, and are read only if the memory is available.
 
 mod array;
 mod npz;
 
-pub use array::{Array, ArrayError, ArrayReader};
+pub use array::Array;
+pub(crate) use array::ArrayReader;
 pub(crate) use npz::NpzWriter;
-pub use npz::{MAX_NUMBERS, Npz, NpzError, encode_npz, read_npz};
+pub use npz::{MAX_NUMBERS, Npz, encode_npz, read_npz};

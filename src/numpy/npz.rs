@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader, Seek, Write};
+use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
@@ -10,54 +10,44 @@ use zip::read::ZipFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::{Array, ArrayError, ArrayReader};
-use crate::foreign::open_file;
-use crate::joint::{self, NamedArrays};
+use super::{Array, ArrayReader};
+use crate::foreign::{Problem, open_file};
+use crate::joint::{ArrayError, NamedArrays};
 
 /// Maximum number of values that [`Npz::array`] reads from one file, all arrays together (1 GiB of
 /// `f64`): far above a sparse mass matrix, far below what a few bytes of a compressed file can announce.
 pub const MAX_NUMBERS: usize = 1 << 27;
 
-/// Error while named arrays are read from an `.npz` file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum NpzError {
-    /// The file does not exist or cannot be read.
-    #[error("the file cannot be read ({0}); check its path and its permissions")]
-    Unreadable(io::Error),
-    /// The file is not an archive of arrays.
-    #[error("it is not an .npz file ({0}); write it with numpy.savez")]
-    NotNpz(String),
-    /// One of the arrays cannot be read.
-    #[error("the array `{name}` cannot be read: {problem}")]
-    Array {
-        /// Name of the array.
-        name: String,
-        /// Cause.
-        problem: ArrayError,
-    },
-}
-
 /// An open `.npz` file; its arrays are read one by one.
 #[derive(Debug)]
-pub struct Npz {
-    zip: ZipArchive<BufReader<File>>,
+pub struct Npz<R> {
+    zip: ZipArchive<R>,
     /// Number of values read so far.
     read: usize,
 }
 
-impl Npz {
+impl Npz<BufReader<File>> {
     /// Opens a file.
     ///
     /// # Errors
     /// If it cannot be read or is not an archive.
-    pub fn open(path: &Path) -> Result<Self, NpzError> {
-        let (file, _) = open_file(path).map_err(NpzError::Unreadable)?;
-        let zip = ZipArchive::new(BufReader::new(file));
-        Ok(Self {
-            zip: zip.map_err(|error| NpzError::NotNpz(error.to_string()))?,
-            read: 0,
-        })
+    pub fn open(path: &Path) -> Result<Self, Problem> {
+        Self::new(BufReader::new(open_file(path)?.0))
+    }
+}
+
+impl<R: Read + Seek> Npz<R> {
+    /// Reads the directory of an archive.
+    ///
+    /// # Errors
+    /// If the content is not an archive.
+    pub fn new(content: R) -> Result<Self, Problem> {
+        let zip = ZipArchive::new(content).map_err(|error| {
+            Problem::Content(format!(
+                "the .npz file is damaged ({error}); write it with numpy.savez"
+            ))
+        })?;
+        Ok(Self { zip, read: 0 })
     }
 
     /// Names of the arrays, in the order of the file.
@@ -68,12 +58,24 @@ impl Npz {
             .collect()
     }
 
-    /// Shape of an array from its header; `None` if there is no array of this name.
-    ///
-    /// # Errors
-    /// If the header cannot be read or announces a type other than real numbers.
-    pub fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, NpzError> {
-        self.with_array(name, |array, _| Ok(array.shape().to_vec()))
+    /// The bytes of an array with their number; `None` if there is no array of this name.
+    pub(crate) fn entry(&mut self, name: &str) -> Result<Option<(ZipFile<'_, R>, u64)>, Problem> {
+        let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
+            return Ok(None);
+        };
+        let entry = self.zip.by_index(index);
+        let entry =
+            entry.map_err(|error| Problem::damaged(".npz", format!("array `{name}`: {error}")))?;
+        let length = entry.size();
+        Ok(Some((entry, length)))
+    }
+
+    /// Reads the header of an array; `None` if there is no array of this name.
+    fn reader(&mut self, name: &str) -> Result<Option<ArrayReader<ZipFile<'_, R>>>, Problem> {
+        let entry = self.entry(name)?;
+        entry
+            .map(|(entry, length)| ArrayReader::open(entry, name, length))
+            .transpose()
     }
 
     /// Reads an array by its name; `None` if there is no array of this name.
@@ -81,46 +83,29 @@ impl Npz {
     /// # Errors
     /// If it cannot be read, contains other types than real numbers, or is too large: at most
     /// [`MAX_NUMBERS`] values per file, within the available memory.
-    pub fn array(&mut self, name: &str) -> Result<Option<Array>, NpzError> {
-        self.with_array(name, |array, read| {
-            let have = array.total();
-            if have > MAX_NUMBERS - *read {
-                let most = MAX_NUMBERS;
-                return Err(ArrayError::TooLarge { have, most });
-            }
-            *read += have;
-            array.into_array()
-        })
-    }
-
-    /// Calls `act` with an array whose header has been read, and with the number of values read so far.
-    fn with_array<T>(
-        &mut self,
-        name: &str,
-        act: impl FnOnce(ArrayReader<ZipFile<'_, BufReader<File>>>, &mut usize) -> Result<T, ArrayError>,
-    ) -> Result<Option<T>, NpzError> {
-        let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
+    pub fn array(&mut self, name: &str) -> Result<Option<Array>, Problem> {
+        let left = MAX_NUMBERS - self.read;
+        let Some(array) = self.reader(name)? else {
             return Ok(None);
         };
-        let entry = self.zip.by_index(index);
-        let entry = entry.map_err(|error| ArrayError::Damaged(error.to_string()));
-        let array = entry.and_then(|entry| {
-            let length = entry.size();
-            act(ArrayReader::open(entry, length)?, &mut self.read)
-        });
-        array.map(Some).map_err(|problem| NpzError::Array {
-            name: name.to_owned(),
-            problem,
-        })
+        let have = array.total;
+        if have > left {
+            return Err(Problem::Content(format!(
+                "the array `{name}` has {have} numbers, above the limit of {MAX_NUMBERS} per file; save fewer"
+            )));
+        }
+        let array = array.into_array()?;
+        self.read += have;
+        Ok(Some(array))
     }
 }
 
-impl NamedArrays for Npz {
-    fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, joint::ArrayError> {
-        Ok(self.shape(name)?)
+impl<R: Read + Seek> NamedArrays for Npz<R> {
+    fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, ArrayError> {
+        Ok(self.reader(name)?.map(|array| array.shape))
     }
 
-    fn values(&mut self, name: &str) -> Result<Vec<f64>, joint::ArrayError> {
+    fn values(&mut self, name: &str) -> Result<Vec<f64>, ArrayError> {
         Ok(self
             .array(name)?
             .map_or_else(Vec::new, |array| array.values))
@@ -131,7 +116,7 @@ impl NamedArrays for Npz {
 ///
 /// # Errors
 /// If the file cannot be read, or an array contains other types than real numbers.
-pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, NpzError> {
+pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, Problem> {
     let mut npz = Npz::open(path)?;
     let mut arrays = BTreeMap::new();
     for name in npz.names() {
@@ -265,7 +250,7 @@ mod tests {
         }
         // Three axes, the first changing fastest.
         let cube = npy(Order::Fortran, &[2, 2, 3], (0..12).map(f64::from));
-        let cube = ArrayReader::open(&cube[..], cube.len() as u64).unwrap();
+        let cube = ArrayReader::open(&cube[..], "cube", cube.len() as u64).unwrap();
         let rows = [0.0, 4.0, 8.0, 2.0, 6.0, 10.0, 1.0, 5.0, 9.0, 3.0, 7.0, 11.0];
         assert_eq!(cube.into_array().unwrap().values, rows);
     }
@@ -295,7 +280,7 @@ mod tests {
         let torn = retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<f'");
         let message = rejected(file(&[("torn.npy", torn)]).path());
         assert!(
-            message.contains("`torn`") && message.ends_with("syntax error; save it again"),
+            message.contains("`torn`") && message.ends_with("syntax error; export it again"),
             "{message}"
         );
         assert_eq!(message.lines().count(), 1, "{message}");
