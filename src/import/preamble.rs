@@ -36,7 +36,7 @@ pub(super) struct Preamble {
     pub last: u64,
     /// Names and units of the columns.
     pub columns: Vec<ColumnHeader>,
-    /// Whether the names are those of a row above the numbers.
+    /// Whether the names are those of a row above the numbers, not of an instrument.
     pub is_heading: bool,
     /// Number of fields at the left of the samples, which belong to the preamble.
     pub beside: usize,
@@ -169,7 +169,7 @@ fn heading(lines: &Lines, comment: &str, is_instrument: bool) -> Result<Preamble
     let mut preamble = Preamble {
         last,
         columns: columns.collect(),
-        is_heading: true,
+        is_heading: !is_instrument,
         ..Preamble::default()
     };
     if is_instrument {
