@@ -122,6 +122,7 @@ pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, Stability, student,
 };
 pub use own::{OwnSystem, piecewise_system, system};
+pub use simd::vectorised;
 pub use stats::{ErrorEstimate, SolverStats};
 pub use switching::Switching;
 pub use system::{Differentiable, System, central_difference};

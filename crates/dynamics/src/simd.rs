@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Runs a closure that is compiled for the widest instruction set of this machine. The closure must be marked
 /// `#[inline(always)]`; otherwise it may be compiled for the baseline.
 #[inline(always)]
-pub(crate) fn vectorised<R>(work: impl FnMut() -> R) -> R {
+pub fn vectorised<R>(work: impl FnMut() -> R) -> R {
     Arch::new().dispatch(Vectorised(work))
 }
 

@@ -7,8 +7,6 @@
 //! dF = -(A k du_r + c du_r/dt) (C + e_r) - N (dC/dV dV + dC/ds ds)
 //! ```
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Simd, WithSimd};
 
 use super::Joint;
@@ -17,7 +15,7 @@ use super::dual::Dual;
 use super::nodes::Nodes;
 use super::normal::Separation;
 use super::simd::{Eight, LANES, LanePosition, Vector, parts};
-use squeakscope_dynamics::{Differentiable, System};
+use squeakscope_dynamics::{Differentiable, System, vectorised};
 
 /// Number of derivatives per node for a friction law with this number of inputs: of the negative force (N) along the three
 /// axes of the sliding frame with respect to radial displacement, approach velocity and the inputs of the law, and of the
@@ -160,19 +158,29 @@ impl Differentiable for Joint {
         out: &mut [f64],
     ) {
         let m = self.modes();
-        if 2 * width <= 3 * m || self.friction_states() > 0 {
+        if 2 * width <= 3 * m || width < LANES || self.friction_states() > 0 {
             return self.tangents(record, Some(vectors), width, out);
         }
         // The derivative with respect to all coordinates and velocities costs less.
         let (record, matrix) = record.split_at_mut(self.record_len() - 2 * m * m);
         self.tangents(record, None, 2 * m, matrix);
-        matmul(
-            MatMut::from_row_major_slice_mut(out, m, width),
-            Accum::Replace,
-            MatRef::from_row_major_slice(matrix, m, 2 * m),
-            MatRef::from_row_major_slice(vectors, 2 * m, width),
-            1.0,
-            Par::Seq,
+        vectorised(
+            #[inline(always)]
+            || {
+                for first in (0..width).step_by(LANES) {
+                    // The last columns overlap with those before.
+                    let first = first.min(width - LANES);
+                    for (row, out) in matrix.chunks_exact(2 * m).zip(out.chunks_exact_mut(width)) {
+                        let mut sums = [0.0; LANES];
+                        for (factor, vector) in row.iter().zip(vectors[first..].chunks(width)) {
+                            for (sum, x) in sums.iter_mut().zip(&vector[..LANES]) {
+                                *sum += factor * x;
+                            }
+                        }
+                        out[first..][..LANES].copy_from_slice(&sums);
+                    }
+                }
+            },
         );
     }
 }

@@ -47,7 +47,7 @@ impl Resolvent {
         // At most as many right-hand sides as there are tangent vectors.
         let scratch = lu_in_place_scratch::<usize, f64>(rows, rows, Par::Seq, Default::default())
             .or(solve_in_place_scratch::<usize, f64>(rows, n, Par::Seq));
-        Self {
+        let mut resolvent = Self {
             modes,
             rows,
             force: vec![0.0; rows * n],
@@ -60,7 +60,11 @@ impl Resolvent {
             // Any direction that is not orthogonal to the dominant eigenvector.
             direction: (0..rows).map(|i| 1.0 / (1.0 + i as f64)).collect(),
             image: vec![0.0; rows],
-        }
+        };
+        // The library allocates its buffers in the first factorisation of a thread.
+        resolvent.factor(1.0);
+        resolvent.solve(&mut vec![0.0; n], 1);
+        resolvent
     }
 
     /// Computes the Jacobian from a record.
