@@ -159,7 +159,7 @@ impl<'a> Flow<'a> {
         let mut integrator = Integrator::new(self.options.method, sys)?;
         if let Some(switching) = sys.switching() {
             self.has_jumps = !switching.is_continuous();
-            if self.has_jumps || self.options.locate_kinks && switching.guards() > 0 {
+            if self.has_jumps || switching.guards() > 0 {
                 integrator = integrator.with_events(sys)?;
             }
         }

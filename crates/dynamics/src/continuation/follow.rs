@@ -18,6 +18,9 @@ use super::{
 /// Receives the parts of a branch as they are computed; returns `false` to stop.
 pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
 
+/// Maximum number of points in each direction.
+const MAX_POINTS: usize = 500;
+
 /// Share of the largest size of the orbits of a branch below which the scale of the state does not decrease.
 const MIN_SCALE: f64 = 0.3;
 
@@ -162,7 +165,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
 
     fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<BranchPart, ContinuationError> {
         self.found.end = loop {
-            if self.found.points.len() >= self.flow.options.max_points {
+            if self.found.points.len() >= MAX_POINTS {
                 break BranchEnd::MaxPoints;
             }
             let Some(prediction) = self.predict()? else {

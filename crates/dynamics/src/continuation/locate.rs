@@ -10,6 +10,9 @@ use super::point::Point;
 use super::shooting::ShootingPoint;
 use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonance};
 
+/// Target for the error of the parameter at a bifurcation, relative to the distance of its bounds.
+const ACCURACY: f64 = 1e-9;
+
 /// Maximum number of orbits for the location of one bifurcation.
 const MAX_ORBITS: usize = 40;
 
@@ -88,7 +91,7 @@ impl Flow<'_> {
         let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
         let is_first_negative = all[0][0] < 0.0;
         let mut bracket = [0.0, 1.0];
-        let target = self.options.bifurcation_accuracy * self.width();
+        let target = ACCURACY * self.width();
         let mut best: Option<Point> = None;
         let mut error = f64::INFINITY;
         for _ in 0..MAX_ORBITS {
@@ -119,7 +122,7 @@ impl Flow<'_> {
     /// Locates a branch point by interpolation between orbits on both sides: the equations are singular at the point itself.
     fn locate_branch_point(&mut self, piece: Piece<'_>) -> Result<Bifurcation, ContinuationError> {
         let kind = BifurcationKind::BranchPoint;
-        let target = self.options.bifurcation_accuracy * self.width();
+        let target = ACCURACY * self.width();
         let known = |share: f64, point: &Point| [kind.test(point), share, point.orbit.parameter];
         let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
         let [_, mut parameter] = at_zero(&mut all);

@@ -12,6 +12,14 @@ use crate::System;
 /// Points of an orbit at which its first division is considered.
 const CANDIDATES: usize = 64;
 
+/// Longest segment of the first division, as a share of the period.
+const LONGEST: f64 = 0.5;
+
+/// Maximum natural logarithm of the ratio between the largest and the smallest growth of the flow over a segment, which sets
+/// the number of segments. The relative error of the smallest multipliers is the tolerance of the integration times this
+/// ratio.
+const MAX_LOG_RATIO: f64 = 8.0;
+
 /// Share of the maximum growth ratio at which a segment ends.
 const SHARE: f64 = 0.6;
 
@@ -26,7 +34,6 @@ impl Flow<'_> {
         let mut state = guess.states[0].clone();
         let mut shot = guess.with_segments(vec![0.0], vec![state.clone()]);
         let mut start = 0.0;
-        let longest = 1.0 / self.options.min_segments.max(1) as f64;
         let mut map = DMatrix::identity(state.len(), state.len());
         for k in 1..CANDIDATES {
             let phase = k as f64 / CANDIDATES as f64;
@@ -35,8 +42,8 @@ impl Flow<'_> {
             map = &step.1 * map;
             state = step.0;
             let ratio = log_ratio(&scale.scaled_map(&map));
-            let is_long = phase - start >= longest * (1.0 - 1e-9);
-            if ratio >= SHARE * self.options.max_segment_log_ratio || is_long {
+            let is_long = phase - start >= LONGEST * (1.0 - 1e-9);
+            if ratio >= SHARE * MAX_LOG_RATIO || is_long {
                 shot.phases.push(phase);
                 shot.states.push(state.clone());
                 start = phase;
@@ -94,12 +101,11 @@ impl Flow<'_> {
         maps: &[DMatrix<f64>],
         scale: &Scale,
     ) -> Result<Option<ShootingPoint>, ContinuationError> {
-        let limit = self.options.max_segment_log_ratio;
         let ratios: Vec<f64> = maps
             .iter()
             .map(|map| log_ratio(&scale.scaled_map(map)))
             .collect();
-        if ratios.iter().all(|&ratio| ratio <= limit) {
+        if ratios.iter().all(|&ratio| ratio <= MAX_LOG_RATIO) {
             return Ok(None);
         }
         let sys = self.system(shot.parameter)?;
@@ -108,10 +114,10 @@ impl Flow<'_> {
             let [from, to] = shot.span(k);
             refined.phases.push(from);
             refined.states.push(shot.states[k].clone());
-            if *ratio <= limit {
+            if *ratio <= MAX_LOG_RATIO {
                 continue;
             }
-            let pieces = (ratio / (SHARE * limit)).ceil().max(2.0) as usize;
+            let pieces = (ratio / (SHARE * MAX_LOG_RATIO)).ceil().max(2.0) as usize;
             let phase = |piece: usize| from + (to - from) * piece as f64 / pieces as f64;
             let mut state = shot.states[k].clone();
             for piece in 1..pieces {

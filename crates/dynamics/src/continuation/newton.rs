@@ -8,6 +8,9 @@ use super::flow::{Flow, SegmentEnds};
 use super::shooting::{Direction, Scale, ShootingPoint};
 use crate::System;
 
+/// Maximum number of iterations per orbit.
+const MAX_ITERATIONS: u32 = 8;
+
 /// Minimum factor by which a Newton correction is damped.
 const MIN_DAMPING: f64 = 1.0 / 16.0;
 
@@ -82,7 +85,7 @@ impl Flow<'_> {
         let mut slopes = Vec::new();
         let mut corrections: [f64; 2] = [f64::INFINITY; 2];
         let mut first = None;
-        for iteration in 1..=self.options.max_iterations {
+        for iteration in 1..=MAX_ITERATIONS {
             if (iteration - 1) % RENEWAL == 0 {
                 slopes = self.parameter_slopes(&now.shot, &now.ends)?;
             }
@@ -121,7 +124,7 @@ impl Flow<'_> {
         Err(ContinuationError::NotConverged {
             parameter: now.shot.parameter,
             correction: corrections[1],
-            iterations: self.options.max_iterations,
+            iterations: MAX_ITERATIONS,
         })
     }
 

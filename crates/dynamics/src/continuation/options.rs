@@ -32,27 +32,12 @@ pub struct ContinuationOptions {
     pub bounds: [f64; 2],
     /// Integration method with its tolerance, which bounds the accuracy of everything else.
     pub method: Method,
-    /// Whether to locate the kinks of a continuous system, for example of nodes that separate. Across kinks that are not
-    /// located the multipliers are less accurate than the orbit. The jumps of other systems are always located.
-    pub locate_kinks: bool,
     /// Maximum estimated error of an orbit after the last Newton correction, relative to its size.
     pub newton_tolerance: f64,
-    /// Maximum number of Newton iterations per orbit.
-    pub max_iterations: u32,
     /// Limits of the steps along the branch.
     pub steps: StepLimits,
-    /// Maximum number of points in each direction.
-    pub max_points: usize,
     /// Maximum period, s.
     pub max_period_s: f64,
-    /// Maximum natural logarithm of the ratio between the largest and the smallest growth of the flow over a segment,
-    /// which sets the number of segments. The relative error of the smallest multipliers is the tolerance of the integration
-    /// times this ratio.
-    pub max_segment_log_ratio: f64,
-    /// Minimum number of segments.
-    pub min_segments: usize,
-    /// Target for the error of the parameter at bifurcations, relative to the distance of the bounds.
-    pub bifurcation_accuracy: f64,
 }
 
 impl ContinuationOptions {
@@ -62,15 +47,9 @@ impl ContinuationOptions {
         Self {
             bounds,
             method: MethodName::Lawson853.with(Accuracy::relative(1e-11), max_step),
-            locate_kinks: true,
             newton_tolerance: 1e-9,
-            max_iterations: 8,
             steps: StepLimits::default(),
-            max_points: 500,
             max_period_s: f64::INFINITY,
-            max_segment_log_ratio: 8.0,
-            min_segments: 2,
-            bifurcation_accuracy: 1e-9,
         }
     }
 
@@ -78,11 +57,9 @@ impl ContinuationOptions {
     pub(super) fn check(&self) -> Result<(), ContinuationError> {
         let [low, high] = self.bounds;
         let width = high - low;
-        let (newton, accuracy) = (self.newton_tolerance, self.bifurcation_accuracy);
+        let newton = self.newton_tolerance;
         let StepLimits { initial, min, max } = self.steps;
         let ordered = min > 0.0 && min <= initial && initial <= max && max.is_finite();
-        let ratio = self.max_segment_log_ratio;
-        let fraction = |x: f64| x > 0.0 && x < 1.0;
         let checks = [
             (
                 width > 0.0 && width.is_finite(),
@@ -91,15 +68,9 @@ impl ContinuationOptions {
                 "finite, with the lower bound below the upper one",
             ),
             (
-                fraction(newton),
+                newton > 0.0 && newton < 1.0,
                 "the Newton tolerance",
                 newton,
-                "between 0 and 1",
-            ),
-            (
-                fraction(accuracy),
-                "the accuracy of bifurcations",
-                accuracy,
                 "between 0 and 1",
             ),
             (
@@ -107,12 +78,6 @@ impl ContinuationOptions {
                 "the first step along the branch",
                 initial,
                 "positive, from the minimum to the maximum step",
-            ),
-            (
-                ratio > 0.0,
-                "the growth ratio of a segment",
-                ratio,
-                "positive",
             ),
         ];
         match checks.into_iter().find(|check| !check.0) {
