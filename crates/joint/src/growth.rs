@@ -24,6 +24,7 @@
 use faer::{Mat, c64};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use strum::VariantArray;
 
 use super::nodes::Rows;
 use super::simd::LANES;
@@ -31,19 +32,25 @@ use super::{Joint, Model, StabilityError, is_unstable};
 use squeakscope_dynamics::{Differentiable, System};
 
 /// Terms that can excite or damp a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
 pub enum Cause {
     /// Slope of the friction law at the sliding speed, in the sliding direction.
+    #[strum(serialize = "negative slope")]
     Slope,
-    /// Change of direction of the friction force with the slip velocity; damps motion normal to sliding.
-    Direction,
     /// Dependence of the friction force on the normal force (mode coupling).
+    #[strum(serialize = "mode coupling")]
     Coupling,
+    /// Change of direction of the friction force with the slip velocity; damps motion normal to sliding.
+    #[strum(serialize = "friction damping")]
+    Direction,
     /// Modal damping of the body.
+    #[strum(serialize = "structural damping")]
     Structure,
     /// Damping of the normal contact.
+    #[strum(serialize = "contact damping")]
     ContactDamping,
     /// Convective term `Omega x u` of the slip velocity.
+    #[strum(serialize = "Omega x u")]
     Convection,
 }
 
@@ -55,25 +62,11 @@ impl Serialize for Cause {
 
 impl Cause {
     /// All terms.
-    pub const ALL: [Self; 6] = [
-        Self::Slope,
-        Self::Coupling,
-        Self::Direction,
-        Self::Structure,
-        Self::ContactDamping,
-        Self::Convection,
-    ];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Name in reports and JSON.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Slope => "negative slope",
-            Self::Coupling => "mode coupling",
-            Self::Direction => "friction damping",
-            Self::Structure => "structural damping",
-            Self::ContactDamping => "contact damping",
-            Self::Convection => "Omega x u",
-        }
+        self.into()
     }
 
     /// Whether a model contains the term.
@@ -161,11 +154,11 @@ impl Model {
             by_frequency.then(a.value.re.total_cmp(&b.value.re))
         });
         let modes = all.into_iter().map(|root| {
-            let there = Cause::ALL.into_iter().enumerate();
+            let there = Cause::ALL.iter().enumerate();
             let there = there.filter(|(_, cause)| cause.is_in(self));
             let causes = there.map(|(k, cause)| {
                 Ok(CauseOfGrowth {
-                    cause,
+                    cause: *cause,
                     share: terms.share(k, &root),
                     without: terms.without(k, &root)?,
                 })

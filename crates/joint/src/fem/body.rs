@@ -69,13 +69,6 @@ impl BodyMode {
     }
 }
 
-/// A computed field before sorting over all families.
-struct LabelledField {
-    harmonic: Harmonic,
-    order: usize,
-    field: MeridianMode,
-}
-
 impl BodyModes {
     /// Meshes the body and computes the lowest modes of each family.
     ///
@@ -98,22 +91,25 @@ impl BodyModes {
             (Harmonic::Axial, families.axial),
         ] {
             let fields = mesh.section.modes(material, harmonic, count)?;
-            found.extend((1..).zip(fields).map(|(order, field)| LabelledField {
-                harmonic,
-                order,
-                field: oriented(field, harmonic, &mesh),
-            }));
+            let oriented = fields
+                .into_iter()
+                .map(|field| oriented(field, harmonic, &mesh));
+            found.extend(
+                (1..)
+                    .zip(oriented)
+                    .map(|(order, field)| (harmonic, order, field)),
+            );
         }
-        found.sort_by(|a, b| a.field.frequency_hz.total_cmp(&b.field.frequency_hz));
+        found.sort_by(|(.., a), (.., b)| a.frequency_hz.total_cmp(&b.frequency_hz));
         Ok(Self::arrange(mesh, found))
     }
 
-    /// Converts fields to modes and tabulates them on the surface.
-    fn arrange(mesh: BallOnBeam, found: Vec<LabelledField>) -> Self {
+    /// Converts fields, with their family and their number in it, to modes and tabulates them on the surface.
+    fn arrange(mesh: BallOnBeam, found: Vec<(Harmonic, usize, MeridianMode)>) -> Self {
         let mut modes = Vec::new();
         let mut field_of = Vec::new();
-        for (number, found) in found.iter().enumerate() {
-            let kinds: &[ModeKind] = match found.harmonic {
+        for (number, (harmonic, order, field)) in found.iter().enumerate() {
+            let kinds: &[ModeKind] = match harmonic {
                 Harmonic::Bending => &[ModeKind::BendingX, ModeKind::BendingY],
                 Harmonic::Torsion => &[ModeKind::Torsion],
                 Harmonic::Axial => &[ModeKind::Axial],
@@ -121,13 +117,13 @@ impl BodyModes {
             for &kind in kinds {
                 modes.push(BodyMode {
                     kind,
-                    order: found.order,
-                    frequency_hz: found.field.frequency_hz,
+                    order: *order,
+                    frequency_hz: field.frequency_hz,
                 });
                 field_of.push(number);
             }
         }
-        let fields: Vec<MeridianMode> = found.into_iter().map(|found| found.field).collect();
+        let fields: Vec<MeridianMode> = found.into_iter().map(|(.., field)| field).collect();
         let ball = Surface::ball(&mesh, &fields);
         let side = Surface::side(&mesh, &fields);
         Self {

@@ -40,7 +40,7 @@ const CHECK_INTERVAL: usize = 4;
 /// the shift `sigma` (negative, rad^2/s^2).
 ///
 /// # Errors
-/// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`], [`FemError::Rounding`].
+/// [`FemError::Modes`].
 pub(super) fn lowest(
     pencil: &Pencil,
     harmonic: Harmonic,
@@ -50,11 +50,10 @@ pub(super) fn lowest(
 ) -> Result<Eigenpairs, FemError> {
     let available = pencil.len().saturating_sub(rigid.len());
     if wanted > available {
-        return Err(FemError::TooManyModes {
-            harmonic,
-            wanted,
-            available,
-        });
+        return Err(FemError::Modes(format!(
+            "{wanted} {harmonic} modes requested, but the mesh resolves only {available}: request fewer, or use smaller \
+             elements or a higher order"
+        )));
     }
     let factor = factorise(pencil, harmonic, shift)?;
     let mut basis = MassBasis::new(pencil);
@@ -80,17 +79,20 @@ pub(super) fn lowest(
             let done = |pair: &&RitzPair| steps == available || pair.residual <= TOLERANCE;
             converged = ritz.iter().take_while(done).count();
             if converged == wanted {
-                return assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift, pencil)
-                    .map_err(|mode| FemError::Rounding { harmonic, mode });
+                let pairs = assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift, pencil);
+                return pairs.map_err(|mode| {
+                    FemError::Modes(format!(
+                        "{harmonic}: the frequency of mode {mode} is lost in rounding errors: use less extreme \
+                         proportions of the body, or larger elements"
+                    ))
+                });
             }
         }
     }
-    Err(FemError::NoConvergence {
-        harmonic,
-        wanted,
-        converged,
-        steps: limit,
-    })
+    Err(FemError::Modes(format!(
+        "{harmonic}: {converged} of {wanted} modes converged in {limit} Lanczos steps: request fewer modes, or use less \
+         extreme proportions of the body"
+    )))
 }
 
 /// Factorises `K - sigma M`.
@@ -102,9 +104,11 @@ fn factorise(pencil: &Pencil, harmonic: Harmonic, shift: f64) -> Result<Llt<usiz
         SymbolicSparseColMatRef::new_checked(n, n, &pencil.column_start, None, &pencil.row);
     SparseColMatRef::new(pattern, &shifted)
         .sp_cholesky(Side::Lower)
-        .map_err(|error| FemError::Factorisation {
-            harmonic,
-            reason: error.to_string(),
+        .map_err(|error| {
+            FemError::Modes(format!(
+                "{harmonic}: the factorisation of K - sigma M failed ({error}): use a larger element size or less extreme \
+                 proportions of the body"
+            ))
         })
 }
 
@@ -275,8 +279,11 @@ mod tests {
                         "{length}: {found} {exact}"
                     );
                 }
-                Err(FemError::Rounding { mode, .. }) => lost += mode,
-                Err(error) => assert!(matches!(error, FemError::NoConvergence { .. }), "{error}"),
+                Err(error) => {
+                    let message = error.to_string();
+                    lost += usize::from(message.contains("rounding"));
+                    assert!(matches!(error, FemError::Modes(_)), "{message}");
+                }
             }
         }
         assert!(lost > 0);

@@ -23,8 +23,7 @@ impl Section {
     /// modes. A bending mode represents a pair of equal frequency.
     ///
     /// # Errors
-    /// [`FemError::Input`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
-    /// [`FemError::NoConvergence`], [`FemError::Rounding`].
+    /// [`FemError::Input`], [`FemError::Memory`], [`FemError::Modes`].
     pub fn modes(
         &self,
         material: &Material,

@@ -566,13 +566,7 @@ fn more_modes_than_the_mesh_resolves_are_rejected() {
         assert_eq!(all.len(), available);
         let wanted = available + 1;
         let error = rod.modes(&STEEL, Harmonic::Torsion, wanted).unwrap_err();
-        assert_eq!(
-            error,
-            FemError::TooManyModes {
-                harmonic: Harmonic::Torsion,
-                wanted,
-                available,
-            }
-        );
+        let message = error.to_string();
+        assert!(message.contains(&format!("only {available}:")), "{message}");
     }
 }
