@@ -3,8 +3,6 @@
 
 use super::Joint;
 use super::nodes::radial;
-use super::simd::LANES;
-use super::vector::{add_scaled, dot};
 use squeakscope_dynamics::System;
 
 /// Energies at an instant, J. All are zero at the equilibrium and non-negative.
@@ -21,21 +19,6 @@ impl Energy {
     pub fn total(&self) -> f64 {
         self.modal.iter().sum::<f64>() + self.contact
     }
-}
-
-/// Powers at an instant, W.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Power {
-    /// Power of the deviation of friction from steady sliding. (The steady friction force is constant and
-    /// part of the equilibrium.)
-    pub friction: f64,
-    /// Power of the contact springs on the modes: the decrease of [`Energy::contact`].
-    pub contact: f64,
-    /// Power of contact damping, including the end of the force while the spring is still compressed; never
-    /// positive for contacts that can separate.
-    pub contact_damping: f64,
-    /// Power of modal damping; never positive.
-    pub damping: f64,
 }
 
 impl Joint {
@@ -62,31 +45,6 @@ impl Joint {
             }
         }
         Energy { modal, contact }
-    }
-
-    /// Returns the powers at state `z`.
-    pub fn power(&self, z: &[f64]) -> Power {
-        let [q, v, states] = self.parts(z);
-        let mut power = Power {
-            damping: self.damping_power(v),
-            ..Power::default()
-        };
-        for k in 0..self.nodes.count {
-            let action = self.node_action(k, q, v, states);
-            let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
-            let rows = &self.nodes.rows[k / LANES * self.nodes.modes..][..self.nodes.modes];
-            let mut vibration = [0.0; 3];
-            for (row, v) in rows.iter().zip(v) {
-                vibration = add_scaled(vibration, *v, [&row.s, &row.t, &row.r].map(|x| x.0[lane]));
-            }
-            let steady = block.pre_stress.0[lane] * block.area.0[lane];
-            let [along, across, outward] = action.friction;
-            let friction = [along - block.steady_friction.0[lane], across, outward];
-            power.friction += dot(friction, vibration);
-            power.contact -= (action.normal - action.dashpot - steady) * vibration[2];
-            power.contact_damping -= action.dashpot * vibration[2];
-        }
-        power
     }
 
     /// Power of modal damping at modal velocities `v`, W; never positive.

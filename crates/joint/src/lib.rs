@@ -42,7 +42,7 @@ pub use contact::{NodeAction, NodeForces};
 pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,
 };
-pub use energy::{Energy, Power};
+pub use energy::Energy;
 pub use friction::{Constant, Friction, FrictionLaw, Ratio, Stribeck};
 pub use friction_table::FrictionTable;
 pub use growth::{Cause, CauseOfGrowth, ExplainedMode};
@@ -52,7 +52,6 @@ pub use model::{MAX_MODES, Model};
 pub use normal::ContactDamping;
 pub use patch::{PatchFrame, PatchPoint, PressureTable, patch_direction, patch_points};
 pub use published::PUBLISHED;
-pub use simd::LANES;
 pub use spec::{
     BallOnBeam, BodySpec, Contact, Frequencies, JointSpec, Quadrature, Socket, StiffnessLaw,
 };

@@ -13,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::Simd;
 
 /// Number of nodes in a block.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// A number for each of eight nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::vector::{cross, dot, norm, scale};
+use super::simd::LANES;
+use super::vector::{add_scaled, cross, dot, norm, scale};
 use super::*;
 use squeakscope_dynamics::{Differentiable, System};
 
@@ -70,6 +71,48 @@ fn state(joint: &Joint, seed: u64) -> Vec<f64> {
         .collect()
 }
 
+/// Powers at an instant, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Power {
+    /// Power of the deviation of friction from steady sliding. (The steady friction force is constant and
+    /// part of the equilibrium.)
+    friction: f64,
+    /// Power of the contact springs on the modes: the decrease of the energy of the springs.
+    contact: f64,
+    /// Power of contact damping, including the end of the force while the spring is still compressed; never
+    /// positive for contacts that can separate.
+    contact_damping: f64,
+    /// Power of modal damping; never positive.
+    damping: f64,
+}
+
+impl Joint {
+    /// Returns the powers at state `z`.
+    fn power(&self, z: &[f64]) -> Power {
+        let [q, v, states] = self.parts(z);
+        let mut power = Power {
+            damping: self.damping_power(v),
+            ..Power::default()
+        };
+        for k in 0..self.nodes.count {
+            let action = self.node_action(k, q, v, states);
+            let (block, lane) = (&self.nodes.blocks[k / LANES], k % LANES);
+            let rows = &self.nodes.rows[k / LANES * self.nodes.modes..][..self.nodes.modes];
+            let mut vibration = [0.0; 3];
+            for (row, v) in rows.iter().zip(v) {
+                vibration = add_scaled(vibration, *v, [&row.s, &row.t, &row.r].map(|x| x.0[lane]));
+            }
+            let steady = block.pre_stress.0[lane] * block.area.0[lane];
+            let [along, across, outward] = action.friction;
+            let friction = [along - block.steady_friction.0[lane], across, outward];
+            power.friction += dot(friction, vibration);
+            power.contact -= (action.normal - action.dashpot - steady) * vibration[2];
+            power.contact_damping -= action.dashpot * vibration[2];
+        }
+        power
+    }
+}
+
 /// `mu(V)/V` of a law as printed, and its limit at rest.
 fn over_speed(friction: &Friction, speed: f64) -> f64 {
     let (creep, sliding) = match friction {
@@ -99,9 +142,9 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut slip = model.sliding_velocity[k];
         for i in 0..model.modes() {
             u_r += dot(shapes[i], model.normals[k]) * q[i];
-            slip = vector::add_scaled(slip, v[i], shapes[i]);
+            slip = add_scaled(slip, v[i], shapes[i]);
             if let Some(omega) = model.convection {
-                slip = vector::add_scaled(slip, q[i], cross(omega, shapes[i]));
+                slip = add_scaled(slip, q[i], cross(omega, shapes[i]));
             }
             rate += dot(shapes[i], model.normals[k]) * v[i];
         }
@@ -121,10 +164,10 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut traction = scale(model.normals[k], -stress);
         if model.friction.law().is_some() {
             if !model.friction.radial() {
-                slip = vector::add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
+                slip = add_scaled(slip, -dot(slip, model.normals[k]), model.normals[k]);
             }
             let ratio = over_speed(&model.friction, norm(slip));
-            traction = vector::add_scaled(traction, -ratio * stress, slip);
+            traction = add_scaled(traction, -ratio * stress, slip);
         }
         for i in 0..model.modes() {
             force[i] += dot(shapes[i], traction) * model.areas[k];

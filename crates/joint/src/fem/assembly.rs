@@ -40,11 +40,11 @@ impl Pencil {
             })
             .collect();
         let mut pencil = Self::pattern(&numbers, dofs.len);
-        let mut kernel = Kernel::new(material, harmonic, section.order());
+        let mut kernel = Kernel::new(material, harmonic, section.order);
         let mut nodes = Vec::new();
         for (element, numbers) in section.elements().zip(&numbers) {
             nodes.clear();
-            nodes.extend(element.iter().map(|&node| section.nodes()[node]));
+            nodes.extend(element.iter().map(|&node| section.nodes[node]));
             kernel.integrate(&nodes);
             pencil.add(&kernel, numbers);
         }
@@ -298,7 +298,7 @@ mod tests {
                     let x = dofs.gather(&motion);
                     let size = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
                     for force in pencil.times(&pencil.stiffness, &x) {
-                        let order = section.order();
+                        let order = section.order;
                         assert!(
                             force.abs() < 1e-12 * scale * size,
                             "{harmonic}, order {order}: {force:e}"
@@ -349,14 +349,14 @@ mod tests {
                 (Harmonic::Bending, shear, STEEL.shear_modulus()),
             ] {
                 let (pencil, dofs) = pencil(&section, harmonic);
-                let field: Vec<[f64; 3]> = section.nodes().iter().copied().map(field).collect();
+                let field: Vec<[f64; 3]> = section.nodes.iter().copied().map(field).collect();
                 let x = dofs.gather(&field);
                 let twice = dot(&pencil.stiffness_times(&x), &x);
                 // The volume of the mesh: coarse elements do not fill a sphere.
                 let along = dofs.gather(&harmonic.rigid_motions(&section)[0]);
                 let volume = dot(&pencil.mass_times(&along), &along) / STEEL.density;
                 let error = (twice / (modulus * volume) - 1.0).abs();
-                let order = section.order();
+                let order = section.order;
                 assert!(error < 1e-11, "{harmonic}, order {order}: {error:e}");
             }
         }

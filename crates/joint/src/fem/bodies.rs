@@ -26,20 +26,11 @@ pub(super) struct BallOnBeam {
     pub(super) ball: Vec<usize>,
 }
 
-impl Section {
-    /// Meshes a ball on a beam.
-    ///
-    /// The mesh is graded automatically towards the corner between beam and sphere.
+impl BallOnBeam {
+    /// Meshes beam and ball. The mesh is graded automatically towards the corner between them.
     ///
     /// # Errors
     /// [`FemError::Input`].
-    pub fn ball_on_beam(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
-        Ok(BallOnBeam::mesh(geometry, elements)?.section)
-    }
-}
-
-impl BallOnBeam {
-    /// Meshes beam and ball; see [`Section::ball_on_beam`].
     pub(super) fn mesh(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
         let (end, corner) = heights(geometry)?;
         let radius = 0.5 * geometry.ball_diameter;
@@ -224,11 +215,11 @@ mod tests {
     fn volume(section: &Section) -> f64 {
         let mut volume = 0.0;
         for element in section.elements() {
-            for point in quadrature(section.order()) {
+            for point in quadrature(section.order) {
                 let mut r = 0.0;
                 let mut jacobian = [[0.0; 2]; 2];
                 for (k, &node) in element.iter().enumerate() {
-                    let position = section.nodes()[node];
+                    let position = section.nodes[node];
                     r += point.value[k] * position[0];
                     for x in 0..2 {
                         jacobian[0][x] += point.d_xi[k] * position[x];
@@ -267,7 +258,8 @@ mod tests {
             (LengthReading::ToSphere, length),
             (LengthReading::ToCentre, length - height),
         ] {
-            let mesh = Section::ball_on_beam(&geometry(reading), &elements(0.005, 4)).unwrap();
+            let mesh = BallOnBeam::mesh(&geometry(reading), &elements(0.005, 4)).unwrap();
+            let mesh = mesh.section;
             assert_close(volume(&mesh), PI * beam * beam * free + head, 1e-9);
         }
     }
@@ -280,7 +272,11 @@ mod tests {
                 ..geometry(LengthReading::ToSphere)
             };
             for order in Elements::ORDERS {
-                volume(&Section::ball_on_beam(&slim, &elements(5e-3, order)).unwrap());
+                volume(
+                    &BallOnBeam::mesh(&slim, &elements(5e-3, order))
+                        .unwrap()
+                        .section,
+                );
             }
         }
     }
@@ -342,16 +338,16 @@ mod tests {
             ),
         ];
         for (name, geometry) in bad {
-            let message = Section::ball_on_beam(&geometry, &elements(0.01, 4))
+            let message = BallOnBeam::mesh(&geometry, &elements(0.01, 4))
                 .unwrap_err()
                 .to_string();
             assert!(message.contains(name), "{message}");
         }
         for size in [0.0, -1e-3, f64::INFINITY] {
-            let error = Section::ball_on_beam(&good, &elements(size, 4)).unwrap_err();
+            let error = BallOnBeam::mesh(&good, &elements(size, 4)).unwrap_err();
             assert!(error.to_string().contains("element size"));
         }
-        let error = Section::ball_on_beam(&good, &elements(1e-5, 4)).unwrap_err();
+        let error = BallOnBeam::mesh(&good, &elements(1e-5, 4)).unwrap_err();
         assert!(
             error.to_string().contains("the limit at order 4"),
             "{error}"

@@ -235,7 +235,7 @@ impl BodyModes {
         let mut shapes = vec![[0.0; 3]; count];
 
         let end = self.mesh.end;
-        let [_, z_end] = self.mesh.section.nodes()[end];
+        let [_, z_end] = self.mesh.section.nodes[end];
         for ((mode, &field), shape) in self.modes.iter().zip(&self.field_of).zip(&mut shapes) {
             *shape = mode
                 .kind

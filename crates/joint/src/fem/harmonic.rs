@@ -14,12 +14,12 @@
 //! conditions: a vanishing amplitude has no number, and `U` and `V` of a node on the axis share one.
 
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 use super::{Material, ModeKind, Section};
 
 /// A family of modes, decoupled from the other families.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Harmonic {
     /// Order 0, circumferential displacement.
     Torsion,
@@ -27,16 +27,6 @@ pub enum Harmonic {
     Axial,
     /// Order 1; each frequency belongs to a pair of orthogonal modes.
     Bending,
-}
-
-impl fmt::Display for Harmonic {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Torsion => "torsion",
-            Self::Axial => "axial",
-            Self::Bending => "bending",
-        })
-    }
 }
 
 /// Number of strain components.
@@ -86,8 +76,7 @@ impl Harmonic {
 
     /// The rigid-body motions of this family as amplitudes `[U, V, W]` at the nodes.
     pub(super) fn rigid_motions(self, section: &Section) -> Vec<Vec<[f64; 3]>> {
-        let field =
-            |motion: fn(&[f64; 2]) -> [f64; 3]| section.nodes().iter().map(motion).collect();
+        let field = |motion: fn(&[f64; 2]) -> [f64; 3]| section.nodes.iter().map(motion).collect();
         match self {
             Self::Torsion => vec![field(|&[r, _]| [0.0, r, 0.0])],
             Self::Axial => vec![field(|_| [0.0, 0.0, 1.0])],
@@ -172,7 +161,7 @@ impl DofMap {
             Some(len - 1)
         };
         let index = section
-            .nodes()
+            .nodes
             .iter()
             .map(|&[r, _]| match (harmonic, r == 0.0) {
                 (Harmonic::Torsion, true) => [None; 3],

@@ -10,9 +10,9 @@
 //! Geometry -> Section (mesh) -> K, M (one pair per family) -> shift-invert Lanczos -> BodyModes
 //! ```
 //!
-//! * [`Section`]: quadrilaterals of order 1 to 8 ([`Elements`]), curved on the sphere and graded towards
+//! * The section: quadrilaterals of order 1 to 8 ([`Elements`]), curved on the sphere and graded towards
 //!   the re-entrant corner between ball and beam.
-//! * [`Harmonic`]: strains and axis conditions of a family.
+//! * The harmonics: strains and axis conditions of a family.
 //! * [`BodyModes`]: frequencies, labels and mass-normalised mode shapes on the surface.
 //!
 //! Limits: linear elasticity, small displacements, no damping, no gyroscopic terms. Rounding in the
@@ -67,8 +67,8 @@ mod tests;
 pub use body::{BodyMode, BodyModes, FamilyMode, SurfaceMesh};
 pub(crate) use element::gauss_rule;
 pub use error::FemError;
-pub use harmonic::Harmonic;
-pub use meridian::MeridianMode;
+use harmonic::Harmonic;
+use meridian::MeridianMode;
 pub use normals::vertex_normals;
-pub use section::Section;
+use section::Section;
 pub use spec::{Elements, Families, Geometry, LengthReading, Material, ModeKind};

@@ -11,26 +11,18 @@ use std::slice::ChunksExact;
 use super::Elements;
 use super::element::EdgeNodes;
 
-/// A mesh of a meridian section, made by [`Section::ball_on_beam`].
+/// A mesh of a meridian section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
+    /// Polynomial order `p` of the elements.
     pub(super) order: usize,
+    /// Coordinates `(r, z)` of the nodes, m. On the axis `r` is exactly zero.
     pub(super) nodes: Vec<[f64; 2]>,
     /// Node numbers, element by element.
     elements: Vec<usize>,
 }
 
 impl Section {
-    /// Polynomial order `p` of the elements.
-    pub fn order(&self) -> usize {
-        self.order
-    }
-
-    /// Coordinates `(r, z)` of the nodes, m. On the axis `r` is exactly zero.
-    pub fn nodes(&self) -> &[[f64; 2]] {
-        &self.nodes
-    }
-
     /// The elements: `(p + 1) x (p + 1)` node numbers each, row by row.
     pub fn elements(&self) -> ChunksExact<'_, usize> {
         self.elements.chunks_exact((self.order + 1).pow(2))

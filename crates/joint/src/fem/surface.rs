@@ -29,7 +29,7 @@ pub(super) struct ShapeTable {
 
 impl ShapeTable {
     fn new(chain: &[usize], mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let order = mesh.section.order();
+        let order = mesh.section.order;
         let mut table = Self {
             edge: EdgeNodes::of_order(order),
             positions: Vec::new(),
@@ -38,7 +38,7 @@ impl ShapeTable {
         };
         for start in (0..chain.len() - 1).step_by(order) {
             let nodes = &chain[start..=start + order];
-            let positions = nodes.iter().map(|&n| mesh.section.nodes()[n]);
+            let positions = nodes.iter().map(|&n| mesh.section.nodes[n]);
             table.positions.extend(positions);
             for field in fields {
                 let amplitudes = nodes.iter().map(|&n| field.amplitudes[n]);

@@ -10,7 +10,7 @@ use super::*;
 fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
     for body in bodies() {
         for &node in &body.mesh.ball {
-            let [r, z] = body.mesh.section.nodes()[node];
+            let [r, z] = body.mesh.section.nodes[node];
             let azimuth: f64 = 0.7;
             let (sin, cos) = azimuth.sin_cos();
             let found = shapes(&body, [r * cos, r * sin, z]);
@@ -46,7 +46,7 @@ fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
     let body = paper_body();
     let step = 1e-9;
     for &node in &body.mesh.ball[1..body.mesh.ball.len() - 1] {
-        let [r, z] = body.mesh.section.nodes()[node];
+        let [r, z] = body.mesh.section.nodes[node];
         let polar = r.atan2(z);
         let [before, after] =
             [polar - step, polar + step].map(|p| shapes(&body, direction(p, 0.3)));

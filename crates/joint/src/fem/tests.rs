@@ -384,9 +384,9 @@ fn volume_points(body: &BodyModes) -> Vec<VolumePoint> {
     let section = &body.mesh.section;
     let mut points = Vec::new();
     for element in section.elements() {
-        for point in quadrature(section.order()) {
+        for point in quadrature(section.order) {
             let sum = |weights: &[f64], axis: usize| -> f64 {
-                let nodes = element.iter().map(|&n| section.nodes()[n][axis]);
+                let nodes = element.iter().map(|&n| section.nodes[n][axis]);
                 weights.iter().zip(nodes).map(|(w, x)| w * x).sum()
             };
             let [r, z] = [sum(&point.value, 0), sum(&point.value, 1)];
