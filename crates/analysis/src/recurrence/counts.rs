@@ -1,7 +1,5 @@
 //! Counts of a recurrence plot: recurrent points, and lines by length.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::Recurrences;
@@ -104,6 +102,7 @@ pub struct RecurrenceCounts {
 }
 
 impl RecurrenceCounts {
+    /// Adds the lines of other counts.
     fn append(mut self, other: Self) -> Self {
         for (sum, lines) in [
             (&mut self.diagonal, &other.diagonal),
@@ -115,74 +114,170 @@ impl RecurrenceCounts {
                 .iter()
                 .for_each(|(length, count)| sum.add(length, count));
         }
-        self.by_offset.extend(other.by_offset);
         self
+    }
+}
+
+/// Words of bits that are compared before their columns are counted: 1 MB.
+const BLOCK: usize = 1 << 17;
+
+/// The last line of each of 64 columns, along successive diagonals counted from 1.
+#[derive(Clone)]
+struct Columns {
+    /// Recurrent pairs of the last diagonal.
+    recurrent: u64,
+    /// Diagonal at which the line began.
+    begin: [u32; 64],
+    /// Diagonal at which it had ended; 0 for no line that has ended.
+    end: [u32; 64],
+}
+
+impl Columns {
+    /// Counts the lines that end, and the gaps before those that begin, on a diagonal. Columns are read downwards or
+    /// upwards.
+    #[inline(always)]
+    fn count(
+        &mut self,
+        recurrent: u64,
+        diagonal: u32,
+        upwards: bool,
+        counts: &mut RecurrenceCounts,
+    ) {
+        each_bit(recurrent & !self.recurrent, |column| {
+            let (begin, end) = (&mut self.begin[column], self.end[column]);
+            if end > 0 {
+                counts.gaps.add((diagonal - end) as usize, 1);
+                if !upwards {
+                    let time = diagonal - *begin;
+                    counts.recurrence_times.add(time as usize, 1);
+                }
+            }
+            *begin = diagonal;
+        });
+        each_bit(self.recurrent & !recurrent, |column| {
+            let (begin, end) = (self.begin[column], &mut self.end[column]);
+            counts.vertical.add((diagonal - begin) as usize, 1);
+            if upwards && *end > 0 {
+                // Upwards, the start of a line is its end.
+                counts.recurrence_times.add((diagonal - *end) as usize, 1);
+            }
+            *end = diagonal;
+        });
+        self.recurrent = recurrent;
     }
 }
 
 impl Recurrences<'_> {
     /// Counts the points and lines.
     ///
-    /// Columns and diagonals are compared one by one and not stored: time is proportional to the number of
-    /// pairs, memory to the number of states. The computation uses all cores; the counts do not depend on
-    /// their number.
+    /// Diagonals are compared in blocks and not stored: time is proportional to the number of pairs, memory to the number
+    /// of states. The computation uses all cores; the counts do not depend on their number.
     pub fn counts(&self) -> RecurrenceCounts {
         let [rows, columns] = [self.rows, self.columns].map(|states| states.len());
-        let vertical = self.count(0..columns, |counts, bits, j| {
-            for rows in self.rows_beyond(self.theiler, j) {
-                self.compare(self.column(j, rows), bits);
-                let mut last = None;
-                each_run(bits, |begin, end| {
-                    counts.vertical.add(end - begin, 1);
-                    if let Some((last_begin, last_end)) = last.replace((begin, end)) {
-                        counts.gaps.add(begin - last_end, 1);
-                        counts.recurrence_times.add(begin - last_begin, 1);
-                    }
-                });
-            }
-        });
-        // Both triangles of a symmetric plot have the same diagonals.
-        let symmetric = self.same && self.distance.is_some();
-        let upper = self.count(self.theiler..columns, |counts, bits, k| {
-            self.compare(self.diagonal([0, k]), bits);
-            let lines = if symmetric && k > 0 { 2 } else { 1 };
-            each_run(bits, |begin, end| counts.diagonal.add(end - begin, lines));
-            let points = bits.iter().map(|word| u64::from(word.count_ones()));
-            counts.by_offset.push(points.sum());
-        });
-        let lower = if symmetric { 0 } else { rows };
-        let lower = self.count(self.theiler.max(1)..lower, |counts, bits, k| {
-            self.compare(self.diagonal([k, 0]), bits);
-            each_run(bits, |begin, end| counts.diagonal.add(end - begin, 1));
-        });
         let counts = RecurrenceCounts {
             rows,
             columns,
             theiler: self.theiler,
-            recurrent: vertical.vertical.points(),
-            by_offset: vec![0; self.theiler.min(columns)],
+            by_offset: vec![0; columns + 1],
             ..RecurrenceCounts::default()
         };
-        counts.append(vertical).append(upper).append(lower)
+        // The diagonals `i - j`, with the empty one at which all lines have ended. A Theiler window separates the columns.
+        let (n, gap) = (columns as isize, self.theiler.min(columns) as isize);
+        let mut counts = if gap == 0 {
+            self.count((1 - n..=rows as isize).collect(), false, counts)
+        } else {
+            let mirrored = self.distance.is_some();
+            let counts = self.count((gap..=n).collect(), mirrored, counts);
+            if mirrored {
+                counts
+            } else {
+                self.count((gap..=n).map(|k| -k).collect(), false, counts)
+            }
+        };
+        counts.by_offset.pop();
+        counts.recurrent = counts.vertical.points();
+        counts
     }
 
-    /// Counts lines one by one, with a workspace for their bits.
+    /// Adds the counts of successive diagonals `i - j`, and those of their mirror images `j - i` if wanted.
     fn count(
         &self,
-        lines: Range<usize>,
-        add: impl Fn(&mut RecurrenceCounts, &mut Vec<u64>, usize) + Sync,
+        diagonals: Vec<isize>,
+        mirrored: bool,
+        mut counts: RecurrenceCounts,
     ) -> RecurrenceCounts {
-        let new = <(RecurrenceCounts, Vec<u64>)>::default;
-        lines
-            .into_par_iter()
-            .fold(new, |(mut counts, mut bits), line| {
+        let upwards = diagonals.last() < diagonals.first();
+        // A word of zeros precedes the bits of a diagonal.
+        let groups = self.columns.len().div_ceil(64);
+        let stride = 1 + groups;
+        let mut bits = vec![0; stride * diagonals.len().min((BLOCK / stride).max(1))];
+        let none = Columns {
+            recurrent: 0,
+            begin: [0; 64],
+            end: [0; 64],
+        };
+        let mut columns = vec![none; groups];
+        let mut mirror = if mirrored {
+            columns.clone()
+        } else {
+            Vec::new()
+        };
+        let mut first = 1;
+        for diagonals in diagonals.chunks(bits.len() / stride) {
+            let starts: Vec<[usize; 2]> = diagonals
+                .iter()
+                .map(|&k| [k, -k].map(|from| from.max(0) as usize))
+                .collect();
+            let lines = if mirrored { 2 } else { 1 };
+            let rows = bits.par_chunks_mut(stride).zip(&starts);
+            let found = rows.fold(RecurrenceCounts::default, |mut counts, (bits, &start)| {
+                let bits = &mut bits[1..];
+                bits.fill(0);
                 if !self.rows.is_stopped() {
-                    add(&mut counts, &mut bits, line);
+                    self.compare(start, bits);
                 }
-                (counts, bits)
-            })
-            .map(|(counts, _)| counts)
-            .reduce(RecurrenceCounts::default, RecurrenceCounts::append)
+                each_run(bits, |begin, end| counts.diagonal.add(end - begin, lines));
+                counts
+            });
+            counts =
+                counts.append(found.reduce(RecurrenceCounts::default, RecurrenceCounts::append));
+            for (bits, &[i, j]) in bits.chunks(stride).zip(&starts) {
+                let points = bits.iter().map(|word| u64::from(word.count_ones())).sum();
+                if i == 0 || mirrored {
+                    counts.by_offset[i + j] = points;
+                }
+            }
+            let count = |columns: &mut Vec<Columns>, side: usize, upwards| {
+                let groups = columns.par_iter_mut().enumerate();
+                let found =
+                    groups.fold(RecurrenceCounts::default, |mut counts, (group, columns)| {
+                        let diagonals = bits.chunks(stride).zip(&starts).zip(first..);
+                        for ((bits, start), diagonal) in diagonals {
+                            // The first pair stands in this column.
+                            let (words, shift) = (start[side] / 64, start[side] % 64);
+                            let recurrent = group.checked_sub(words).map_or(0, |word| {
+                                bits[word + 1] << shift | bits[word] >> 1 >> (63 - shift)
+                            });
+                            columns.count(recurrent, diagonal, upwards, &mut counts);
+                        }
+                        counts
+                    });
+                found.reduce(RecurrenceCounts::default, RecurrenceCounts::append)
+            };
+            counts = counts.append(count(&mut columns, 1, upwards));
+            counts = counts.append(count(&mut mirror, 0, true));
+            first += diagonals.len() as u32;
+        }
+        counts
+    }
+}
+
+/// Calls `take` with the positions of the set bits, in order.
+#[inline(always)]
+fn each_bit(mut bits: u64, mut take: impl FnMut(usize)) {
+    while bits != 0 {
+        take(bits.trailing_zeros() as usize);
+        bits &= bits - 1;
     }
 }
 

@@ -62,7 +62,6 @@ impl RecurrenceImage {
             ..*criterion
         };
         let recurrences = Recurrences::of(&states, &criterion)?;
-        let counts = recurrences.counts();
         check((size as u64).saturating_mul(size as u64).saturating_mul(8)).map_err(|shortage| {
             AnalysisError::Memory {
                 samples: size,
@@ -75,14 +74,22 @@ impl RecurrenceImage {
         }
         let rows = unrooted.chunks(size);
         let pairs = rows.flat_map(|row| row.iter().zip(&recurrences.limits));
-        let recurrent = pairs.map(|(distance, limit)| if distance <= limit { 255 } else { 0 });
+        let recurrent: Vec<bool> = pairs.map(|(distance, limit)| distance <= limit).collect();
+        let counted = (0..size).flat_map(|i| {
+            let row = &recurrent[i * size..][..size];
+            let parts = recurrences.rows_beyond(criterion.theiler, i);
+            parts.into_iter().flat_map(|part| &row[part])
+        });
+        let (points, pairs) = counted.fold((0, 0), |(points, pairs), &recurrent| {
+            (points + u64::from(recurrent), pairs + 1)
+        });
         Ok(Self {
             window,
             size,
-            recurrent: recurrent.collect(),
+            recurrent: recurrent.iter().map(|&r| if r { 255 } else { 0 }).collect(),
             distance: shades(&unrooted, recurrences.norm),
             threshold: recurrences.distance(),
-            rate: counts.recurrent as f64 / counts.pairs().max(1) as f64,
+            rate: points as f64 / pairs.max(1) as f64,
             lag: vectors.lag() as f64 * dt,
             dimension: vectors.dimension(),
         })

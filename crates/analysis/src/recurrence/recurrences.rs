@@ -8,7 +8,9 @@ use crate::memory::check;
 use crate::simd::{lane_bits, vectorised};
 use crate::{AnalysisError, DelayVectors, Norm};
 
-/// Vectors of pairs that are compared at a time.
+/// Pairs of a diagonal that are compared at a time, a multiple of 64. Their terms stay in the L1 cache.
+const CHUNK: usize = 2048;
+/// Vectors of pairs whose distances are combined at a time, enough to hide the latency of an addition.
 const GROUP: usize = 8;
 
 /// The recurrent pairs of the states of a signal, or of those of two signals:
@@ -69,25 +71,19 @@ impl Line<'_> {
         distances.resize(from + self.length, 0.0);
         vectorised(
             #[inline(always)]
-            || self.unrooted_part(norm, 0, &mut distances[from..]),
+            || {
+                for c in 0..self.states.dimension() {
+                    let states = self.states.coordinate(c)[self.begin..].iter();
+                    let others = &self.others.coordinate(c)[self.other..];
+                    if self.is_diagonal {
+                        let differences = states.zip(others).map(|(a, b)| a - b);
+                        norm.add(&mut distances[from..], differences);
+                    } else {
+                        norm.add(&mut distances[from..], states.map(|a| a - others[0]));
+                    }
+                }
+            },
         );
-    }
-
-    /// The unrooted distances from pair `from` on.
-    #[inline(always)]
-    fn unrooted_part(self, norm: Norm, from: usize, distances: &mut [f64]) {
-        distances.fill(0.0);
-        for c in 0..self.states.dimension() {
-            let states = &self.states.coordinate(c)[self.begin + from..][..distances.len()];
-            let others = &self.others.coordinate(c)[self.other..];
-            if self.is_diagonal {
-                let others = &others[from..][..distances.len()];
-                norm.add(distances, states.iter().zip(others).map(|(a, b)| a - b));
-            } else {
-                let other = others[0];
-                norm.add(distances, states.iter().map(|a| a - other));
-            }
-        }
     }
 }
 
@@ -166,119 +162,112 @@ impl<'a> Recurrences<'a> {
         }
     }
 
-    /// Sets a bit for each recurrent pair of a column or diagonal. The bits after the last pair are 0.
-    pub(super) fn compare(&self, line: Line<'_>, bits: &mut Vec<u64>) {
-        bits.clear();
-        Arch::new().dispatch(Comparison {
-            line,
-            norm: self.norm,
-            limits: &self.limits[line.other..],
-            bits,
-        });
+    /// Sets a bit for each recurrent pair of the diagonal that starts at row `i` and column `j`. The bits after the last
+    /// pair are 0.
+    pub(super) fn compare(&self, [i, j]: [usize; 2], bits: &mut [u64]) {
+        let (rows, columns, dimension) = (&self.rows, &self.columns, self.rows.dimension());
+        let length = self.diagonal([i, j]).length();
+        for start in (0..length).step_by(CHUNK) {
+            let length = CHUNK.min(length - start);
+            // Along a diagonal the terms of a coordinate are those of the one before it, a lag later.
+            let (series, terms, stride) = if rows.lag() == columns.lag() && rows.lag() < length {
+                let lag = rows.lag();
+                (1, DelayVectors::samples_for(length, lag, dimension), lag)
+            } else {
+                (dimension, length, length)
+            };
+            let mut comparison = Comparison {
+                terms: vec![0.0; (dimension - 1) * stride + length.next_multiple_of(64)],
+                stride,
+                dimension,
+                limits: &self.limits[j + start..],
+                bits: &mut bits[start / 64..][..length.div_ceil(64)],
+            };
+            vectorised(
+                #[inline(always)]
+                || {
+                    for c in 0..series {
+                        let row = &rows.samples()[i + start + c * rows.lag()..][..terms];
+                        let column = &columns.samples()[j + start + c * columns.lag()..];
+                        let differences = row.iter().zip(column).map(|(a, b)| a - b);
+                        self.norm
+                            .add(&mut comparison.terms[c * stride..][..terms], differences);
+                    }
+                },
+            );
+            let arch = Arch::new();
+            match self.norm {
+                Norm::Maximum => arch.dispatch(Maximum(comparison)),
+                Norm::Euclidean | Norm::Manhattan => arch.dispatch(Sum(comparison)),
+            }
+            let unused = length.next_multiple_of(64) - length;
+            bits[(start + length - 1) / 64] &= u64::MAX >> unused;
+        }
     }
 }
 
-/// [`Recurrences::compare`] for one instruction set.
+/// Comparison of unrooted distances with their limits. The distance of pair `n` is combined from the terms at `n`,
+/// `n + stride`, `n + 2 stride` and so on.
 struct Comparison<'a> {
-    line: Line<'a>,
-    norm: Norm,
+    terms: Vec<f64>,
+    stride: usize,
+    dimension: usize,
     limits: &'a [f64],
-    bits: &'a mut Vec<u64>,
+    bits: &'a mut [u64],
 }
 
-impl WithSimd for Comparison<'_> {
+/// A comparison of sums of terms.
+struct Sum<'a>(Comparison<'a>);
+
+/// A comparison of largest terms.
+struct Maximum<'a>(Comparison<'a>);
+
+impl WithSimd for Sum<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.norm {
-            Norm::Euclidean => self.run(
-                simd,
-                #[inline(always)]
-                |sum, t| simd.add_f64s(sum, simd.mul_f64s(t, t)),
-            ),
-            Norm::Maximum => self.run(
-                simd,
-                #[inline(always)]
-                |most, t| simd.max_f64s(most, simd.abs_f64s(t)),
-            ),
-            Norm::Manhattan => self.run(
-                simd,
-                #[inline(always)]
-                |sum, t| simd.add_f64s(sum, simd.abs_f64s(t)),
-            ),
-        }
+        self.0.run(
+            simd,
+            #[inline(always)]
+            |a, b| simd.add_f64s(a, b),
+        );
+    }
+}
+
+impl WithSimd for Maximum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.run(
+            simd,
+            #[inline(always)]
+            |a, b| simd.max_f64s(a, b),
+        );
     }
 }
 
 impl Comparison<'_> {
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S, add: impl Fn(S::f64s, S::f64s) -> S::f64s + Copy) {
-        let Self { line, limits, .. } = self;
-        if line.is_diagonal {
-            let others = |c: usize, at: usize| {
-                let others = &line.others.coordinate(c)[line.other + at..];
-                let others = S::as_simd_f64s(&others[..GROUP * S::F64_LANES]).0;
-                move |v: usize| others[v]
-            };
-            let limit = |at: usize| {
-                let limits = S::as_simd_f64s(&limits[at..][..GROUP * S::F64_LANES]).0;
-                move |v: usize| limits[v]
-            };
-            line.words(simd, self.bits, add, others, limit);
-        } else {
-            let others = |c: usize, _| {
-                let other = simd.splat_f64s(line.others.coordinate(c)[line.other]);
-                move |_| other
-            };
-            let limit = simd.splat_f64s(limits[0]);
-            line.words(simd, self.bits, add, others, |_| move |_| limit);
-        }
-        // The pairs after the last whole word.
-        let from = 64 * self.bits.len();
-        let mut rest = [0.0; 64];
-        let rest = &mut rest[..line.length - from];
-        line.unrooted_part(self.norm, from, rest);
-        let within = rest.iter().enumerate().map(|(n, distance)| {
-            let limit = limits[if line.is_diagonal { from + n } else { 0 }];
-            u64::from(*distance <= limit) << n
-        });
-        let word = within.fold(0, |word, bit| word | bit);
-        self.bits.extend((from < line.length).then_some(word));
-    }
-}
-
-impl Line<'_> {
-    /// Appends the bits of 64 pairs each: coordinates of the other states and limits by position.
-    #[inline(always)]
-    fn words<S: Simd, O: Fn(usize) -> S::f64s, L: Fn(usize) -> S::f64s>(
-        self,
-        simd: S,
-        bits: &mut Vec<u64>,
-        add: impl Fn(S::f64s, S::f64s) -> S::f64s,
-        others: impl Fn(usize, usize) -> O,
-        limits: impl Fn(usize) -> L,
-    ) {
-        for word in 0..self.length / 64 {
-            let mut within = 0;
+    fn run<S: Simd>(self, simd: S, combine: impl Fn(S::f64s, S::f64s) -> S::f64s) {
+        for (word, bits) in self.bits.iter_mut().enumerate() {
+            *bits = 0;
             for first in (0..64).step_by(GROUP * S::F64_LANES) {
                 let at = 64 * word + first;
-                let mut sums = [simd.splat_f64s(0.0); GROUP];
-                for c in 0..self.states.dimension() {
-                    let states = &self.states.coordinate(c)[self.begin + at..];
-                    let states = S::as_simd_f64s(&states[..GROUP * S::F64_LANES]).0;
-                    let others = others(c, at);
-                    for (v, (sum, state)) in sums.iter_mut().zip(states).enumerate() {
-                        *sum = add(*sum, simd.sub_f64s(*state, others(v)));
+                let mut distances = [simd.splat_f64s(0.0); GROUP];
+                for c in 0..self.dimension {
+                    let terms = &self.terms[at + c * self.stride..][..GROUP * S::F64_LANES];
+                    for (distance, term) in distances.iter_mut().zip(S::as_simd_f64s(terms).0) {
+                        *distance = combine(*distance, *term);
                     }
                 }
-                let limits = limits(at);
-                for (v, sum) in sums.into_iter().enumerate() {
-                    let lanes = lane_bits(simd, simd.less_than_or_equal_f64s(sum, limits(v)));
-                    within |= lanes << (first + v * S::F64_LANES);
+                let limits = S::as_simd_f64s(&self.limits[at..][..GROUP * S::F64_LANES]).0;
+                for (v, (distance, limit)) in distances.iter().zip(limits).enumerate() {
+                    let within = simd.less_than_or_equal_f64s(*distance, *limit);
+                    *bits |= lane_bits(simd, within) << (first + v * S::F64_LANES);
                 }
             }
-            bits.push(within);
         }
     }
 }
