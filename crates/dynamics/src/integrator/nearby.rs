@@ -69,7 +69,7 @@ impl Integrator {
         let mut spectrum =
             growth.spectrum(tangents.dimension(), MIN_PERIODS_FOR_ZERO * TAU / slowest);
         // An equilibrium is a point, whatever its exponents.
-        if !tangents.moved() {
+        if !tangents.moved {
             spectrum.kaplan_yorke = None;
         }
         spectrum
@@ -80,7 +80,7 @@ impl Integrator {
     /// propagated.
     pub fn motion(&self, sys: &dyn System) -> Motion {
         match &self.tangents {
-            Some(tangents) if !tangents.moved() => Motion::Still,
+            Some(tangents) if !tangents.moved => Motion::Still,
             _ if sys.is_autonomous() => Motion::Free,
             _ => Motion::Driven,
         }

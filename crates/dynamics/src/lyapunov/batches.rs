@@ -44,17 +44,18 @@ impl GrowthInterval {
 /// merged. After the first 64 batches there are always 64 to 128, however long the integration.
 #[derive(Clone, Debug)]
 pub(super) struct Batches {
-    width: usize,
+    /// Number of vectors.
+    pub width: usize,
     /// Growth in each full batch, batch by batch.
     full: Vec<GrowthInterval>,
     /// Growth in the incomplete batch.
     filling: Vec<GrowthInterval>,
     /// Start time of the first batch, s.
-    start: f64,
+    pub start: f64,
     /// Time up to which growth is recorded, s.
-    last: f64,
+    pub last: f64,
     /// Length of a batch, s; zero before the first entry.
-    length: f64,
+    pub length: f64,
 }
 
 impl Batches {
@@ -110,21 +111,6 @@ impl Batches {
         full.chain(&self.filling[vector..=vector])
             .map(|interval| interval.growth)
             .sum()
-    }
-
-    /// Start time, s.
-    pub fn start(&self) -> f64 {
-        self.start
-    }
-
-    /// Time up to which growth is recorded, s.
-    pub fn last(&self) -> f64 {
-        self.last
-    }
-
-    /// Length of a batch, s.
-    pub fn length(&self) -> f64 {
-        self.length
     }
 
     /// Number of full batches.
@@ -207,9 +193,9 @@ mod tests {
             batches.push(t, &[3.0 * span, if k < 2500 { span } else { 0.0 }]);
         }
         assert!((64..=128).contains(&batches.count()), "{}", batches.count());
-        assert_eq!(batches.last(), t);
+        assert_eq!(batches.last, t);
         for batch in 0..batches.count() {
-            let rate = batches.get(batch, 0).growth / batches.length();
+            let rate = batches.get(batch, 0).growth / batches.length;
             assert!((rate - 3.0).abs() < 1e-9, "batch {batch}: {rate}");
         }
         let whole: f64 = (0..batches.count()).map(|b| batches.get(b, 1).growth).sum();
@@ -225,23 +211,23 @@ mod tests {
             batches.push(5.0 + 0.1 * f64::from(k), &[growth, 1.0]);
         }
         let early = batches.between(5.0, 8.96);
-        assert!((early.start() - 5.0).abs() < 1e-9 && (early.last() - 8.9).abs() < 1e-9);
+        assert!((early.start - 5.0).abs() < 1e-9 && (early.last - 8.9).abs() < 1e-9);
         assert!((early.total(0) - 78.0).abs() < 1e-9 && (early.total(1) - 39.0).abs() < 1e-9);
         let late = batches.between(9.04, f64::INFINITY);
-        assert!((late.start() - 9.1).abs() < 1e-9 && late.last() == batches.last());
+        assert!((late.start - 9.1).abs() < 1e-9 && late.last == batches.last);
         assert!((late.total(0)).abs() < 1e-9 && (late.total(1) - 59.0).abs() < 1e-9);
         let all = batches.between(f64::NEG_INFINITY, f64::INFINITY);
         assert_eq!(
-            (all.start(), all.last(), all.count()),
-            (5.0, batches.last(), batches.count())
+            (all.start, all.last, all.count()),
+            (5.0, batches.last, batches.count())
         );
         let none = batches.between(20.0, 30.0);
         assert_eq!(
-            (none.count(), none.last() - none.start(), none.total(1)),
+            (none.count(), none.last - none.start, none.total(1)),
             (0, 0.0, 0.0)
         );
         let none = batches.between(6.01, 6.05);
-        assert_eq!((none.count(), none.last() - none.start()), (0, 0.0));
+        assert_eq!((none.count(), none.last - none.start), (0, 0.0));
     }
 
     #[test]

@@ -10,42 +10,34 @@ const NEUTRAL_FACTOR: f64 = 10.0;
 /// Accumulated growth of tangent vectors.
 #[derive(Clone, Debug)]
 pub(crate) struct Growth {
-    /// Total logarithmic growth of each vector.
-    sums: Vec<f64>,
     batches: Batches,
 }
 
 impl Growth {
     pub fn new(width: usize) -> Self {
         Self {
-            sums: vec![0.0; width],
             batches: Batches::new(width),
         }
     }
 
     /// Discards all growth up to time `t` (s).
     pub fn clear(&mut self, t: f64) {
-        self.sums.fill(0.0);
         self.batches.clear(t);
     }
 
     /// The growth between two times (s), in the batches that lie within them.
     pub fn between(&self, from: f64, to: f64) -> Self {
         let batches = self.batches.between(from, to);
-        let sums = (0..self.sums.len()).map(|l| batches.total(l)).collect();
-        Self { sums, batches }
+        Self { batches }
     }
 
     /// Time up to which growth is recorded, s.
     pub fn last(&self) -> f64 {
-        self.batches.last()
+        self.batches.last
     }
 
     /// Adds the logarithmic growth of each vector since the last entry, up to time `t` (s).
     pub fn push(&mut self, t: f64, logarithms: &[f64]) {
-        for (sum, logarithm) in self.sums.iter_mut().zip(logarithms) {
-            *sum += logarithm;
-        }
         self.batches.push(t, logarithms);
     }
 
@@ -61,9 +53,13 @@ impl Growth {
         } else {
             f64::INFINITY
         };
-        let mut exponents = Vec::with_capacity(self.sums.len());
-        for (l, sum) in self.sums.iter().enumerate() {
-            let value = if time > 0.0 { sum / time } else { 0.0 };
+        let mut exponents = Vec::with_capacity(self.batches.width);
+        for l in 0..self.batches.width {
+            let value = if time > 0.0 {
+                self.batches.total(l) / time
+            } else {
+                0.0
+            };
             let parts: Vec<GrowthInterval> = self.per_batch(|batch| self.batches.get(batch, l));
             let half_width = match (value, bounded_range(&parts)) {
                 (f64::NEG_INFINITY, _) => 0.0,
@@ -95,7 +91,7 @@ impl Growth {
 
     /// Averaging time, s.
     fn time(&self) -> f64 {
-        self.batches.last() - self.batches.start()
+        self.batches.last - self.batches.start
     }
 
     /// Collects a quantity over all full batches.
@@ -105,7 +101,7 @@ impl Growth {
 
     /// Half-width of the interval of a quantity linear in the growth, given per batch; 1/s.
     fn half_width(&self, growth: impl Fn(usize) -> f64) -> f64 {
-        interval::half_width(&self.per_batch(growth)) / self.batches.length()
+        interval::half_width(&self.per_batch(growth)) / self.batches.length
     }
 
     /// The Kaplan–Yorke dimension. Its interval follows from the contributions of each batch to its

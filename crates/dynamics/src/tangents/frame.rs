@@ -27,8 +27,8 @@ pub(super) struct Frame {
     columns: Vec<f64>,
     /// The initial orthonormal vectors.
     first: Vec<f64>,
-    /// Logarithm of the growth of each vector over the last interval.
-    logarithms: Vec<f64>,
+    /// Natural logarithm of the growth of each vector over the last interval; minus infinity for a collapsed direction.
+    pub logarithms: Vec<f64>,
     /// Steps since the last orthonormalisation.
     steps: u32,
     /// Steps between orthonormalisations.
@@ -64,12 +64,6 @@ impl Frame {
         vectors.copy_from_slice(&self.first);
         self.steps = 0;
         self.interval = 1;
-    }
-
-    /// Natural logarithm of the growth of each vector over the last interval; minus infinity for a
-    /// collapsed direction.
-    pub fn logarithms(&self) -> &[f64] {
-        &self.logarithms
     }
 
     /// Counts a step and returns whether orthonormalisation is due.

@@ -37,8 +37,8 @@ pub(super) struct Tangents {
     is_orthonormalised: bool,
     /// Accumulated growth.
     growth: Growth,
-    /// Whether the state has changed in any step since the last reset of the growth.
-    moved: bool,
+    /// Whether any bit of the state has changed in any step since the last reset of the growth.
+    pub moved: bool,
     /// Correction at events.
     pub saltation: Saltation,
 }
@@ -100,7 +100,7 @@ impl Tangents {
             return Ok(());
         }
         self.frame.orthonormalise(&mut self.block.end);
-        let logarithms = self.frame.logarithms();
+        let logarithms = &self.frame.logarithms;
         // A collapsed direction gives minus infinity; only plus infinity and NaN are errors.
         if let Some(vector) = logarithms
             .iter()
@@ -119,11 +119,6 @@ impl Tangents {
         }
         self.growth.clear(t);
         self.moved = false;
-    }
-
-    /// Whether any bit of the state has changed since the last reset of the growth.
-    pub fn moved(&self) -> bool {
-        self.moved
     }
 
     /// Projects the vectors onto the constraint of the frozen status. This is repeated at each step,
