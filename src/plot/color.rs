@@ -126,16 +126,20 @@ pub fn colormap() -> Vec<Rgb> {
         [28, 16, 68],
         [0, 0, 4],
     ];
-    let color = |k: usize| {
-        let position = k as f64 / 255.0 * (NODES.len() - 1) as f64;
-        let node = (position as usize).min(NODES.len() - 2);
+    gradient(&NODES).to_vec()
+}
+
+/// Colours by linear interpolation between equally spaced nodes, at least two.
+pub fn gradient(nodes: &[Rgb]) -> [Rgb; 256] {
+    std::array::from_fn(|k| {
+        let position = k as f64 / 255.0 * (nodes.len() - 1) as f64;
+        let node = (position as usize).min(nodes.len() - 2);
         let part = position - node as f64;
         std::array::from_fn(|c| {
-            let [low, high] = [NODES[node][c], NODES[node + 1][c]].map(f64::from);
+            let [low, high] = [nodes[node][c], nodes[node + 1][c]].map(f64::from);
             (low + part * (high - low)).round() as u8
         })
-    };
-    (0..256).map(color).collect()
+    })
 }
 
 /// Index into [`colormap`] of a value from 0 to 1.

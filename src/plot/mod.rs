@@ -50,7 +50,7 @@ mod tests;
 pub use axis::{Axis, FullScale, Scale, round_up};
 pub use basins::basins_figure;
 pub use branch::{map_figure, modes_figure};
-pub use color::{Color, Rgb};
+pub use color::{Color, Rgb, gradient};
 pub use cost::cost_figure;
 use embedding::{false_neighbours, mutual_information};
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};

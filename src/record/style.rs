@@ -4,10 +4,11 @@
 use crate::record::sdk::Color;
 
 pub(crate) use crate::number::short;
+pub(crate) use crate::text::capitalize;
 use crate::{
     analysis::Regime,
     pipeline::message::{Header, NodeState, SignalInfo},
-    plot::{self, Unit},
+    plot::{self, Rgb, Unit, gradient},
 };
 
 /// Background of three-dimensional views.
@@ -87,12 +88,12 @@ pub fn faded(color: Color, share: f32) -> Color {
 
 /// A perceptually uniform colour map: 256 colours from dark to bright.
 #[derive(Clone, Debug)]
-pub struct ColorMap([[u8; 3]; 256]);
+pub struct ColorMap([Rgb; 256]);
 
 impl ColorMap {
     /// Black through purple and orange to pale yellow (nodes of matplotlib's "inferno").
     pub fn inferno() -> Self {
-        Self::through(&[
+        Self(gradient(&[
             [0x00, 0x00, 0x04],
             [0x1b, 0x0c, 0x41],
             [0x4a, 0x0c, 0x6b],
@@ -103,32 +104,18 @@ impl ColorMap {
             [0xfb, 0x9b, 0x06],
             [0xf7, 0xd1, 0x3d],
             [0xfc, 0xff, 0xa4],
-        ])
+        ]))
     }
 
     /// Steel grey through teal to yellow, so that a body at rest has the colour of steel.
     pub fn steel() -> Self {
-        Self::through(&[
+        Self(gradient(&[
             [0x5a, 0x66, 0x78],
             [0x46, 0x86, 0x98],
             [0x49, 0xa8, 0x96],
             [0x8d, 0xca, 0x76],
             [0xfd, 0xe7, 0x25],
-        ])
-    }
-
-    /// Linear interpolation between equally spaced nodes.
-    fn through(nodes: &[[u8; 3]]) -> Self {
-        let last = nodes.len() - 1;
-        Self(std::array::from_fn(|i| {
-            let position = i as f32 / 255.0 * last as f32;
-            let k = (position as usize).min(last - 1);
-            let part = position - k as f32;
-            std::array::from_fn(|c| {
-                let [low, high] = [nodes[k][c], nodes[k + 1][c]].map(f32::from);
-                (low + (high - low) * part).round() as u8
-            })
-        }))
+        ]))
     }
 
     /// The colour at `share`, 0 (darkest) to 1 (brightest), clamped; NaN is darkest.
@@ -159,13 +146,6 @@ pub fn signal_name(signal: &SignalInfo) -> &str {
     } else {
         &signal.column
     }
-}
-
-/// The text with its first letter in upper case.
-pub fn capitalize(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    first.chain(letters).collect()
 }
 
 /// A range of values such as `100 to 150`; a single value if both ends are equal.

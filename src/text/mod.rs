@@ -33,6 +33,13 @@ const SILENT: f64 = 1e-3;
 /// Number of exponents listed in a sentence.
 const EXPONENTS_SHOWN: usize = 4;
 
+/// The text with its first letter in upper case.
+pub(crate) fn capitalize(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
 /// An observation as text: Markdown that starts with a heading `## ...`.
 pub fn narration(observation: &Observation) -> String {
     or_error_text(fill_narration(observation))

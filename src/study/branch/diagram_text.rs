@@ -3,6 +3,7 @@
 use super::hopf::{SteadyBifurcation, SteadyBifurcationKind};
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality};
 use crate::number::{quantity, significant};
+use crate::text::capitalize;
 
 /// What happens to a periodic motion.
 pub(super) fn orbit_sentence(found: &Bifurcation) -> String {
@@ -29,7 +30,7 @@ pub(super) fn orbit_sentence(found: &Bifurcation) -> String {
             };
             format!(
                 "{} exists only {side} {tilt} (fold): beyond, the motion jumps to another one.",
-                capital(&tone)
+                capitalize(&tone)
             )
         }
         BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker if jumps => format!(
@@ -95,11 +96,4 @@ fn passes(rate: Option<f64>, tilt: &str) -> String {
 
 fn degrees(tilt: f64) -> String {
     format!("{} degrees", significant(tilt, 4))
-}
-
-/// A text with its first letter as a capital.
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
 }
