@@ -98,8 +98,7 @@ fn temporary_file_near(path: &Path) -> io::Result<tempfile::NamedTempFile> {
 /// # Errors
 /// If no file can be created in the folder.
 pub fn try_folder_of(path: &Path) -> io::Result<()> {
-    let made = tempfile::tempfile_in(folder(path));
-    made.map(drop).map_err(|fault| fault.kind().into())
+    unnamed_file_near(path).map(drop)
 }
 
 #[cfg(test)]

@@ -66,22 +66,15 @@ impl ModelArrays {
     }
 }
 
-fn flat(vectors: &[[f64; 3]]) -> Array {
+/// An array with a row for each vector.
+fn flat<const N: usize>(vectors: &[[f64; N]]) -> Array {
     Array::matrix(vectors.len(), vectors.as_flattened().to_vec())
-}
-
-/// An array of two columns.
-fn pairs(rows: &[[f64; 2]]) -> Array {
-    Array {
-        shape: vec![rows.len(), 2],
-        values: rows.as_flattened().to_vec(),
-    }
 }
 
 /// The arrays of friction laws that the four coefficients do not describe.
 fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
     match friction {
-        Friction::Table { law, .. } => Some(("friction_points", pairs(law.points()))),
+        Friction::Table { law, .. } => Some(("friction_points", flat(law.points()))),
         Friction::Dynamic {
             law: DynamicFriction::LuGre(law),
             ..

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::file::{output_error, unnamed_file_near};
 use super::replace_file;
@@ -19,10 +19,9 @@ use crate::pipeline::{Sink, SinkError};
 #[derive(Debug)]
 pub struct SamplesSink {
     path: PathBuf,
-    /// Names of arrays in addition to [`NAMES`].
-    more: Vec<&'static str>,
-    /// Present after the first samples.
-    spooled: Option<SpooledSamples>,
+    samples: usize,
+    /// Arrays by name: contiguous in a file, but their values arrive frame by frame.
+    spools: Vec<(&'static str, Spool)>,
 }
 
 impl SamplesSink {
@@ -30,73 +29,23 @@ impl SamplesSink {
     pub fn new(path: PathBuf) -> Self {
         Self {
             path,
-            more: Vec::new(),
-            spooled: None,
+            samples: 0,
+            spools: Vec::new(),
         }
     }
-}
 
-impl Sink for SamplesSink {
-    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        match record {
-            Record::Header(header) => {
-                let joint = header.joint();
-                let varies = [
-                    (LOAD, joint.is_some_and(JointInfo::load_varies)),
-                    (ROTATION, joint.is_some_and(JointInfo::rotation_varies)),
-                ];
-                let varying = varies.into_iter().filter(|(_, varies)| *varies);
-                self.more = varying.map(|(name, _)| name).collect();
-            }
-            Record::Samples(frame) => {
-                let kept = match &mut self.spooled {
-                    Some(spooled) => spooled.keep(&frame),
-                    None => SpooledSamples::in_folder_of(&self.path, &self.more)
-                        .and_then(|spooled| self.spooled.insert(spooled).keep(&frame)),
-                };
-                kept.map_err(|fault| output_error(&self.path, fault))?;
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), SinkError> {
-        let spooled = match self.spooled.take() {
-            Some(spooled) => spooled,
-            None => SpooledSamples::in_folder_of(&self.path, &self.more)
-                .map_err(|fault| output_error(&self.path, fault))?,
-        };
-        Ok(replace_file(&self.path, |file| spooled.write(file))?)
-    }
-}
-
-/// Arrays of every run.
-const NAMES: [&str; 6] = ["t", "q", "qdot", "u", "v", "tilt_deg"];
-/// Arrays of varying quantities.
-const LOAD: &str = "load_n";
-const ROTATION: &str = "rotation_factor";
-
-/// Samples to be written: an array in a file is contiguous, but its values arrive frame by frame.
-#[derive(Debug)]
-struct SpooledSamples {
-    samples: usize,
-    /// Arrays by name.
-    spools: Vec<(&'static str, Spool)>,
-}
-
-impl SpooledSamples {
-    /// Creates the temporary files in the folder of the output, including the arrays `more`.
-    fn in_folder_of(path: &Path, more: &[&'static str]) -> io::Result<Self> {
-        let names = NAMES.iter().chain(more);
-        let spools = names.map(|&name| {
-            let file = BufWriter::new(unnamed_file_near(path)?);
+    /// Creates the temporary files of a run with this joint, or of a small system.
+    fn begin(&mut self, joint: Option<&JointInfo>) -> io::Result<()> {
+        let load = joint.is_some_and(JointInfo::load_varies);
+        let rotation = joint.is_some_and(JointInfo::rotation_varies);
+        let varying = [load.then_some(LOAD), rotation.then_some(ROTATION)];
+        let names = NAMES.into_iter().chain(varying.into_iter().flatten());
+        let spools = names.map(|name| {
+            let file = BufWriter::new(unnamed_file_near(&self.path)?);
             Ok((name, Spool { file, count: 0 }))
         });
-        Ok(Self {
-            samples: 0,
-            spools: spools.collect::<io::Result<_>>()?,
-        })
+        self.spools = spools.collect::<io::Result<_>>()?;
+        Ok(())
     }
 
     fn keep(&mut self, frame: &Frame) -> io::Result<()> {
@@ -116,21 +65,38 @@ impl SpooledSamples {
         }
         Ok(())
     }
+}
 
-    fn write(self, out: &mut (impl Write + Seek)) -> io::Result<()> {
-        let mut npz = NpzWriter::new(out);
-        for (name, spool) in self.spools {
-            let columns = spool.count.checked_div(self.samples).unwrap_or(0);
-            let shape = [self.samples, columns];
-            let shape = match name {
-                "q" | "qdot" => &shape[..],
-                _ => &shape[..1],
-            };
-            npz.array(name, shape, spool.values()?)?;
-        }
-        npz.finish()
+impl Sink for SamplesSink {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        let kept = match record {
+            Record::Header(header) if self.spools.is_empty() => self.begin(header.joint()),
+            Record::Samples(frame) => self.keep(&frame),
+            _ => Ok(()),
+        };
+        Ok(kept.map_err(|fault| output_error(&self.path, fault))?)
+    }
+
+    fn finish(&mut self) -> Result<(), SinkError> {
+        let (samples, spools) = (self.samples, std::mem::take(&mut self.spools));
+        Ok(replace_file(&self.path, |file| {
+            let mut npz = NpzWriter::new(file);
+            for (name, spool) in spools {
+                let columns = spool.count.checked_div(samples).unwrap_or(0);
+                let shape = [samples, columns];
+                let axes = if ["q", "qdot"].contains(&name) { 2 } else { 1 };
+                npz.array(name, &shape[..axes], spool.values()?)?;
+            }
+            npz.finish()
+        })?)
     }
 }
+
+/// Arrays of every run.
+const NAMES: [&str; 6] = ["t", "q", "qdot", "u", "v", "tilt_deg"];
+/// Arrays of varying quantities.
+const LOAD: &str = "load_n";
+const ROTATION: &str = "rotation_factor";
 
 /// Numbers in an unnamed temporary file.
 #[derive(Debug)]

@@ -56,63 +56,58 @@ impl Format {
             let text = "the file is empty; record or export it again";
             return Err(Problem::Content(text.to_owned()));
         }
-        let bytes = &head[..];
-        let begins = |magic: &[u8]| bytes.starts_with(magic);
-        let is_riff = [b"RIFF", b"RF64"].iter().any(|magic| begins(*magic));
-        if is_riff && bytes.get(8..12) == Some(b"WAVE") {
-            Ok(Self::Wav)
-        } else if begins(b"\x93NUMPY") {
-            Ok(Self::Npy)
-        } else if begins(b"PK\x03\x04") || begins(b"PK\x05\x06") {
-            Ok(Self::Npz)
-        } else if begins(b"RRF") {
-            Ok(Self::Rrd)
-        } else if is_sound(bytes) {
-            Ok(Self::Sound)
-        } else if begins(b"MATLAB 5.0") {
-            Ok(Self::Mat)
-        } else if begins(b"MATLAB 7.3") || begins(b"\x89HDF") {
-            Err(Problem::unsupported(
+        let at = |place, magic: &[u8]| head.get(place..place + magic.len()) == Some(magic);
+        let begins = |magics: &[&[u8]]| magics.iter().any(|magic| head.starts_with(magic));
+        Ok(if begins(&[b"RIFF", b"RF64"]) && at(8, b"WAVE") {
+            Self::Wav
+        } else if begins(&[b"\x93NUMPY"]) {
+            Self::Npy
+        } else if begins(&[b"PK\x03\x04", b"PK\x05\x06"]) {
+            Self::Npz
+        } else if begins(&[b"RRF"]) {
+            Self::Rrd
+        } else if begins(&[b"fLaC", b"OggS", b"ID3"])
+            || at(4, b"ftyp")
+            || begins(&[b"FORM"]) && (at(8, b"AIFF") || at(8, b"AIFC"))
+        {
+            Self::Sound
+        } else if begins(&[b"MATLAB 5.0"]) {
+            Self::Mat
+        } else if begins(&[b"MATLAB 7.3", b"\x89HDF"]) {
+            return Err(Problem::unsupported(
                 "an HDF5 file, such as MATLAB writes with -v7.3,",
                 "save it with -v7 in MATLAB, or as .npz in Python (h5py, numpy.savez)",
-            ))
-        } else if begins(b"TDSm") {
-            Err(Problem::unsupported(
+            ));
+        } else if begins(&[b"TDSm"]) {
+            return Err(Problem::unsupported(
                 "a TDMS file",
                 "export it as text (.lvm or CSV) in LabVIEW, or as .npz in Python (nptdms, numpy.savez)",
-            ))
-        } else if is_universal(bytes) {
-            Ok(Self::Universal)
-        } else if begins(b"\xff\xfe") || begins(b"\xfe\xff") || is_text(bytes) {
-            Ok(Self::Text)
-        } else {
-            let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+            ));
+        } else if is_universal(&head) {
+            Self::Universal
+        } else if begins(&[b"\xff\xfe", b"\xfe\xff"]) || is_text(&head) {
+            Self::Text
+        } else if head[0] == 0xFF && head.get(1).is_some_and(|second| second & 0xE6 == 0xE2) {
             // An MP3 file without a tag begins with a frame: 11 bits set, layer III.
-            if bytes[0] == 0xFF && bytes.get(1).is_some_and(|second| second & 0xE6 == 0xE2) {
-                return Ok(Self::Sound);
-            }
-            let known = [
-                "wav", "flac", "mp3", "m4a", "mp4", "ogg", "opus", "aiff", "csv", "tsv", "txt",
-                "dat", "uff", "unv", "npy", "npz", "mat", "rrd",
-            ];
-            let called = extension.filter(|e| known.contains(&e.as_str()));
-            let called = called.map_or_else(String::new, |e| {
-                format!(" (the extension is .{e}, but the content is different)")
-            });
-            Err(Problem::Content(format!(
-                "unknown file format{called}; convert the file to one of: WAV, FLAC, MP3, M4A, Ogg, AIFF, CSV (or other \
-                 columns of text), .uff, .npy, .npz, .mat, .rrd"
-            )))
-        }
+            Self::Sound
+        } else {
+            return Err(unknown(path));
+        })
     }
 }
 
-/// Whether a content is FLAC, Ogg, MP3 with a tag, MP4, or AIFF with and without compression.
-fn is_sound(bytes: &[u8]) -> bool {
-    let magics: [&[u8]; 3] = [b"fLaC", b"OggS", b"ID3"];
-    magics.iter().any(|magic| bytes.starts_with(magic))
-        || bytes.get(4..8) == Some(b"ftyp")
-        || bytes.starts_with(b"FORM") && matches!(bytes.get(8..12), Some(b"AIFF" | b"AIFC"))
+/// The error for a content of no known format.
+fn unknown(path: &Path) -> Problem {
+    let known = "wav flac mp3 m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let called = extension.filter(|extension| known.split(' ').any(|known| known == extension));
+    let called = called.map_or_else(String::new, |extension| {
+        format!(" (the extension is .{extension}, but the content is different)")
+    });
+    Problem::Content(format!(
+        "unknown file format{called}; convert the file to one of: WAV, FLAC, MP3, M4A, Ogg, AIFF, CSV (or other columns of \
+         text), .uff, .npy, .npz, .mat, .rrd"
+    ))
 }
 
 /// Whether the bytes contain no control characters except those of text.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::clock::Timing;
-use super::table::{ColumnHeader, Into, Source, check_column_count};
+use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 use crate::numpy::{ArrayReader, Npz};
 
@@ -40,10 +40,22 @@ impl<R: Read + Seek> Container<R> {
 /// Arrays as columns.
 pub(super) struct Arrays<R> {
     container: Container<R>,
-    arrays: Vec<Layout>,
+    columns: Vec<ArrayColumn>,
     /// Name and unit (s) of the array of times.
     times: Option<(String, f64)>,
     rate: Option<f64>,
+}
+
+/// A column of an array.
+struct ArrayColumn {
+    header: ColumnHeader,
+    /// Name of the array.
+    array: String,
+    /// Number of samples.
+    length: usize,
+    /// Place of the first sample in the array, and distance between samples.
+    start: usize,
+    step: usize,
 }
 
 impl<R: Read + Seek> Arrays<R> {
@@ -52,8 +64,7 @@ impl<R: Read + Seek> Arrays<R> {
             Container::Npy(_, stem) => (vec![stem.clone()], false),
             Container::Npz(archive) => (archive.names(), true),
         };
-        let (mut arrays, mut count) = (Vec::new(), 0);
-        let (mut times, mut rate) = (None, None);
+        let (mut columns, mut times, mut rate) = (Vec::new(), None, None);
         for name in names {
             let mut array = container.array(&name)?;
             let (bare, unit) = units::split(&name);
@@ -63,40 +74,27 @@ impl<R: Read + Seek> Arrays<R> {
                 (0, _) if RATES.contains(&&*name) && rate.is_none() => {
                     rate = array.next().transpose()?;
                 }
-                _ => {
-                    let layout = Layout::of(&array, name, is_archive)?;
-                    count += layout.headings.len();
-                    check_column_count(count)?;
-                    arrays.push(layout);
-                }
+                _ => columns.extend(columns_of(&array, &name, is_archive)?),
             }
+            check_column_count(columns.len())?;
         }
-        if count == 0 {
+        if columns.is_empty() {
             let content = "an archive or a number without an array of samples";
             return Err(Problem::no_samples(content));
         }
         Ok(Self {
             container,
-            arrays,
+            columns,
             times,
             rate,
         })
-    }
-
-    /// The array of a column, and the place of the column in it.
-    fn find(&self, column: usize) -> Option<(&Layout, usize)> {
-        let mut places = self.arrays.iter().flat_map(|layout| {
-            let columns = 0..layout.headings.len();
-            columns.map(move |column| (layout, column))
-        });
-        places.nth(column)
     }
 }
 
 impl<R: Read + Seek> Source for Arrays<R> {
     fn headings(&self) -> Vec<ColumnHeader> {
-        let headings = self.arrays.iter().flat_map(|layout| &layout.headings);
-        headings.cloned().collect()
+        let columns = self.columns.iter();
+        columns.map(|column| column.header.clone()).collect()
     }
 
     fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem> {
@@ -115,27 +113,20 @@ impl<R: Read + Seek> Source for Arrays<R> {
             (None, Some(rate)) => Timing::Rate(rate),
             (None, None) => Timing::Unknown,
         };
-        let count = self.find(column).map_or(0, |(layout, _)| layout.length);
-        Ok((timing, count))
+        Ok((timing, self.columns[column].length))
     }
 
-    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
-        let Some((layout, column)) = self.find(column) else {
-            return Ok(());
-        };
-        let (name, length) = (layout.name.clone(), layout.length);
-        let (step, start) = if layout.is_interleaved {
-            (layout.headings.len(), column)
-        } else {
-            (1, column * length)
-        };
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem> {
+        let ArrayColumn {
+            array, start, step, ..
+        } = &self.columns[column];
         // An archive is read to its end, where its checksum is compared.
         let end = match &self.container {
             Container::Npy(..) => start + range.end * step,
             Container::Npz(_) => usize::MAX,
         };
         let mut wanted = range.map(|sample| start + sample * step).peekable();
-        for (place, number) in self.container.array(&name)?.enumerate().take(end) {
+        for (place, number) in self.container.array(array)?.enumerate().take(end) {
             let number = number?;
             if wanted.next_if_eq(&place).is_some() {
                 into.push(number);
@@ -145,48 +136,40 @@ impl<R: Read + Seek> Source for Arrays<R> {
     }
 }
 
-/// Columns of an array: a single axis is one column; with two axes, the longer one is the time.
-struct Layout {
-    name: String,
-    /// None for a single number.
-    headings: Vec<ColumnHeader>,
-    /// Number of samples per column.
-    length: usize,
-    /// Whether the samples of one instant are adjacent, rather than those of one column.
-    is_interleaved: bool,
-}
-
-impl Layout {
-    fn of<R: Read>(
-        array: &ArrayReader<R>,
-        name: String,
-        is_archive: bool,
-    ) -> Result<Self, Problem> {
-        if array.total == 0 {
-            return Err(Problem::no_samples("an empty array"));
-        }
-        let (columns, length, along_rows) = match array.shape[..] {
-            [] => (0, 1, true),
-            [length] => (1, length, true),
-            [rows, places] => (rows.min(places), rows.max(places), rows >= places),
-            _ => {
-                return Err(Problem::unsupported(
-                    format!("an array of {} axes", array.shape.len()),
-                    "save a single column, or several columns in a two-dimensional array",
-                ));
-            }
-        };
-        check_column_count(columns)?;
-        let label = |k: usize| match (array.shape.len(), is_archive) {
-            (1, _) => name.clone(),
-            (_, true) => format!("{name}[{k}]"),
-            (_, false) => k.to_string(),
-        };
-        Ok(Self {
-            headings: (0..columns).map(label).map(ColumnHeader::new).collect(),
-            name,
-            length,
-            is_interleaved: along_rows != array.fortran,
-        })
+/// The columns of an array, none of a single number: a single axis is one column; with two axes, the longer one is the
+/// time.
+fn columns_of<R: Read>(
+    array: &ArrayReader<R>,
+    name: &str,
+    is_archive: bool,
+) -> Result<impl Iterator<Item = ArrayColumn>, Problem> {
+    if array.total == 0 {
+        return Err(Problem::no_samples("an empty array"));
     }
+    let (count, length, along_rows) = match array.shape[..] {
+        [] => (0, 1, true),
+        [length] => (1, length, true),
+        [rows, places] => (rows.min(places), rows.max(places), rows >= places),
+        _ => {
+            return Err(Problem::unsupported(
+                format!("an array of {} axes", array.shape.len()),
+                "save a single column, or several columns in a two-dimensional array",
+            ));
+        }
+    };
+    check_column_count(count)?;
+    // Whether the samples of one instant are adjacent, rather than those of one column.
+    let is_interleaved = along_rows != array.fortran;
+    let (is_lone, name) = (array.shape.len() == 1, name.to_owned());
+    Ok((0..count).map(move |k| ArrayColumn {
+        header: ColumnHeader::new(match (is_lone, is_archive) {
+            (true, _) => name.clone(),
+            (false, true) => format!("{name}[{k}]"),
+            (false, false) => k.to_string(),
+        }),
+        array: name.clone(),
+        length,
+        start: if is_interleaved { k } else { k * length },
+        step: if is_interleaved { count } else { 1 },
+    }))
 }

@@ -18,8 +18,8 @@ use symphonia::core::packet::Packet;
 
 use super::Problem;
 use super::clock::Timing;
-use super::table::{ColumnHeader, Into, Source};
-use super::wav::Wav;
+use super::table::{Buffer, ColumnHeader, Source};
+use super::wav::Input;
 use crate::foreign::{open_file, without_panic};
 
 const FORMAT: &str = "sound";
@@ -42,7 +42,7 @@ pub(super) struct Sound {
 impl Sound {
     pub fn open(path: &Path, is_wav: bool, stem: &str) -> Result<Self, Problem> {
         let (mut form, mut count) = (None, 0);
-        let header = decode(path, is_wav, &mut |rate, planes| {
+        let (interleaved, damage) = decode(path, is_wav, &mut |rate, planes| {
             if *form.get_or_insert((rate, planes.len())) != (rate, planes.len()) {
                 let what = "sound whose rate or number of channels changes";
                 return Err(Problem::unsupported(what, "save it as WAV"));
@@ -50,7 +50,7 @@ impl Sound {
             count += planes.first().map_or(0, Vec::len);
             Ok(true)
         })?;
-        let frames = count / header.interleaved;
+        let frames = count / interleaved;
         let Some((rate, decoded)) = form.filter(|_| frames > 0) else {
             return Err(Problem::no_samples("a header"));
         };
@@ -59,10 +59,10 @@ impl Sound {
             is_wav,
             stem: stem.to_owned(),
             rate,
-            channels: decoded * header.interleaved,
-            interleaved: header.interleaved,
+            channels: decoded * interleaved,
+            interleaved,
             frames,
-            damage: header.damage,
+            damage,
         })
     }
 }
@@ -88,7 +88,7 @@ impl Source for Sound {
         self.damage.as_deref()
     }
 
-    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem> {
         let step = self.interleaved;
         let (plane, offset) = if step == 1 { (column, 0) } else { (0, column) };
         let end = range.end * step;
@@ -114,38 +114,27 @@ impl Source for Sound {
 /// Takes the sample rate (Hz) and a block of samples by channel; returns whether more are needed.
 type TakeBlock<'a> = &'a mut dyn FnMut(u32, &[Vec<f64>]) -> Result<bool, Problem>;
 
-/// Properties of a file that its samples do not have.
-struct Header {
-    interleaved: usize,
-    damage: Option<String>,
-}
+/// Number of interleaved channels, and what is wrong with the file.
+type Found = (usize, Option<String>);
 
 /// Decodes a file block by block, until no more are needed or it is damaged.
-fn decode(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Header, Problem> {
+fn decode(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Problem> {
     without_panic(|| decode_blocks(path, is_wav, each))
         .unwrap_or_else(|| Err(Problem::damaged(FORMAT, "it cannot be decoded")))
 }
 
-fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Header, Problem> {
+fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Problem> {
     let file = open_file(path)?.0;
-    let mut header = Header {
-        interleaved: 1,
-        damage: None,
-    };
-    // Number of samples that are still to be decoded, if the end of the file does not tell.
-    let mut left = None;
-    let mut stated_rate = None;
-    let content = if is_wav {
-        let wav = Wav::open(file)?;
-        left = wav.count;
-        stated_rate = Some(wav.rate);
-        header = Header {
-            interleaved: wav.interleaved,
-            damage: wav.damage,
-        };
-        wav.content
+    let Input {
+        content,
+        rate: stated_rate,
+        interleaved,
+        count: mut left,
+        damage,
+    } = if is_wav {
+        Input::wav(file)?
     } else {
-        Box::new(file)
+        Input::any(file)
     };
     let content = MediaSourceStream::new(content, Default::default());
     let mut file = symphonia::default::get_probe()
@@ -175,7 +164,7 @@ fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Heade
                 packet => Ok(packet.map(|_| 0)),
             });
         match block {
-            Ok(None) => return Ok(header),
+            Ok(None) => return Ok((interleaved, damage)),
             Ok(Some(0)) => {}
             Ok(Some(rate)) => {
                 has_begun = true;
@@ -184,13 +173,10 @@ fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Heade
                     *left -= plane.len() as u64;
                 }
                 if !each(stated_rate.unwrap_or(rate), &planes)? || left == Some(0) {
-                    return Ok(header);
+                    return Ok((interleaved, damage));
                 }
             }
-            Err(Problem::Content(damage)) if has_begun => {
-                header.damage = Some(damage);
-                return Ok(header);
-            }
+            Err(Problem::Content(damage)) if has_begun => return Ok((interleaved, Some(damage))),
             Err(problem) => return Err(problem),
         }
     }

@@ -68,7 +68,7 @@ impl Source for Table {
         Ok((column.timing.clone(), column.samples.len()))
     }
 
-    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem> {
         into.extend(&self.columns[column].samples[range]);
         Ok(())
     }
@@ -107,7 +107,7 @@ impl ColumnHeader {
 }
 
 /// Takes the samples of a column.
-pub(super) type Into<'a> = &'a mut Vec<f64>;
+pub(super) type Buffer<'a> = &'a mut Vec<f64>;
 
 /// Columns whose samples and times are read only on request.
 pub(super) trait Source {
@@ -118,7 +118,7 @@ pub(super) trait Source {
     fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem>;
 
     /// Appends some samples of the column whose clock was read last.
-    fn samples(&mut self, column: usize, range: Range<usize>, into: Into) -> Result<(), Problem>;
+    fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem>;
 
     /// What is wrong with the file, of which the samples before the damage are read.
     fn damage(&self) -> Option<&str> {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use super::clock::{Timing, Uniform, uniform};
 use super::lines::{Separator, each_line, number};
 use super::preamble::{Preamble, is_comment, is_row_of_numbers, widths};
-use super::table::{ColumnHeader, Into, Source, check_column_count};
+use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 use crate::memory;
 
@@ -183,7 +183,12 @@ impl<R: BufRead + Seek> Source for Text<R> {
         Ok((timing, self.samples.len()))
     }
 
-    fn samples(&mut self, _column: usize, range: Range<usize>, into: Into) -> Result<(), Problem> {
+    fn samples(
+        &mut self,
+        _column: usize,
+        range: Range<usize>,
+        into: Buffer,
+    ) -> Result<(), Problem> {
         into.extend(&self.samples[range]);
         Ok(())
     }

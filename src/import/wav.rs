@@ -23,23 +23,35 @@ const OPEN_END: u32 = u32::MAX;
 /// Number of bytes of a chunk that are evaluated.
 const MAX_CHUNK_READ: u64 = 1024;
 
-/// The samples of a file behind a header of their own.
-pub(super) struct Wav {
+/// A file for the library; the samples of a WAV file have a header of their own.
+pub(super) struct Input {
     pub content: Box<dyn MediaSource>,
-    /// Stated sample rate, Hz; 0 is replaced in the new header, as the library would refuse it.
-    pub rate: u32,
+    /// Stated sample rate of a WAV file, Hz; 0 is replaced in the new header, as the library would refuse it.
+    pub rate: Option<u32>,
     /// Number of channels that the new header states as successive samples of one channel, as the library knows 26
     /// channels at most; 1 if it states the channels.
     pub interleaved: usize,
-    /// Number of samples, if their length exceeds the 32 bits of the header; zeros without end follow.
+    /// Number of samples that are to be decoded, if their length exceeds the 32 bits of the header; zeros without end
+    /// follow.
     pub count: Option<u64>,
     /// What is wrong with the lengths in the header.
     pub damage: Option<String>,
 }
 
-impl Wav {
-    /// Reads the header of a file.
-    pub fn open(file: File) -> Result<Self, Problem> {
+impl Input {
+    /// A file as it is.
+    pub fn any(file: File) -> Self {
+        Self {
+            content: Box::new(file),
+            rate: None,
+            interleaved: 1,
+            count: None,
+            damage: None,
+        }
+    }
+
+    /// Reads the header of a WAV file.
+    pub fn wav(file: File) -> Result<Self, Problem> {
         let mut content = BufReader::new(file);
         let Chunks {
             format,
@@ -71,7 +83,7 @@ impl Wav {
         let content = content.chain(io::repeat(0).take(if is_long { u64::MAX } else { 0 }));
         Ok(Self {
             content: Box::new(ReadOnlySource::new(content)),
-            rate,
+            rate: Some(rate),
             interleaved,
             count: is_long.then(|| whole / frame * interleaved as u64),
             damage: damage.or(incomplete),
