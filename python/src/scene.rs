@@ -155,7 +155,7 @@ impl Scene {
     /// Properties of this valid scene that are probably unintended, one sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.0.warnings().iter().map(ToString::to_string).collect()
+        self.0.warnings()
     }
 
     /// The numbers of the simulated system by the paths of their keys, in the units of the scene file.

@@ -7,7 +7,7 @@ use super::output::OutputError;
 use crate::chain_of_causes;
 use crate::escape;
 use crate::report::{BAD, WARNING};
-use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene, SceneWarning};
+use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
 
 /// Prints to the standard output, in colour if that is a terminal.
 ///
@@ -27,9 +27,9 @@ pub fn print(text: &str) -> Result<(), OutputError> {
 }
 
 /// Prints the warnings of a scene to the standard error.
-pub fn print_warnings(warnings: &[SceneWarning]) {
+pub fn print_warnings(warnings: &[String]) {
     for warning in warnings {
-        print_warning(&warning.to_string());
+        print_warning(warning);
     }
 }
 

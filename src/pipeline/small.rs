@@ -40,13 +40,9 @@ impl SmallSimulation {
     /// If the subject of the scene is a joint, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
         let SystemSpec::Small(small) = &scene.subject else {
-            return Err(SceneError::WrongSystem {
-                scene: scene.name.clone(),
-                required: "a small system is",
-                defines: "defines a ball joint".to_owned(),
-                remedy: "with a table such as [impact_oscillator]".to_owned(),
-            }
-            .into());
+            let (required, defines) = ("a small system is", "defines a ball joint");
+            let remedy = "with a table such as [impact_oscillator]";
+            return Err(SceneError::wrong_system(&scene.name, required, defines, remedy).into());
         };
         let mut prepared = prepare(scene)?;
         let Prepared {

@@ -1,6 +1,6 @@
 //! Numerical settings for a required accuracy of the settled motion: one rule for every scene.
 
-use super::error::{Fault, Location, SceneError};
+use super::error::{Location, SceneError};
 use super::spec::Scene;
 
 /// Numbers of contact nodes of the Gauss rules, ascending. The last one is the reference of the others.
@@ -53,11 +53,11 @@ impl Scene {
                 method.name()
             );
             let remedy = "choose another time.method, such as \"lawson54\"";
-            let fault = Fault::new(problem, remedy);
-            return Err(fault.at(Location {
+            let place = Location {
                 file: "--accuracy".to_owned(),
                 line: None,
-            }));
+            };
+            return Err(SceneError::new(place, problem, remedy));
         }
         let AccuracySettings { tolerance, nodes } = AccuracySettings::for_error(error);
         self.with_numerics(tolerance, Some(nodes))

@@ -1,7 +1,7 @@
 //! Numbers of a scene that change while it runs: the sliders of a live run.
 
 use super::document::Document;
-use super::error::{Fault, SceneError, ensure};
+use super::error::{SceneError, ensure};
 use super::parameter::{DAMPING_PATH, Parameter};
 use super::schema::kind::Range::Closed;
 use super::schema::kind::{Number, Tables, Text, number};
@@ -70,7 +70,7 @@ pub(super) fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneE
             scene.clone().set(parameter, end).map_err(|error| {
                 let problem = format!("`{}` cannot be {end} here: {error}", parameter.path());
                 let remedy = "give a range that the scene permits";
-                Fault::inconsistent("controls", problem, remedy).at(table.place())
+                SceneError::inconsistent(table.place(), "controls", problem, remedy)
             })?;
         }
     }
@@ -90,8 +90,13 @@ impl Scene {
         {
             let problem = "a run cannot change it, since the body would be another one";
             let remedy = "start another run with this value";
-            let fault = Fault::inconsistent(parameter.path(), problem, remedy);
-            return Err(fault.at(self.place_of_override()));
+            let place = self.place_of_override();
+            return Err(SceneError::inconsistent(
+                place,
+                parameter.path(),
+                problem,
+                remedy,
+            ));
         }
         self.subject = changed.subject;
         self.text = changed.text;

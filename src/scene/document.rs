@@ -3,12 +3,13 @@
 //! Values are read by [`Key`]: a [`Table`] finds the value, and the kind of the key converts it. A fault
 //! becomes a [`SceneError`] with file, line and key.
 
+use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use toml_edit::{DocumentMut, Item, TableLike, Value};
+use toml_edit::{Item, TableLike, Value};
 
-use super::error::{CLOSE, Fault, Location, SceneError, VERY_CLOSE, did_you_mean, nearest};
+use super::error::{CLOSE, Location, SceneError, VERY_CLOSE, did_you_mean, nearest};
 use super::schema::kind::{Kind, Mismatch, Tables};
 use super::schema::{IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
@@ -35,19 +36,12 @@ impl<'t> Document<'t> {
     pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
         let toml = toml_edit::Document::parse(text).map_err(|error| {
             let line = error.span().map(|span| line_of(text, span.start));
-            Fault::syntax(&error).at(Location {
-                file: file.to_owned(),
-                line,
-            })
+            let file = file.to_owned();
+            SceneError::syntax(Location { file, line }, &error)
         })?;
         let document = Self { file, toml };
         document.reject_unknown(document.toml.as_table(), "")?;
         Ok(document)
-    }
-
-    /// The text, to be edited.
-    pub fn editable(&self) -> DocumentMut {
-        self.toml.clone().into_mut()
     }
 
     /// Folder of the scene file; paths of other files are relative to it.
@@ -95,8 +89,8 @@ impl<'t> Document<'t> {
         &self,
         key: &str,
         others: &[&str],
-        problem: impl Into<String>,
-        remedy: impl Into<String>,
+        problem: impl fmt::Display,
+        remedy: impl fmt::Display,
     ) -> SceneError {
         self.table("").inconsistent(key, others, problem, remedy)
     }
@@ -117,6 +111,13 @@ impl<'t> Document<'t> {
         let (table, name) = split(path);
         let (_, span) = entry(self.table(table).given?, name)?;
         Some(span.start)
+    }
+
+    /// Where a key without its table and its value are in the text.
+    pub fn span(&self, path: &str) -> Option<Range<usize>> {
+        let (table, name) = split(path);
+        let (key, item) = self.table(table).given?.get_key_value(name)?;
+        Some(key.span()?.start..item.span()?.end)
     }
 
     /// First line of a value as written, shortened for messages.
@@ -144,7 +145,7 @@ impl<'t> Document<'t> {
                     None => {
                         let problem = format!("`{full}` is a table, not a value");
                         let remedy = format!("write `[{full}]` and its keys below");
-                        return Err(Fault::new(problem, remedy).at(self.place(span.start)));
+                        return Err(SceneError::new(self.place(span.start), problem, remedy));
                     }
                 },
                 (true, true) => {
@@ -182,15 +183,13 @@ impl<'t> Document<'t> {
             "" => "the top level".to_owned(),
             table => format!("[{table}]"),
         };
-        let fault = Fault::new(
-            format!(
-                "unknown key `{}`{}",
-                join(table, &written),
-                did_you_mean(nearest.as_deref())
-            ),
-            format!("{place} has the keys {}", siblings.join(", ")),
-        );
-        fault.at(self.place(span.start))
+        let (key, meant) = (join(table, &written), did_you_mean(nearest.as_deref()));
+        let remedy = format!("{place} has the keys {}", siblings.join(", "));
+        SceneError::new(
+            self.place(span.start),
+            format!("unknown key `{key}`{meant}"),
+            remedy,
+        )
     }
 }
 
@@ -248,8 +247,7 @@ impl<'d> Table<'d> {
                 expected += &format!("; a constant is `{constant}`");
             }
             let found = self.document.excerpt(span.clone());
-            let fault = mismatch.fault(&path, &expected, &found);
-            fault.at(self.document.place(span.start))
+            mismatch.at(self.document.place(span.start), &path, &expected, &found)
         })
     }
 
@@ -272,19 +270,35 @@ impl<'d> Table<'d> {
         }
     }
 
+    /// Rejects parameters of other laws, which would have no effect: keys of the table besides that of the law, the common
+    /// ones and those that the law uses.
+    pub fn reject_unused(
+        self,
+        law: &str,
+        common: &[&str],
+        used: &[&str],
+    ) -> Result<(), SceneError> {
+        let names = SCHEMA.names_in(self.path).into_iter();
+        let is_unused = |name: &&str| *name != law && ![common, used].concat().contains(name);
+        let unused: Vec<&str> = names.filter(is_unused).collect();
+        let remedy = format!("remove it, or choose another {}", self.path_of(law));
+        let problem = "the selected law does not use this parameter";
+        self.reject(&unused, &[law], problem, &remedy)
+    }
+
     /// Returns the error for values that are inconsistent with each other. The position is that of the last
     /// key of the group in the file.
     pub fn inconsistent(
         self,
         name: &str,
         others: &[&str],
-        problem: impl Into<String>,
-        remedy: impl Into<String>,
+        problem: impl fmt::Display,
+        remedy: impl fmt::Display,
     ) -> SceneError {
         let names = others.iter().chain([&name]);
         let paths: Vec<String> = names.map(|name| self.path_of(name)).collect();
         let place = self.document.place_of(paths.iter().map(|path| &path[..]));
-        Fault::inconsistent(self.path_of(name), problem, remedy).at(place)
+        SceneError::inconsistent(place, self.path_of(name), problem, remedy)
     }
 
     /// Returns the error for an absent key that is required here.
@@ -292,7 +306,7 @@ impl<'d> Table<'d> {
         let path = self.path_of(name);
         let declared = SCHEMA.find(&path).expect("a key of this table");
         let remedy = format!("it must be {}", declared.key.expected_if_missing());
-        Fault::new(format!("`{path}` is missing"), remedy).at(self.place())
+        SceneError::new(self.place(), format!("`{path}` is missing"), remedy)
     }
 
     /// Elements of a list of tables; empty if the list is absent.

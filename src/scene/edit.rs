@@ -2,11 +2,10 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::document::Document;
-use super::error::{Fault, Location, SceneError};
-use super::schema::{join, split};
+use super::error::{Location, SceneError};
+use super::schema::split;
 use super::spec::Scene;
-use super::tables::knots::{FileKnots, KnotKeys};
+use super::tables::knots::KnotKeys;
 use super::tables::load::{FACTOR, LOAD, TILT};
 
 impl Scene {
@@ -44,7 +43,7 @@ impl Scene {
     /// The text of the scene for editing.
     pub(super) fn document(&self) -> Result<DocumentMut, SceneError> {
         let document = self.text.parse();
-        document.map_err(|error| Fault::syntax(&error).at(self.place_of_override()))
+        document.map_err(|error| SceneError::syntax(self.place_of_override(), &error))
     }
 
     /// Position of an override in messages.
@@ -54,25 +53,6 @@ impl Scene {
             line: None,
         }
     }
-}
-
-/// Replaces the names of CSV files in a scene's text by the knots (variable and value) of the files. The text is then
-/// self-contained and can be recorded and edited without the files.
-pub fn with_knots(document: &Document<'_>, files: &[FileKnots]) -> String {
-    let mut text = document.editable();
-    let mut notes = String::new();
-    for FileKnots { keys, knots } in files {
-        let path = join(keys.table, keys.knots.name);
-        let file = remove(&mut text, &join(keys.table, keys.csv.name));
-        set(&mut text, &path, knot_list(keys, knots));
-        let file = file.as_ref().and_then(Item::as_str).unwrap_or_default();
-        notes += &format!("# {path} was read from {file:?}\n");
-    }
-    let mut text = text.to_string();
-    if !text.ends_with('\n') {
-        text.push('\n');
-    }
-    text + &notes
 }
 
 /// The list of knots, in the units of the keys.

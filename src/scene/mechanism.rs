@@ -1,6 +1,6 @@
 //! Mechanisms of friction-induced vibration that a scene can demonstrate, and what each requires of the scene.
 
-use strum::{EnumString, IntoStaticStr, VariantArray};
+use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::spec::Scene;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
@@ -8,38 +8,74 @@ use crate::joint::{DynamicFriction, Friction};
 
 /// A mechanism that a scene demonstrates. Its lesson explains the mechanism next to the view that shows it,
 /// with numbers measured in the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray, IntoStaticStr, EnumString)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray, IntoStaticStr, EnumString, EnumMessage,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Mechanism {
     /// Friction that decreases with sliding speed excites one mode.
+    #[strum(
+        message = "requires a mass on a belt with friction that decreases with speed; use [mass_on_belt] with stribeck_slope_s_per_m"
+    )]
     NegativeSlope,
     /// Two modes couple and flutter at a constant coefficient of friction.
+    #[strum(message = "requires two modes on a belt; use [two_modes_on_belt]")]
     ModeCoupling,
     /// A mass or contact node sticks to the moving surface and slips periodically.
+    #[strum(
+        message = "requires a system that can stick, and snapshots of it; use [mass_on_belt], or a joint with [friction] and record.patch_rate_khz above 0"
+    )]
     StickSlip,
     /// Contact nodes separate and impact.
+    #[strum(
+        message = "requires contact nodes that can separate, and snapshots of them; use a joint with contact.unilateral = true and record.patch_rate_khz above 0"
+    )]
     LiftOff,
     /// The two slope factors of Eq. (5) as printed and exchanged: stable sliding or squeak.
+    #[strum(
+        message = "exchanges the two slope factors of Eq. (5); use a joint with friction.law = \"stribeck\""
+    )]
     ExchangedFriction,
     /// Several modes are unstable, and the initial kick determines the mode that dominates.
+    #[strum(message = "requires the modes of a ball joint; use a scene with a [load] table")]
     WhichModeWins,
     /// The regime changes at a higher tilt on the upward ramp than on the downward ramp.
+    #[strum(
+        message = "requires a tilt that increases and decreases again within the run; add [[load.tilt]] knots for such a ramp"
+    )]
     Hysteresis,
     /// Two incommensurate frequencies and their combination frequencies.
     Torus,
     /// A periodic motion becomes a torus when a pair of its Floquet multipliers leaves the unit circle.
+    #[strum(
+        message = "requires a load whose tilt changes, and nothing else; add [[load.tilt]] knots, and hold load and rotation constant"
+    )]
     TorusBirth,
     /// A perturbed trajectory diverges exponentially from the original.
+    #[strum(message = "requires a perturbed trajectory; add [analysis.perturbed_trajectory]")]
     Chaos,
     /// Elastic bristles bend before the contact slides, and reduce the slope of friction for fast oscillations.
+    #[strum(
+        message = "requires friction with elastic bristles; use a joint with friction.law = \"lugre\""
+    )]
     Bristles,
     /// Friction follows the sliding speed only after a slip distance.
+    #[strum(
+        message = "requires friction with the age of the contact; use a joint with friction.law = \"rate-and-state\""
+    )]
     ContactAge,
     /// Friction given by the points of a measurement.
+    #[strum(
+        message = "requires a measured friction curve; use a joint with friction.law = \"table\""
+    )]
     MeasuredFriction,
     /// A joint that turns to and fro squeaks between two tilts of each pass.
+    #[strum(
+        message = "requires a rotation that moves the contact patch; use a joint with rotation.moves_patch = true"
+    )]
     Articulation,
     /// Predictions of the complex eigenvalues compared with the simulated vibration.
+    #[strum(message = "requires the modes of a ball joint; use a scene with a [load] table")]
     Prediction,
 }
 
@@ -53,114 +89,51 @@ impl Mechanism {
     }
 
     /// What a scene lacks to demonstrate the mechanism, so that its lesson has something to measure, and the remedy.
-    pub(super) fn missing_in(self, scene: &Scene) -> Option<[&'static str; 2]> {
+    pub(super) fn missing_in(self, scene: &Scene) -> Option<(&'static str, &'static str)> {
         if scene.analysis.spectrum.is_none() {
-            return Some([
-                "reports the strongest spectral line, and the scene computes no spectrum",
-                "add [analysis.spectrum]",
-            ]);
+            let problem = "reports the strongest spectral line, and the scene computes no spectrum";
+            return Some((problem, "add [analysis.spectrum]"));
         }
-        let (is_met, problem, remedy) = self.requirement(scene)?;
-        (!is_met).then_some([problem, remedy])
+        (!self.is_met(scene))
+            .then(|| self.get_message()?.split_once("; "))
+            .flatten()
     }
 
-    /// Whether the scene has what the mechanism requires, with the problem and the remedy otherwise.
-    #[allow(
-        clippy::too_many_lines,
-        reason = "one arm for each mechanism, with condition, problem and remedy"
-    )]
-    fn requirement(self, scene: &Scene) -> Option<(bool, &'static str, &'static str)> {
-        let (joint, small) = match &scene.subject {
-            SystemSpec::Joint(joint) => (Some(joint), None),
-            SystemSpec::Small(small) => (None, Some(small)),
-        };
-        let friction = joint.map(|joint| &joint.spec.friction);
+    fn is_met(self, scene: &Scene) -> bool {
+        let joint = scene.joint().ok();
+        let friction = joint.map_or(&Friction::None, |joint| &joint.spec.friction);
         let has = |test: fn(&LoadedJoint) -> bool| joint.is_some_and(test);
         let has_snapshots = scene.record.patch_rate > 0.0;
-        Some(match self {
-            Self::NegativeSlope => (
-                matches!(small, Some(SmallSystem::MassOnBelt(belt)) if belt.stribeck.is_some()),
-                "requires a mass on a belt with friction that decreases with speed",
-                "use [mass_on_belt] with stribeck_slope_s_per_m",
-            ),
-            Self::ModeCoupling => (
-                matches!(small, Some(SmallSystem::TwoModesOnBelt(_))),
-                "requires two modes on a belt",
-                "use [two_modes_on_belt]",
-            ),
-            Self::StickSlip => (
-                matches!(small, Some(SmallSystem::MassOnBelt(_)))
-                    || has_snapshots && friction.is_some_and(|law| *law != Friction::None),
-                "requires a system that can stick, and snapshots of it",
-                "use [mass_on_belt], or a joint with [friction] and record.patch_rate_khz above 0",
-            ),
-            Self::LiftOff => (
-                has_snapshots && has(|joint| joint.spec.contact.unilateral),
-                "requires contact nodes that can separate, and snapshots of them",
-                "use a joint with contact.unilateral = true and record.patch_rate_khz above 0",
-            ),
-            Self::ExchangedFriction => (
-                matches!(friction, Some(Friction::Stribeck { .. })),
-                "exchanges the two slope factors of Eq. (5)",
-                "use a joint with friction.law = \"stribeck\"",
-            ),
-            Self::WhichModeWins | Self::Prediction => (
-                joint.is_some(),
-                "requires the modes of a ball joint",
-                "use a scene with a [load] table",
-            ),
-            Self::Hysteresis => (
-                joint.is_some_and(|LoadedJoint { tilt, .. }| {
-                    tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))
-                }),
-                "requires a tilt that increases and decreases again within the run",
-                "add [[load.tilt]] knots for such a ramp",
-            ),
-            Self::Torus => return None,
-            Self::TorusBirth => (
-                has(|joint| {
-                    joint.load.is_none() && joint.rotation.is_none() && joint.tilt.varies()
-                }),
-                "requires a load whose tilt changes, and nothing else",
-                "add [[load.tilt]] knots, and hold load and rotation constant",
-            ),
-            Self::Bristles => (
-                matches!(
-                    friction,
-                    Some(Friction::Dynamic {
-                        law: DynamicFriction::LuGre(_),
-                        ..
-                    })
-                ),
-                "requires friction with elastic bristles",
-                "use a joint with friction.law = \"lugre\"",
-            ),
-            Self::ContactAge => (
-                matches!(
-                    friction,
-                    Some(Friction::Dynamic {
-                        law: DynamicFriction::RateAndState(_),
-                        ..
-                    })
-                ),
-                "requires friction with the age of the contact",
-                "use a joint with friction.law = \"rate-and-state\"",
-            ),
-            Self::MeasuredFriction => (
-                matches!(friction, Some(Friction::Table { .. })),
-                "requires a measured friction curve",
-                "use a joint with friction.law = \"table\"",
-            ),
-            Self::Articulation => (
-                has(LoadedJoint::patch_moves),
-                "requires a rotation that moves the contact patch",
-                "use a joint with rotation.moves_patch = true",
-            ),
-            Self::Chaos => (
-                scene.analysis.perturbed_trajectory.is_some(),
-                "requires a perturbed trajectory",
-                "add [analysis.perturbed_trajectory]",
-            ),
-        })
+        match (self, &scene.subject) {
+            (Self::Torus, _) | (Self::StickSlip, SystemSpec::Small(SmallSystem::MassOnBelt(_))) => {
+                true
+            }
+            (Self::NegativeSlope, SystemSpec::Small(SmallSystem::MassOnBelt(belt))) => {
+                belt.stribeck.is_some()
+            }
+            (Self::ModeCoupling, system) => {
+                matches!(system, SystemSpec::Small(SmallSystem::TwoModesOnBelt(_)))
+            }
+            (Self::NegativeSlope, _) => false,
+            (Self::StickSlip, _) => has_snapshots && *friction != Friction::None,
+            (Self::LiftOff, _) => has_snapshots && has(|joint| joint.spec.contact.unilateral),
+            (Self::ExchangedFriction, _) => matches!(friction, Friction::Stribeck { .. }),
+            (Self::WhichModeWins | Self::Prediction, _) => joint.is_some(),
+            (Self::Hysteresis, _) => joint.is_some_and(|LoadedJoint { tilt, .. }| {
+                tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))
+            }),
+            (Self::TorusBirth, _) => {
+                has(|joint| joint.load.is_none() && joint.rotation.is_none() && joint.tilt.varies())
+            }
+            (Self::Bristles | Self::ContactAge, _) => match friction {
+                Friction::Dynamic { law, .. } => {
+                    matches!(law, DynamicFriction::LuGre(_)) == (self == Self::Bristles)
+                }
+                _ => false,
+            },
+            (Self::MeasuredFriction, _) => matches!(friction, Friction::Table { .. }),
+            (Self::Articulation, _) => has(LoadedJoint::patch_moves),
+            (Self::Chaos, _) => scene.analysis.perturbed_trajectory.is_some(),
+        }
     }
 }

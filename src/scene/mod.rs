@@ -24,7 +24,7 @@ mod tests;
 pub use accuracy::{AccuracySettings, GAUSS_NODES};
 pub use compare::{KeyDifference, SceneComparison};
 pub use controls::Control;
-pub use error::{Fault, Location, SceneError, SceneWarning};
+pub use error::{Location, SceneError};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};

@@ -3,9 +3,8 @@
 use toml_edit::Value;
 
 use super::edit::number;
-use super::error::{SceneError, SceneWarning};
+use super::error::SceneError;
 use super::parameter::{Parameter, declared, is_listed};
-use super::schedule::Schedule;
 use super::spec::Scene;
 use super::tables::SCHEMA;
 use super::tables::analysis::AnalysisSpec;
@@ -89,8 +88,8 @@ impl Scene {
         self.edited(tables.map(|table| (table, None)))
     }
 
-    /// Properties of this valid scene that are probably unintended.
-    pub fn warnings(&self) -> Vec<SceneWarning> {
+    /// Properties of this valid scene that are probably unintended, with the remedy.
+    pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let Ok(joint) = self.joint() else {
             return warnings;
@@ -99,67 +98,74 @@ impl Scene {
             && body.frequencies == Frequencies::Published
             && !body.is_published()
         {
-            warnings.push(SceneWarning::FrequenciesOfAnotherBody);
+            warnings.push(
+                "the published natural frequencies are those of the body of the paper, and body has other dimensions or \
+                 another material; set body.frequencies = \"scaled\" or \"fe\""
+                    .to_owned(),
+            );
         }
         if let Friction::Stribeck { law, .. } = joint.spec.friction
             && law.mu_d > law.mu_s
         {
-            warnings.push(SceneWarning::KineticAboveStatic {
-                mu_s: law.mu_s,
-                mu_d: law.mu_d,
-            });
+            warnings.push(format!(
+                "friction.mu_d = {} exceeds friction.mu_s = {}: friction increases with speed, and no negative slope \
+                 excites vibration",
+                law.mu_d, law.mu_s
+            ));
         }
-        let load = joint.load.as_ref().map_or(joint.spec.load, Schedule::max);
-        if let Some(half_angle) = joint.spec.hertz_half_angle(load)
-            && half_angle > WIDE_PATCH
-        {
-            warnings.push(SceneWarning::WidePatch {
-                half_angle,
-                lost_load: joint.spec.lost_load(half_angle),
-            });
+        let half_angle = joint.spec.hertz_half_angle(joint.load_span()[1]);
+        if let Some(half_angle) = half_angle.filter(|angle| *angle > WIDE_PATCH) {
+            warnings.push(format!(
+                "the contact patch has a half-angle of {:.0} degrees, and Hertz contact holds for small ones: the normal \
+                 force along the load is {:.1} % too small; give the pressure over the radius as contact.pressure",
+                half_angle.to_degrees(),
+                100.0 * joint.spec.lost_load(half_angle)
+            ));
         }
+        let duration = self.duration;
         for (keys, schedule) in [&TILT, &LOAD, &FACTOR].into_iter().zip(joint.schedules()) {
-            let Some(schedule) = schedule else {
+            let (Some(schedule), word) = (schedule, keys.word) else {
                 continue;
             };
             let has_steps = schedule.jumps().next().is_some();
             // The segment before a knot at the end of the run is simulated; no sample follows a step there.
-            let too_late =
-                |last: &f64| *last > self.duration || has_steps && *last == self.duration;
+            let too_late = |last: &f64| *last > duration || has_steps && *last == duration;
             if let Some(last) = schedule.last_point().filter(too_late) {
-                warnings.push(SceneWarning::ScheduleCutShort {
-                    of: keys.word,
-                    duration: self.duration,
-                    last,
-                });
+                warnings.push(format!(
+                    "the run ends at {} ms, {} the last change of the {word} at {} ms; increase time.duration_ms",
+                    1e3 * duration,
+                    if last > duration {
+                        "before"
+                    } else {
+                        "without a sample after"
+                    },
+                    1e3 * last
+                ));
             }
             let frame = self.frame_samples as f64 / self.sample_rate;
             if let Some(time) = schedule.first_knot_within(frame) {
-                warnings.push(SceneWarning::PointsWithinFrame {
-                    of: keys.word,
-                    time,
-                    frame,
-                });
+                warnings.push(format!(
+                    "the {word} has a knot at {} ms that follows the previous knot by less than a frame; the {word} is \
+                     updated once per frame, every {} ms, and knots within a frame have no effect; reduce \
+                     time.frame_samples, or use steps",
+                    1e3 * time,
+                    1e3 * frame
+                ));
             }
         }
         let analysis = &self.analysis;
-        let starts = [
-            (
-                "analysis.lyapunov.transient_ms",
-                analysis.exponents.map(|spec| spec.settle),
-            ),
-            (
-                "analysis.perturbed_trajectory.start_ms",
-                analysis.perturbed_trajectory.map(|spec| spec.start),
-            ),
-        ];
-        for (key, start) in starts {
-            if let Some(start) = start.filter(|start| *start >= self.duration) {
-                warnings.push(SceneWarning::AnalysisNeverStarts {
-                    key,
-                    start,
-                    duration: self.duration,
-                });
+        let exponents = analysis.exponents.map(|spec| spec.settle);
+        let perturbed = analysis.perturbed_trajectory.map(|spec| spec.start);
+        for (key, start) in [
+            ("analysis.lyapunov.transient_ms", exponents),
+            ("analysis.perturbed_trajectory.start_ms", perturbed),
+        ] {
+            if let Some(start) = start.filter(|start| *start >= duration) {
+                warnings.push(format!(
+                    "the run ends at {} ms, before {key} = {}, so this analysis has no result; increase time.duration_ms",
+                    1e3 * duration,
+                    1e3 * start
+                ));
             }
         }
         warnings

@@ -6,7 +6,7 @@ use std::fmt;
 use toml_edit::Value;
 
 use super::edit::{knot_list, number};
-use super::error::{CLOSE, Fault, Location, SceneError, did_you_mean, nearest};
+use super::error::{CLOSE, Location, SceneError, did_you_mean, nearest};
 use super::schema::kind::float;
 use super::schema::{Declared, IfAbsent, join};
 use super::spec::Scene;
@@ -52,7 +52,7 @@ impl Parameter {
                 "`{name}` cannot be varied{constant}: it is not a single number that is constant in time"
             );
             let remedy = "choose a numeric key from `squeakscope scenes --keys`";
-            return Err(Fault::new(problem, remedy).at(place()));
+            return Err(SceneError::new(place(), problem, remedy));
         }
         let key = declared(name, is_free, concerns, place)?;
         Ok(Self { key })
@@ -154,7 +154,8 @@ pub(super) fn declared(
     });
     let nearest = did_you_mean(nearest.map(|key| &key.path[..]));
     let remedy = "`squeakscope scenes --keys` lists all keys";
-    Err(Fault::new(format!("unknown key `{name}`{nearest}"), remedy).at(place()))
+    let problem = format!("unknown key `{name}`{nearest}");
+    Err(SceneError::new(place(), problem, remedy))
 }
 
 /// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular
@@ -312,7 +313,12 @@ impl Scene {
             "the {word} of this scene is a function of time and cannot take a constant value"
         );
         let remedy = format!("use a scene with a constant {word}");
-        Err(Fault::inconsistent(path, problem, remedy).at(self.place_of_override()))
+        Err(SceneError::inconsistent(
+            self.place_of_override(),
+            path,
+            problem,
+            remedy,
+        ))
     }
 
     /// The scene's angular velocity with another magnitude, rad/s.

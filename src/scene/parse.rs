@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::controls;
 use super::document::{Document, FromTable, line_of};
-use super::edit::{remove, with_knots};
-use super::error::{Fault, Location, SceneError};
+use super::edit::remove;
+use super::error::{Location, SceneError};
 use super::spec::Scene;
 use super::subject::SystemSpec;
 use super::tables::{
-    Frames, Header, analysis, check_imported_patch, check_sliding, joint, run, small,
+    Frames, Header, analysis, check_imported_patch, check_sliding, csv, joint, run, small,
 };
 use crate::joint::ImportedModes;
 
@@ -23,10 +23,11 @@ impl Scene {
     /// the wrong type or out of range, inconsistent values or files.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
         let text = decoded(file, content.as_ref())?;
-        let document = Document::parse(file, text)?;
-        let scene = build(&document, file, text, None)?;
+        let text = csv::expanded(file, text)?;
+        let document = Document::parse(file, &text)?;
+        let scene = build(&document, file, &text, None)?;
         if let Some(mechanism) = scene.mechanism
-            && let Some([problem, remedy]) = mechanism.missing_in(&scene)
+            && let Some((problem, remedy)) = mechanism.missing_in(&scene)
         {
             let problem = format!("\"{}\" {problem}", mechanism.name());
             return Err(document.inconsistent("mechanism", &[], problem, remedy));
@@ -42,7 +43,8 @@ impl Scene {
         text: &str,
         known: Option<&Arc<ImportedModes>>,
     ) -> Result<Self, SceneError> {
-        let mut scene = build(&Document::parse(file, text)?, file, text, known)?;
+        let text = csv::expanded(file, text)?;
+        let mut scene = build(&Document::parse(file, &text)?, file, &text, known)?;
         let named = scene.mechanism;
         scene.mechanism = named.filter(|mechanism| mechanism.missing_in(&scene).is_none());
         if scene.mechanism != named {
@@ -58,10 +60,15 @@ impl Scene {
 fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-        Fault::new("the scene file is not UTF-8 text", "save it as UTF-8").at(Location {
+        let place = Location {
             file: file.to_owned(),
             line: Some(line_of(&valid, valid.len())),
-        })
+        };
+        SceneError::new(
+            place,
+            "the scene file is not UTF-8 text",
+            "save it as UTF-8",
+        )
     })?;
     // Some editors write a byte-order mark, which is not part of the text.
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
@@ -78,12 +85,9 @@ fn build(
     let name = header
         .name
         .unwrap_or_else(|| stem.to_string_lossy().into_owned());
-    let (subject, tables) = match small::small(document)? {
-        Some(small) => (SystemSpec::Small(small), Vec::new()),
-        None => {
-            let (joint, tables) = joint::read_joint(document, file, known)?;
-            (SystemSpec::Joint(joint), tables)
-        }
+    let subject = match small::small(document)? {
+        Some(small) => SystemSpec::Small(small),
+        None => SystemSpec::Joint(joint::read_joint(document, file, known)?),
     };
     let start = run::start(document, &subject)?;
     let frames = Frames::read(document.table("time"))?;
@@ -93,11 +97,7 @@ fn build(
         mechanism: header.mechanism,
         controls: controls::read(document)?,
         name,
-        text: if tables.is_empty() {
-            text.to_owned()
-        } else {
-            with_knots(document, &tables)
-        },
+        text: text.to_owned(),
         start,
         duration: frames.duration,
         sample_rate: frames.sample_rate,

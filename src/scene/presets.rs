@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::error::{CLOSE, SceneError, nearest};
+use super::error::{CLOSE, SceneError, did_you_mean, nearest};
 use super::spec::Scene;
 
 /// A built-in scene.
@@ -95,35 +95,27 @@ fn read(name: &str) -> Result<Vec<u8>, SceneError> {
             if source.kind() == ErrorKind::NotFound && !looks_like_a_path(name) {
                 unknown(name)
             } else {
-                SceneError::Unreadable {
-                    file: name.to_owned(),
-                    source,
-                }
+                SceneError::unreadable(name, source)
             }
         })?;
     if content.len() as u64 > LIMIT {
-        return Err(SceneError::TooLarge {
-            file: name.to_owned(),
-            limit: LIMIT,
-        });
+        return Err(SceneError::whole(format!(
+            "the scene file `{name}` is larger than {LIMIT} bytes; a scene is a few kilobytes of TOML"
+        )));
     }
     Ok(content)
 }
 
 /// Whether a name without a file was probably meant as a path.
 fn looks_like_a_path(name: &str) -> bool {
-    let path = Path::new(name);
-    path.components().count() > 1
-        || path
-            .extension()
-            .is_some_and(|extension| extension == "toml")
+    Path::new(name).components().count() > 1 || name.ends_with(".toml")
 }
 
 fn unknown(name: &str) -> SceneError {
     let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
-    SceneError::UnknownScene {
-        name: name.to_owned(),
-        nearest: nearest(name, names.iter().copied(), CLOSE).map(str::to_owned),
-        known: names.join(", "),
-    }
+    let nearest = did_you_mean(nearest(name, names.iter().copied(), CLOSE));
+    SceneError::whole(format!(
+        "no scene is called `{name}`{nearest}; choose one of {}, or give the path of a scene file",
+        names.join(", ")
+    ))
 }

@@ -53,7 +53,7 @@ impl Scene {
     /// Returns the joint and its loading.
     ///
     /// # Errors
-    /// [`SceneError::WrongSystem`] if the scene defines a small system.
+    /// If the scene defines a small system.
     pub fn joint(&self) -> Result<&LoadedJoint, SceneError> {
         match &self.subject {
             SystemSpec::Joint(joint) => Ok(joint),
@@ -64,7 +64,7 @@ impl Scene {
     /// Returns the joint and its loading for modification. The result is not validated.
     ///
     /// # Errors
-    /// [`SceneError::WrongSystem`] if the scene defines a small system.
+    /// If the scene defines a small system.
     pub fn joint_mut(&mut self) -> Result<&mut LoadedJoint, SceneError> {
         match &mut self.subject {
             SystemSpec::Joint(joint) => Ok(joint),
@@ -79,12 +79,12 @@ impl Scene {
     pub fn ball_on_beam(&self) -> Result<&BallOnBeam, SceneError> {
         match &self.joint()?.spec.body {
             BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Imported(modes) => Err(SceneError::WrongSystem {
-                scene: self.name.clone(),
-                required: "modes and contact patch of ball and beam are",
-                defines: format!("imports them from `{}`", modes.name()),
-                remedy: format!("without body.modes, such as `{DEFAULT_SCENE}`"),
-            }),
+            BodySpec::Imported(modes) => Err(SceneError::wrong_system(
+                &self.name,
+                "modes and contact patch of ball and beam are",
+                &format!("imports them from `{}`", modes.name()),
+                &format!("without body.modes, such as `{DEFAULT_SCENE}`"),
+            )),
         }
     }
 
@@ -98,10 +98,7 @@ impl Scene {
 }
 
 fn no_joint(scene: &str, small: &SmallSystem) -> SceneError {
-    SceneError::WrongSystem {
-        scene: scene.to_owned(),
-        required: "a ball joint is",
-        defines: format!("defines {}", small.description()),
-        remedy: format!("with a [load] table, such as `{DEFAULT_SCENE}`"),
-    }
+    let defines = format!("defines {}", small.description());
+    let remedy = format!("with a [load] table, such as `{DEFAULT_SCENE}`");
+    SceneError::wrong_system(scene, "a ball joint is", &defines, &remedy)
 }

@@ -8,7 +8,7 @@ use strum::VariantArray;
 use toml_edit::{Array, Value};
 
 use super::unit::{ONE, Unit};
-use crate::scene::error::{CLOSE, Fault, did_you_mean, nearest};
+use crate::scene::error::{CLOSE, Location, SceneError, did_you_mean, nearest};
 use crate::scene::setting::{AutoOr, StateCoordinate};
 
 /// A mismatch of a value and its key: why the value is rejected.
@@ -23,8 +23,8 @@ pub enum Mismatch {
 }
 
 impl Mismatch {
-    /// Builds the fault for a key with this mismatch; `found` is the value as written, shortened.
-    pub fn fault(self, key: &str, expected: &str, found: &str) -> Fault {
+    /// Returns the error for a key with this mismatch; `found` is the value as written, shortened.
+    pub fn at(self, place: Location, key: &str, expected: &str, found: &str) -> SceneError {
         let problem = match self {
             Self::Type => format!("`{key}` is {found}"),
             Self::Range => format!("`{key}` = {found} is out of range"),
@@ -33,7 +33,7 @@ impl Mismatch {
                 format!("`{key}` = {found} is not a valid choice{nearest}")
             }
         };
-        Fault::new(problem, format!("it must be {expected}"))
+        SceneError::new(place, problem, format!("it must be {expected}"))
     }
 }
 

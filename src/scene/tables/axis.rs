@@ -80,11 +80,7 @@ pub fn check_imported_patch(
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);
     modes
         .check_load(spec.load, direction)
-        .map_err(|problem| SceneError::Modes {
-            at: document.place_of(keys),
-            file: modes.name().to_owned(),
-            problem: Box::new(problem),
-        })
+        .map_err(|problem| SceneError::modes(document.place_of(keys), modes.name(), &problem))
 }
 
 fn tilt_keys() -> Vec<&'static str> {

@@ -3,15 +3,55 @@
 use std::io::{self, Read};
 use std::path::Path;
 
+use super::friction::CURVE;
 use super::knots::{KnotKeys, MAX_POINTS, out_of_order};
+use super::load::{FACTOR, LOAD, TILT};
 use crate::foreign::open_file;
 use crate::scene::document::Document;
-use crate::scene::error::{Fault, Location, SceneError};
-use crate::scene::schema::kind::{Kind, Mismatch, Number};
-use crate::scene::schema::{Key, join};
+use crate::scene::edit::knot_list;
+use crate::scene::error::{Location, SceneError};
+use crate::scene::schema::join;
+use crate::scene::schema::kind::{Kind, Mismatch};
 
 /// Size limit, bytes.
 const MAX_BYTES: u64 = 4 << 20;
+
+/// The text of a scene with the knots of CSV files in the place of their names, so that it is self-contained and can be
+/// recorded and edited without the files. A curve that is given more than once stays, to be rejected.
+///
+/// # Errors
+/// If the text is not a scene's, and as [`knots`].
+pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
+    let document = Document::parse(file, text)?;
+    let mut edits = Vec::new();
+    let mut notes = String::new();
+    for (keys, forms) in [
+        (&LOAD.curve, LOAD.paths().collect::<Vec<_>>()),
+        (&TILT.curve, TILT.paths().collect()),
+        (&FACTOR.curve, FACTOR.paths().collect()),
+        (&CURVE, vec!["friction.points", "friction.points_csv"]),
+    ] {
+        let is_given_once = forms.iter().filter(|form| document.has(form)).count() == 1;
+        let span = document.span(&join(keys.table, keys.csv.name));
+        let Some(span) = span.filter(|_| is_given_once) else {
+            continue;
+        };
+        let list = knot_list(keys, &knots(&document, keys)?);
+        let (table, name) = (keys.table, keys.knots.name);
+        let file = document.table(table).get(keys.csv)?;
+        notes += &format!("# {table}.{name} was read from {file:?}\n");
+        edits.push((span, format!("{name} = {list}")));
+    }
+    let mut text = text.to_owned();
+    edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+    for (span, list) in edits {
+        text.replace_range(span, &list);
+    }
+    if !notes.is_empty() && !text.ends_with('\n') {
+        text.push('\n');
+    }
+    Ok(text + &notes)
+}
 
 /// Reads the knots of the CSV file that a scene names, in the units of the file: variable (such as time in ms), and
 /// value.
@@ -21,21 +61,70 @@ const MAX_BYTES: u64 = 4 << 20;
 ///
 /// # Errors
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
-pub fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, SceneError> {
+fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(keys.table);
     let path = document.folder().join(table.get(keys.csv)?);
     let file = path.display().to_string();
     let text = read(&path).map_err(|problem| {
         let remedy =
             "give the path of a readable CSV file, relative to the folder of the scene file";
-        table.inconsistent(
-            keys.csv.name,
-            &[],
-            format!("the file `{file}` {problem}"),
-            remedy,
-        )
+        let problem = format!("the file `{file}` {problem}");
+        table.inconsistent(keys.csv.name, &[], problem, remedy)
     })?;
-    KnotFile { file, keys }.knots(text.strip_prefix('\u{feff}').unwrap_or(&text))
+    let place = |line| Location {
+        file: file.clone(),
+        line: Some(line),
+    };
+    let refused = |line, problem: String, remedy: &str| {
+        let key = join(keys.table, keys.csv.name);
+        Err(SceneError::inconsistent(place(line), key, problem, remedy))
+    };
+    let path_of = |name| format!("{}.{}.{name}", keys.table, keys.knots.name);
+    let names = keys.knot.map(|key| key.name).join(",");
+    let uncommented = |row: &'_ str| row.split('#').next().unwrap_or_default().trim().to_owned();
+    let rows = (1..).zip(text.trim_start_matches('\u{feff}').lines().map(uncommented));
+    let mut rows = rows.filter(|(_, row)| !row.is_empty());
+    let (line, heading) = rows.next().unwrap_or((1, String::new()));
+    if !heading.split(',').map(str::trim).eq(names.split(',')) {
+        let problem = "the first line does not contain the names of the columns".to_owned();
+        let remedy = format!(
+            "begin with the line `{names}`, separate columns by commas, and write numbers with a decimal point"
+        );
+        return refused(line, problem, &remedy);
+    }
+    let mut knots: Vec<[f64; 2]> = Vec::new();
+    for (line, row) in rows {
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        if fields.len() != 2 {
+            let problem = format!("the line has {} fields instead of 2", fields.len());
+            let remedy = format!("write `{names}` on each line, separated by a comma");
+            return refused(line, problem, &remedy);
+        }
+        let mut knot = [0.0; 2];
+        for ((number, field), key) in knot.iter_mut().zip(fields).zip(keys.knot) {
+            let stated = field.parse().map_err(|_| Mismatch::Type);
+            let accepted = stated.and_then(|x: f64| key.kind.accept(x).map(|_| x));
+            *number = accepted.map_err(|mismatch| {
+                let (key, expected) = (path_of(key.name), key.kind.expected());
+                mismatch.at(place(line), &key, &expected, &format!("`{field}`"))
+            })?;
+        }
+        if knots.last().is_some_and(|before| knot[0] <= before[0]) {
+            let variable = path_of(keys.knot[0].name);
+            return Err(out_of_order(&variable, keys.order, place(line)));
+        }
+        if knots.len() == MAX_POINTS {
+            let problem = format!("the file contains more than {MAX_POINTS} knots");
+            return refused(line, problem, "remove knots from nearly straight sections");
+        }
+        knots.push(knot);
+    }
+    if knots.is_empty() {
+        let (last, problem) = (text.lines().count().max(1), "the file contains no knot");
+        let remedy = "write one knot on each line below the names of the columns";
+        return refused(last, problem.to_owned(), remedy);
+    }
+    Ok(knots)
 }
 
 fn read(path: &Path) -> Result<String, String> {
@@ -45,97 +134,4 @@ fn read(path: &Path) -> Result<String, String> {
         return Err(format!("is larger than {MAX_BYTES} bytes"));
     }
     io::read_to_string(file.take(MAX_BYTES)).map_err(unreadable)
-}
-
-/// The content of a CSV file with its name.
-struct KnotFile<'k> {
-    file: String,
-    keys: &'k KnotKeys,
-}
-
-impl KnotFile<'_> {
-    fn knots(&self, text: &str) -> Result<Vec<[f64; 2]>, SceneError> {
-        let uncommented = |line: &'_ str| line.split('#').next().unwrap_or("").trim().to_owned();
-        let lines = (1..).zip(text.lines().map(uncommented));
-        let mut rows = lines.filter(|(_, line)| !line.is_empty());
-        self.check_heading(rows.next())?;
-        let mut knots: Vec<[f64; 2]> = Vec::new();
-        for (line, row) in rows {
-            let knot = self.knot(line, &row)?;
-            if knots.last().is_some_and(|before| knot[0] <= before[0]) {
-                let variable = self.path_of(self.keys.knot[0]);
-                return Err(out_of_order(&variable, self.keys.order, self.place(line)));
-            }
-            if knots.len() == MAX_POINTS {
-                let problem = format!("the file contains more than {MAX_POINTS} knots");
-                let remedy = "remove knots from nearly straight sections";
-                return Err(self.error(line, &problem, remedy));
-            }
-            knots.push(knot);
-        }
-        if knots.is_empty() {
-            let remedy = "write one knot on each line below the names of the columns";
-            let last = text.lines().count().max(1);
-            return Err(self.error(last, "the file contains no knot", remedy));
-        }
-        Ok(knots)
-    }
-
-    /// Checks the names of the columns in the first line.
-    fn check_heading(&self, first: Option<(usize, String)>) -> Result<(), SceneError> {
-        let (line, heading) = first.unwrap_or((1, String::new()));
-        let names = self.keys.knot.map(|key| key.name);
-        if heading.split(',').map(str::trim).eq(names) {
-            return Ok(());
-        }
-        let problem = "the first line does not contain the names of the columns";
-        let names = names.join(",");
-        let remedy = format!(
-            "begin with the line `{names}`, separate columns by commas, and write numbers with a decimal point"
-        );
-        Err(self.error(line, problem, &remedy))
-    }
-
-    fn knot(&self, line: usize, row: &str) -> Result<[f64; 2], SceneError> {
-        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-        let [variable, value] = self.keys.knot;
-        let [at, there] = fields[..] else {
-            let problem = format!("the line has {} fields instead of 2", fields.len());
-            let heading = format!("{},{}", variable.name, value.name);
-            let remedy = format!("write `{heading}` on each line, separated by a comma");
-            return Err(self.error(line, &problem, &remedy));
-        };
-        Ok([
-            self.number(line, at, variable)?,
-            self.number(line, there, value)?,
-        ])
-    }
-
-    /// Parses a number and checks its range; the result is in the unit of the file.
-    fn number(&self, line: usize, field: &str, key: &Key<Number>) -> Result<f64, SceneError> {
-        let stated: Result<f64, Mismatch> = field.parse().map_err(|_| Mismatch::Type);
-        let accepted = stated.and_then(|stated| key.kind.accept(stated).map(|_| stated));
-        accepted.map_err(|mismatch| {
-            let (path, found) = (self.path_of(key), format!("`{field}`"));
-            let fault = mismatch.fault(&path, &key.kind.expected(), &found);
-            fault.at(self.place(line))
-        })
-    }
-
-    /// Path of a key of a knot, for messages.
-    fn path_of(&self, key: &Key<Number>) -> String {
-        format!("{}.{}.{}", self.keys.table, self.keys.knots.name, key.name)
-    }
-
-    fn error(&self, line: usize, problem: &str, remedy: &str) -> SceneError {
-        let key = join(self.keys.table, self.keys.csv.name);
-        Fault::inconsistent(key, problem, remedy).at(self.place(line))
-    }
-
-    fn place(&self, line: usize) -> Location {
-        Location {
-            file: self.file.clone(),
-            line: Some(line),
-        }
-    }
 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
-use super::csv;
 use super::knots::{KnotKeys, MAX_POINTS, points};
 use crate::joint::{
     Constant, Contact, DynamicFriction, Friction, FrictionTable, LuGre, MAX_NODES_WITH_STATES,
@@ -82,81 +81,63 @@ keys! {
         distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), else "required with `rate-and-state`";
         /// Whether the radial component of the friction force in Eq. (8) is included.
         radial = "radial": Flag, default true;
-    } => match law {
-        Law::Stribeck => {
-            reject_parameters_of_other_laws(table, &[&["mu"], &POINTS[..], &BRISTLES, &AGEING].concat())?;
-            let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
-            Friction::Stribeck { law: Stribeck { mu_s, mu_d, creep, stribeck }, radial }
-        }
-        Law::Constant => {
-            let numbers = [&CURVE_OF_SPEED[..], &POINTS, &BRISTLES, &AGEING].concat();
-            reject_parameters_of_other_laws(table, &numbers)?;
-            Friction::Constant { law: Constant { mu: table.needed("mu", mu)?, creep }, radial }
-        }
-        Law::Table => {
-            reject_parameters_of_other_laws(table, &[&["mu"], &CURVE_OF_SPEED[..], &BRISTLES, &AGEING].concat())?;
-            let law = FrictionTable::new(friction_points(table.document)?, creep);
-            // In range and in order, they can still be too close together.
-            let law = law.ok_or_else(|| {
-                let [list, file] = [CURVE.knots.name, CURVE.csv.name];
-                let given = if table.has(file) { file } else { list };
-                let problem = "two speeds are so close that the slope between them is not finite";
-                table.inconsistent(given, &[], problem, "remove one of the two points")
-            })?;
-            Friction::Table { law: Arc::new(law), radial }
-        }
-        Law::Lugre => {
-            let numbers = [&["mu", "creep_slope_s_per_m"], &POINTS[..], &AGEING].concat();
-            reject_parameters_of_other_laws(table, &numbers)?;
-            let law = LuGre {
-                mu_s: positive(table, "mu_s", mu_s)?,
-                mu_d: positive(table, "mu_d", mu_d)?,
-                stribeck,
-                stiffness: table.needed("bristle_stiffness_per_m", stiffness)?,
-                damping: damping.unwrap_or(0.0),
-                viscous: viscous.unwrap_or(0.0),
-            };
-            Friction::Dynamic { law: DynamicFriction::LuGre(law), radial }
-        }
-        Law::RateAndState => {
-            let numbers = [&["mu", "creep_slope_s_per_m"], &CURVE_OF_SPEED[..], &POINTS, &BRISTLES].concat();
-            reject_parameters_of_other_laws(table, &numbers)?;
-            let law = RateAndState {
-                mu_0: positive(table, "mu_0", mu_0)?,
-                direct: table.needed("direct_effect", direct)?,
-                evolution: table.needed("evolution_effect", evolution)?,
-                reference_speed: table.needed("reference_speed_m_per_s", reference_speed)?,
-                distance: table.needed("slip_distance_um", distance)?,
-            };
-            if law.mu_0 > MOST_DIRECT * law.direct {
-                let problem = format!("the coefficient is more than {MOST_DIRECT} times the direct effect");
-                return Err(table.inconsistent("direct_effect", &["mu_0"], problem, "increase the direct effect"));
+    } => {
+        table.reject_unused("law", &["radial"], match law {
+            Law::Stribeck => &["mu_s", "mu_d", "creep_slope_s_per_m", "stribeck_slope_s_per_m"],
+            Law::Constant => &["mu", "creep_slope_s_per_m"],
+            Law::Table => &["points", "points_csv", "creep_slope_s_per_m"],
+            Law::Lugre => &[
+                "mu_s", "mu_d", "stribeck_slope_s_per_m", "bristle_stiffness_per_m", "bristle_damping_s_per_m",
+                "viscous_s_per_m",
+            ],
+            Law::RateAndState => {
+                &["mu_0", "direct_effect", "evolution_effect", "reference_speed_m_per_s", "slip_distance_um"]
             }
-            Friction::Dynamic { law: DynamicFriction::RateAndState(law), radial }
-        }
-        Law::None => {
-            let numbers = [&["mu", "creep_slope_s_per_m"], &CURVE_OF_SPEED[..], &POINTS, &BRISTLES, &AGEING].concat();
-            reject_parameters_of_other_laws(table, &numbers)?;
-            Friction::None
+            Law::None => &[],
+        })?;
+        match law {
+            Law::Stribeck => {
+                let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
+                Friction::Stribeck { law: Stribeck { mu_s, mu_d, creep, stribeck }, radial }
+            }
+            Law::Constant => Friction::Constant { law: Constant { mu: table.needed("mu", mu)?, creep }, radial },
+            Law::Table => {
+                let law = FrictionTable::new(friction_points(table.document)?, creep);
+                // In range and in order, they can still be too close together.
+                let law = law.ok_or_else(|| {
+                    let problem = "two speeds are so close that the slope between them is not finite";
+                    table.inconsistent(CURVE.knots.name, &[], problem, "remove one of the two points")
+                })?;
+                Friction::Table { law: Arc::new(law), radial }
+            }
+            Law::Lugre => {
+                let law = LuGre {
+                    mu_s: positive(table, "mu_s", mu_s)?,
+                    mu_d: positive(table, "mu_d", mu_d)?,
+                    stribeck,
+                    stiffness: table.needed("bristle_stiffness_per_m", stiffness)?,
+                    damping: damping.unwrap_or(0.0),
+                    viscous: viscous.unwrap_or(0.0),
+                };
+                Friction::Dynamic { law: DynamicFriction::LuGre(law), radial }
+            }
+            Law::RateAndState => {
+                let law = RateAndState {
+                    mu_0: positive(table, "mu_0", mu_0)?,
+                    direct: table.needed("direct_effect", direct)?,
+                    evolution: table.needed("evolution_effect", evolution)?,
+                    reference_speed: table.needed("reference_speed_m_per_s", reference_speed)?,
+                    distance: table.needed("slip_distance_um", distance)?,
+                };
+                ensure!(table, law.mu_0 <= MOST_DIRECT * law.direct => "direct_effect", &["mu_0"];
+                    "the coefficient is more than {MOST_DIRECT} times the direct effect";
+                    "increase the direct effect");
+                Friction::Dynamic { law: DynamicFriction::RateAndState(law), radial }
+            }
+            Law::None => Friction::None,
         }
     };
 }
-
-/// Parameters of the laws, to reject those that have no effect.
-const CURVE_OF_SPEED: [&str; 3] = ["mu_s", "mu_d", "stribeck_slope_s_per_m"];
-const POINTS: [&str; 2] = ["points", "points_csv"];
-const BRISTLES: [&str; 3] = [
-    "bristle_stiffness_per_m",
-    "bristle_damping_s_per_m",
-    "viscous_s_per_m",
-];
-const AGEING: [&str; 5] = [
-    "mu_0",
-    "direct_effect",
-    "evolution_effect",
-    "reference_speed_m_per_s",
-    "slip_distance_um",
-];
 
 /// Largest ratio of the coefficient to the direct effect; beyond it numbers would overflow.
 const MOST_DIRECT: f64 = 300.0;
@@ -164,30 +145,10 @@ const MOST_DIRECT: f64 = 300.0;
 /// A required coefficient that must not be zero.
 fn positive(table: Table<'_>, name: &'static str, given: Option<f64>) -> Result<f64, SceneError> {
     let number = table.needed(name, given)?;
-    if number > 0.0 {
-        Ok(number)
-    } else {
-        Err(table.inconsistent(
-            name,
-            &["law"],
-            "the selected law needs a positive coefficient",
-            "increase it",
-        ))
-    }
-}
-
-/// Rejects parameters of other laws, which would have no effect.
-pub fn reject_parameters_of_other_laws(
-    table: Table<'_>,
-    numbers: &[&str],
-) -> Result<(), SceneError> {
-    let remedy = format!("remove it, or choose another {}", table.path_of("law"));
-    table.reject(
-        numbers,
-        &["law"],
-        "the selected law does not use this parameter",
-        &remedy,
-    )
+    ensure!(table, number > 0.0 => name, &["law"];
+        "the selected law needs a positive coefficient";
+        "increase it");
+    Ok(number)
 }
 
 /// Checks what friction with states excludes.
@@ -231,16 +192,12 @@ const ONE_CURVE: &str = "exactly one of `points` and `points_csv` with `table`";
 fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(CURVE.table);
     let [list, file] = [CURVE.knots.name, CURVE.csv.name];
-    match (table.has(list), table.has(file)) {
-        (true, true) => Err(table.inconsistent(
-            file,
-            &[list],
-            "the scene gives the friction curve more than once",
-            format!("keep one of friction.{list} and friction.{file}"),
-        )),
-        // The units of the file are SI units.
-        (false, true) => csv::knots(document, &CURVE),
-        (true, false) => points(table.list(CURVE.knots)?, CURVE.knot, CURVE.order),
-        (false, false) => Err(document.missing("friction.points")),
+    ensure!(table, !(table.has(list) && table.has(file)) => file, &[list];
+        "the scene gives the friction curve more than once";
+        "keep one of friction.{list} and friction.{file}");
+    // A file has been replaced by its points.
+    if !table.has(list) {
+        return Err(document.missing("friction.points"));
     }
+    points(table.list(CURVE.knots)?, CURVE.knot, CURVE.order)
 }

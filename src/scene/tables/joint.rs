@@ -6,8 +6,8 @@ use std::sync::Arc;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::SCHEMA;
-use super::friction::{self, CURVE, reject_parameters_of_other_laws};
-use super::knots::{FileKnots, MAX_POINTS, points};
+use super::friction;
+use super::knots::{MAX_POINTS, points};
 use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
 use super::quantity::Quantity;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
@@ -165,11 +165,11 @@ keys! {
         dissipation = "dissipation_s_per_m": number(SECOND_PER_METRE, Positive(100.0)), else "required with `hunt-crossley`";
     } => match law {
         DampingLaw::KelvinVoigt => {
-            reject_parameters_of_other_laws(table, &["dissipation_s_per_m"])?;
+            table.reject_unused("law", &[], &["retardation_time_us"])?;
             ContactDamping::KelvinVoigt { time: table.needed("retardation_time_us", time)? }
         }
         DampingLaw::HuntCrossley => {
-            reject_parameters_of_other_laws(table, &["retardation_time_us"])?;
+            table.reject_unused("law", &[], &["dissipation_s_per_m"])?;
             ContactDamping::HuntCrossley { dissipation: table.needed("dissipation_s_per_m", dissipation)? }
         }
     };
@@ -195,13 +195,13 @@ keys! {
     static DAMPING: OneOrMany = "ratio": OneOrMany(number(ONE, HalfOpen(0.0, 1.0)));
 }
 
-/// Reads the joint, its loading and the knots of CSV files. `known` are imported modes that need not be read
+/// Reads the joint and its loading. `known` are imported modes that need not be read
 /// again.
 pub fn read_joint(
     document: &Document<'_>,
     file: &str,
     known: Option<&Arc<ImportedModes>>,
-) -> Result<(LoadedJoint, Vec<FileKnots>), SceneError> {
+) -> Result<LoadedJoint, SceneError> {
     let missing = |path: &str| document.missing(path);
     let load = Quantity::find(document, &LOAD)?.ok_or_else(|| missing("load.load_n"))?;
     let mut spec = joint(document, load.schedule.at(0.0), file, known)?;
@@ -211,32 +211,20 @@ pub fn read_joint(
     ensure!(document, !(moves_patch && tilt.is_function) => "rotation.moves_patch", &TILT.paths().collect::<Vec<_>>();
         "the tilt is also a function of time";
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
-    let mut tables: Vec<FileKnots> = [load.from_file, tilt.from_file]
-        .into_iter()
-        .flatten()
-        .collect();
-    if let Friction::Table { law, .. } = &spec.friction
-        && document.has("friction.points_csv")
-    {
-        let (keys, knots) = (&CURVE, law.points().to_vec());
-        tables.push(FileKnots { keys, knots });
-    }
     let mut rotation = None;
     if let Some(factor) = Quantity::find(document, &FACTOR)? {
-        tables.extend(factor.from_file);
         let scaled = scaled_rotation(document, spec.rotation, factor.schedule)?;
         spec.rotation = scaled.at(0.0);
         rotation = Some(scaled);
     }
-    let tilted = LoadedJoint {
+    Ok(LoadedJoint {
         spec,
         tilt: tilt.schedule,
         load: load.is_function.then_some(load.schedule),
         rotation,
         patch_moves_from: moves_patch.then_some(0.0),
         carry: document.table("time").get(&CARRY)?,
-    };
-    Ok((tilted, tables))
+    })
 }
 
 /// Checks that Hertz contact is a fair description of the patch under the largest load (N).
@@ -366,12 +354,10 @@ fn imported_modes(
     let path = folder.join(named);
     let modes = Npz::open(&path).map_err(|problem| ImportedModesError::File(problem.into()));
     let modes = modes.and_then(|mut file| ImportedModes::read(&mut file, named));
-    let modes = modes.map_err(|problem| SceneError::Modes {
-        at: document.place_of(["body.modes"]),
-        file: path.display().to_string(),
-        problem: Box::new(problem),
-    })?;
-    Ok(Arc::new(modes))
+    let modes = modes.map_err(|problem| {
+        SceneError::modes(document.place_of(["body.modes"]), path.display(), &problem)
+    });
+    modes.map(Arc::new)
 }
 
 /// Checks the dimensions: beam thinner than ball and longer than its radius, mesh size, ball smaller than

@@ -1,7 +1,7 @@
 //! Keys of the points of a curve: in the scene, or in a CSV file that the scene names.
 
 use crate::scene::document::Table;
-use crate::scene::error::{Fault, Location, SceneError};
+use crate::scene::error::{Location, SceneError};
 use crate::scene::schema::Key;
 use crate::scene::schema::kind::{Number, Tables, Text};
 
@@ -20,14 +20,6 @@ pub struct KnotKeys {
     pub csv: &'static Key<Text>,
     /// Name of the variable in messages, with the comparative for its order: `time`, `later`.
     pub order: [&'static str; 2],
-}
-
-/// Knots of a CSV file, in its units.
-pub struct FileKnots {
-    /// Keys of the curve.
-    pub keys: &'static KnotKeys,
-    /// Variable and value.
-    pub knots: Vec<[f64; 2]>,
 }
 
 /// Reads points of a list in the scene, converted to SI units. Their variable must increase.
@@ -55,5 +47,5 @@ pub fn points(
 pub fn out_of_order(key: &str, [variable, later]: [&str; 2], place: Location) -> SceneError {
     let problem = format!("this {variable} is not {later} than the previous {variable}");
     let remedy = format!("sort the {variable}s in strictly increasing order");
-    Fault::inconsistent(key, problem, remedy).at(place)
+    SceneError::inconsistent(place, key, problem, remedy)
 }

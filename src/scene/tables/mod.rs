@@ -2,7 +2,7 @@
 
 pub mod analysis;
 mod axis;
-mod csv;
+pub mod csv;
 pub mod friction;
 pub mod joint;
 pub mod knots;

@@ -1,8 +1,8 @@
 //! Load, tilt and rotation factor as given in a scene: a constant, or a function of time in one of its forms.
 
-use super::knots::{FileKnots, out_of_order, points};
+use super::Frames;
+use super::knots::{out_of_order, points};
 use super::load::{Form, ScheduleKeys, TIME_ORDER};
-use super::{Frames, csv};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::{Schedule, Sine};
@@ -17,8 +17,6 @@ pub struct Quantity {
     pub schedule: Schedule,
     /// Whether the scene gives a function of time, even if its value is constant.
     pub is_function: bool,
-    /// Knots of a CSV file in its units, if the scene names one.
-    pub from_file: Option<FileKnots>,
 }
 
 impl Quantity {
@@ -41,7 +39,6 @@ impl Quantity {
         }
         let curve = &keys.curve;
         let table = document.table(curve.table);
-        let mut knots_from_file = None;
         let schedule = match form {
             Form::Constant => {
                 let constant = keys
@@ -50,7 +47,8 @@ impl Quantity {
                     .expect("its path is one of the forms");
                 Some(Schedule::constant(table.get(constant)?))
             }
-            Form::Knots => {
+            // A file has been replaced by its knots.
+            Form::Knots | Form::Csv => {
                 let knots = points(table.list(curve.knots)?, curve.knot, TIME_ORDER)?;
                 Schedule::piecewise_linear(knots.into_iter().map(Into::into).collect())
             }
@@ -59,20 +57,11 @@ impl Quantity {
                 Schedule::steps(steps.into_iter().map(Into::into).collect())
             }
             Form::Sine => Some(sine(document.table(path), keys)?),
-            Form::Csv => {
-                let knots = csv::knots(document, curve)?;
-                let [time, value] = curve.knot.map(|key| key.kind.unit);
-                let si = |&[t, x]: &[f64; 2]| (time.to_si(t), value.to_si(x));
-                let schedule = Schedule::piecewise_linear(knots.iter().map(si).collect());
-                knots_from_file = Some(FileKnots { keys: curve, knots });
-                schedule
-            }
         };
         let place = || document.place_of([path]);
         Ok(Some(Self {
             schedule: schedule.ok_or_else(|| out_of_order(path, TIME_ORDER, place()))?,
             is_function: form != Form::Constant,
-            from_file: knots_from_file,
         }))
     }
 }

@@ -462,7 +462,7 @@ fn changes_after_the_end_are_reported() {
     let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 12, load_n = 2 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
-    let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
+    let warnings = scene.warnings();
     let expected = "the run ends at 10 ms, before the last change of the load at 12 ms; \
                     increase time.duration_ms";
     assert_eq!(warnings, [expected]);
@@ -470,7 +470,7 @@ fn changes_after_the_end_are_reported() {
     let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 10, load_n = 2 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
-    let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
+    let warnings = scene.warnings();
     let expected = "the run ends at 10 ms, without a sample after the last change of the load at \
                     10 ms; increase time.duration_ms";
     assert_eq!(warnings, [expected]);
@@ -482,8 +482,7 @@ fn knots_within_a_frame_are_reported() {
     let warned = |knots: &str| {
         let lines = format!("load.load = [{knots}]");
         let scene = Scene::parse("mine.toml", text(&lines)).expect("valid");
-        let warnings = scene.warnings();
-        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+        scene.warnings()
     };
     let steep = "{ time_ms = 1, load_n = 1 }, { time_ms = 1.5, load_n = 2 }";
     assert!(

@@ -181,10 +181,9 @@ fn an_analysis_that_never_starts_is_reported() {
     let scene = Scene::parse("m", format!("{SMALLEST}{added}")).expect("allowed");
     let scene = scene.with_duration(10.0).expect("valid");
     let warnings = scene.warnings();
-    let [warning @ SceneWarning::AnalysisNeverStarts { .. }] = &warnings[..] else {
+    let [message] = &warnings[..] else {
         panic!("{warnings:?}")
     };
-    let message = warning.to_string();
     assert!(
         message.contains("at 10 ms, before analysis.perturbed_trajectory.start_ms = 20"),
         "{message}"
@@ -299,40 +298,31 @@ fn overrides_are_checked_and_recorded() {
 }
 
 #[test]
-fn warnings_are_typed() {
+fn warnings_name_the_remedy() {
     let friction = "[friction]\nmu_s = 0.25\nmu_d = 0.55\n";
     let scene = Scene::parse("m", format!("{SMALLEST}{friction}")).expect("allowed");
     assert_eq!(
         scene.warnings(),
-        [SceneWarning::KineticAboveStatic {
-            mu_s: 0.25,
-            mu_d: 0.55
-        }]
+        [
+            "friction.mu_d = 0.55 exceeds friction.mu_s = 0.25: friction increases with speed, and no negative slope \
+             excites vibration"
+        ]
     );
     let of_body = |lines: &str| {
         let scene = Scene::parse("m", format!("{SMALLEST}[body]\n{lines}\n")).expect("allowed");
         scene.warnings()
     };
     let longer = of_body("beam_length_mm = 240");
-    assert_eq!(longer, [SceneWarning::FrequenciesOfAnotherBody]);
-    assert!(
-        longer[0]
-            .to_string()
-            .contains("set body.frequencies = \"scaled\" or \"fe\"")
-    );
+    assert_eq!(longer.len(), 1, "{longer:?}");
+    assert!(longer[0].contains("set body.frequencies = \"scaled\" or \"fe\""));
     assert_eq!(of_body("density_kg_m3 = 2700"), longer);
     for other in ["scaled", "fe"] {
-        assert_eq!(
-            of_body(&format!("beam_length_mm = 240\nfrequencies = \"{other}\"")),
-            []
-        );
+        let lines = format!("beam_length_mm = 240\nfrequencies = \"{other}\"");
+        assert!(of_body(&lines).is_empty());
     }
-    assert_eq!(of_body("beam_length_to = \"centre\""), []);
+    assert!(of_body("beam_length_to = \"centre\"").is_empty());
     let ramp = Scene::load("tilt-ramp").expect("preset");
     let cut = ramp.clone().with_duration(50.0).expect("valid");
-    assert!(matches!(
-        cut.warnings()[..],
-        [SceneWarning::ScheduleCutShort { .. }]
-    ));
+    assert!(cut.warnings()[0].contains("before the last change of the tilt"));
     assert!(ramp.with_tilt(1.0).expect("valid").warnings().is_empty());
 }

@@ -246,7 +246,7 @@ fn is_clear(error: &SceneError) -> Result<(), TestCaseError> {
     let said = error.to_string();
     prop_assert!(said.starts_with("campaign"), "{said}");
     prop_assert!(said.len() < 4000 && said.lines().count() == 1, "{said}");
-    if let SceneError::Content { at, .. } = error {
+    if let Some(at) = &error.at {
         prop_assert!(at.line.is_some(), "{said}");
     }
     Ok(())
