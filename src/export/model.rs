@@ -104,7 +104,7 @@ fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
             let numbers = vec![mu_0, direct, evolution, reference_speed, distance];
             Some(("rate_and_state", Array::vector(numbers)))
         }
-        _ => None,
+        Friction::None | Friction::Constant { .. } | Friction::Stribeck { .. } => None,
     }
 }
 
