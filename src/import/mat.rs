@@ -68,6 +68,7 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     });
     Ok(Table {
         columns: columns.collect(),
+        damage: None,
     })
 }
 

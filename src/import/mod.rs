@@ -80,7 +80,7 @@ pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportE
 }
 
 /// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that has been read,
-/// and `warn` what is wrong with a damaged sound of which the samples before the damage are read.
+/// and `warn` what is wrong with a damaged file of which the rest is read.
 ///
 /// # Errors
 /// As [`read_signal`].

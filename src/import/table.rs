@@ -17,6 +17,8 @@ pub(super) const MAX_COLUMNS: usize = 16_384;
 #[derive(Default)]
 pub struct Table {
     pub(super) columns: Vec<Column>,
+    /// What of the content is left out, and why.
+    pub(super) damage: Option<String>,
 }
 
 /// A column with its clock.
@@ -43,6 +45,7 @@ impl Table {
         };
         Self {
             columns: vec![column],
+            damage: None,
         }
     }
 
@@ -71,6 +74,10 @@ impl Source for Table {
     fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem> {
         into.extend(&self.columns[column].samples[range]);
         Ok(())
+    }
+
+    fn damage(&self) -> Option<&str> {
+        self.damage.as_deref()
     }
 }
 

@@ -34,13 +34,14 @@ pub(super) fn is_universal(content: &[u8]) -> bool {
     begins && content.starts_with(b"    ") && kind.is_some_and(is_kind)
 }
 
-/// Reads all time histories.
+/// Reads all time histories. One that is damaged or of another kind of number is left out, with the first cause in the damage.
 pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     let mut bytes = Vec::new();
     content.read_to_end(&mut bytes)?;
     let mut lines = Lines(&bytes);
     let mut columns = Vec::new();
     let mut others = 0;
+    let mut left_out = None;
     while let Some(line) = lines.next() {
         if line.trim() != DELIMITER {
             continue;
@@ -52,18 +53,24 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
         if !is_history(&kind) {
             others += 1;
             lines.find(|line| line.trim() == DELIMITER);
-        } else if let Some(history) = history(&kind, &mut lines)? {
-            columns.push(history);
         } else {
-            others += 1;
+            match history(&kind, &mut lines) {
+                Ok(Some(history)) => columns.push(history),
+                Ok(None) => others += 1,
+                Err(problem) => left_out = left_out.or(Some(problem)),
+            }
         }
     }
     if columns.is_empty() {
+        if let Some(problem) = left_out {
+            return Err(problem);
+        }
         let content = format!("{others} datasets of other kinds than time histories (58)");
         return Err(Problem::no_samples(&content));
     }
     check_column_count(columns.len())?;
-    Ok(Table { columns })
+    let damage = left_out.map(|problem: Problem| format!("a time history is left out: {problem}"));
+    Ok(Table { columns, damage })
 }
 
 /// Lines of a content, which may contain other bytes between them.
