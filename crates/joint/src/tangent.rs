@@ -216,8 +216,12 @@ impl<const N: usize> WithSimd for TangentProduct<'_, N> {
     fn with_simd<S: Simd>(mut self, simd: S) {
         let mut first = 0;
         while first < self.width {
-            first += if self.width - first < MAX_VECTORS {
+            let left = self.width - first;
+            first += if left == 1 || self.vectors.is_some() && left < MAX_VECTORS {
                 self.pass::<S, 1>(simd, first)
+            } else if self.vectors.is_none() {
+                // Without sums over the modes fewer vectors, which fit in registers, are faster.
+                self.pass::<S, 2>(simd, first)
             } else {
                 self.pass::<S, MAX_VECTORS>(simd, first)
             };
