@@ -192,7 +192,10 @@ fn a_length_beyond_the_end_of_a_recording_is_rejected() {
             bytes[byte] ^= 1 << bit;
             let path = desk.write("mutant.rrd", &bytes);
             let error = displacement(&path).expect_err("refused").to_string();
-            assert!(error.contains("damaged at byte"), "{error}");
+            // A shorter length can lead to another message.
+            let length = u64::from_le_bytes(bytes[20..28].try_into().expect("eight bytes"));
+            let is_beyond = length > bytes.len() as u64;
+            assert!(!is_beyond || error.contains("damaged at byte"), "{error}");
         }
     }
     let mut bytes = recording;

@@ -134,6 +134,7 @@ fn contact_stiffness_from_1e_3_to_1e4() {
                 ("start.kick_mm_per_s", "1"),
                 ("time.duration_ms", "5"),
             ],
+            kicks: &["0.97", "0.98", "0.99", "1.01", "1.02", "1.03"],
             ..Case::default()
         });
     }
