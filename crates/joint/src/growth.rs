@@ -154,9 +154,9 @@ impl Model {
             by_frequency.then(a.value.re.total_cmp(&b.value.re))
         });
         let modes = all.into_iter().map(|root| {
-            let there = Cause::ALL.iter().enumerate();
-            let there = there.filter(|(_, cause)| cause.is_in(self));
-            let causes = there.map(|(k, cause)| {
+            let in_model = Cause::ALL.iter().enumerate();
+            let in_model = in_model.filter(|(_, cause)| cause.is_in(self));
+            let causes = in_model.map(|(k, cause)| {
                 Ok(CauseOfGrowth {
                     cause: *cause,
                     share: terms.share(k, &root),
