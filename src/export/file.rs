@@ -46,9 +46,9 @@ pub fn replace_file(
 /// any file: the file mode therefore counts, too.
 pub fn is_protected(path: &Path) -> bool {
     let refused = |fault: io::Error| fault.kind() == io::ErrorKind::PermissionDenied;
-    path.metadata().is_ok_and(|there| {
+    path.metadata().is_ok_and(|metadata| {
         let open = || File::options().append(true).open(path);
-        there.is_file() && (there.permissions().readonly() || open().is_err_and(refused))
+        metadata.is_file() && (metadata.permissions().readonly() || open().is_err_and(refused))
     })
 }
 

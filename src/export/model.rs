@@ -4,7 +4,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use super::{OutputError, replace_file};
-use crate::joint::{ContactDamping, DynamicFriction, Friction, Joint, LuGre, Model, RateAndState};
+use crate::joint::{ContactDamping, DynamicFriction, Friction, Joint, Model};
 use crate::numpy::{Array, encode_npz};
 
 /// Version of the layout. It increases when an array changes its meaning.
@@ -73,39 +73,22 @@ fn flat<const N: usize>(vectors: &[[f64; N]]) -> Array {
 
 /// The arrays of friction laws that the four coefficients do not describe.
 fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
-    match friction {
-        Friction::Table { law, .. } => Some(("friction_points", flat(law.points()))),
-        Friction::Dynamic {
-            law: DynamicFriction::LuGre(law),
-            ..
-        } => {
-            let LuGre {
-                mu_s,
-                mu_d,
-                stribeck,
-                stiffness,
-                damping,
-                viscous,
-            } = *law;
-            let numbers = vec![mu_s, mu_d, stribeck, stiffness, damping, viscous];
-            Some(("lugre", Array::vector(numbers)))
-        }
-        Friction::Dynamic {
-            law: DynamicFriction::RateAndState(law),
-            ..
-        } => {
-            let RateAndState {
-                mu_0,
-                direct,
-                evolution,
-                reference_speed,
-                distance,
-            } = *law;
-            let numbers = vec![mu_0, direct, evolution, reference_speed, distance];
-            Some(("rate_and_state", Array::vector(numbers)))
-        }
-        Friction::None | Friction::Constant { .. } | Friction::Stribeck { .. } => None,
-    }
+    Some(match friction {
+        Friction::Table { law, .. } => ("friction_points", flat(law.points())),
+        Friction::Dynamic { law, .. } => match law {
+            DynamicFriction::LuGre(law) => {
+                let bristles = [law.stiffness, law.damping, law.viscous];
+                let numbers = [&[law.mu_s, law.mu_d, law.stribeck][..], &bristles].concat();
+                ("lugre", Array::vector(numbers))
+            }
+            DynamicFriction::RateAndState(law) => {
+                let effects = [law.mu_0, law.direct, law.evolution];
+                let numbers = [&effects[..], &[law.reference_speed, law.distance]].concat();
+                ("rate_and_state", Array::vector(numbers))
+            }
+        },
+        Friction::None | Friction::Constant { .. } | Friction::Stribeck { .. } => return None,
+    })
 }
 
 /// Writes a model file.

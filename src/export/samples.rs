@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
+use std::iter::repeat_n;
 use std::path::PathBuf;
 
 use super::file::{output_error, unnamed_file_near};
@@ -21,7 +22,7 @@ pub struct SamplesSink {
     path: PathBuf,
     samples: usize,
     /// Arrays by name: contiguous in a file, but their values arrive frame by frame.
-    spools: Vec<(&'static str, Spool)>,
+    spools: Vec<(&'static str, BufWriter<File>)>,
 }
 
 impl SamplesSink {
@@ -41,8 +42,8 @@ impl SamplesSink {
         let varying = [load.then_some(LOAD), rotation.then_some(ROTATION)];
         let names = NAMES.into_iter().chain(varying.into_iter().flatten());
         let spools = names.map(|name| {
-            let file = BufWriter::new(unnamed_file_near(&self.path)?);
-            Ok((name, Spool { file, count: 0 }))
+            let file = unnamed_file_near(&self.path)?;
+            Ok((name, BufWriter::new(file)))
         });
         self.spools = spools.collect::<io::Result<_>>()?;
         Ok(())
@@ -51,17 +52,20 @@ impl SamplesSink {
     fn keep(&mut self, frame: &Frame) -> io::Result<()> {
         let samples = frame.len();
         self.samples += samples;
-        for (name, spool) in &mut self.spools {
-            match *name {
-                "t" => spool.extend((0..samples).map(|k| frame.time(k))),
-                "q" => spool.extend(frame.q.iter().copied()),
-                "qdot" => spool.extend(frame.qdot.iter().copied()),
-                "u" => spool.extend(frame.displacement.iter().copied()),
-                "v" => spool.extend(frame.velocity.iter().copied()),
-                LOAD => spool.extend(std::iter::repeat_n(frame.load, samples)),
-                ROTATION => spool.extend(std::iter::repeat_n(frame.rotation_factor, samples)),
-                _ => spool.extend(std::iter::repeat_n(frame.tilt.to_degrees(), samples)),
-            }?;
+        for (name, file) in &mut self.spools {
+            let values: Box<dyn Iterator<Item = f64>> = match *name {
+                "t" => Box::new((0..samples).map(|k| frame.time(k))),
+                "q" => Box::new(frame.q.iter().copied()),
+                "qdot" => Box::new(frame.qdot.iter().copied()),
+                "u" => Box::new(frame.displacement.iter().copied()),
+                "v" => Box::new(frame.velocity.iter().copied()),
+                LOAD => Box::new(repeat_n(frame.load, samples)),
+                ROTATION => Box::new(repeat_n(frame.rotation_factor, samples)),
+                _ => Box::new(repeat_n(frame.tilt.to_degrees(), samples)),
+            };
+            for value in values {
+                file.write_all(&value.to_le_bytes())?;
+            }
         }
         Ok(())
     }
@@ -82,10 +86,18 @@ impl Sink for SamplesSink {
         Ok(replace_file(&self.path, |file| {
             let mut npz = NpzWriter::new(file);
             for (name, spool) in spools {
-                let columns = spool.count.checked_div(samples).unwrap_or(0);
-                let shape = [samples, columns];
+                let mut file = spool.into_inner()?;
+                let count = file.stream_position()? as usize / size_of::<f64>();
+                file.rewind()?;
+                let mut file = BufReader::new(file);
+                let values = (0..count).map(|_| {
+                    let mut bytes = [0; 8];
+                    file.read_exact(&mut bytes)?;
+                    Ok(f64::from_le_bytes(bytes))
+                });
+                let shape = [samples, count.checked_div(samples).unwrap_or(0)];
                 let axes = if ["q", "qdot"].contains(&name) { 2 } else { 1 };
-                npz.array(name, &shape[..axes], spool.values()?)?;
+                npz.array(name, &shape[..axes], values)?;
             }
             npz.finish()
         })?)
@@ -97,31 +109,3 @@ const NAMES: [&str; 6] = ["t", "q", "qdot", "u", "v", "tilt_deg"];
 /// Arrays of varying quantities.
 const LOAD: &str = "load_n";
 const ROTATION: &str = "rotation_factor";
-
-/// Numbers in an unnamed temporary file.
-#[derive(Debug)]
-struct Spool {
-    file: BufWriter<File>,
-    count: usize,
-}
-
-impl Spool {
-    fn extend(&mut self, values: impl Iterator<Item = f64>) -> io::Result<()> {
-        for value in values {
-            self.file.write_all(&value.to_le_bytes())?;
-            self.count += 1;
-        }
-        Ok(())
-    }
-
-    fn values(self) -> io::Result<impl Iterator<Item = io::Result<f64>>> {
-        let mut file = self.file.into_inner()?;
-        file.rewind()?;
-        let mut file = BufReader::new(file);
-        Ok((0..self.count).map(move |_| {
-            let mut bytes = [0; 8];
-            file.read_exact(&mut bytes)?;
-            Ok(f64::from_le_bytes(bytes))
-        }))
-    }
-}

@@ -17,7 +17,7 @@ use arrow_ipc::{MessageHeader, root_as_message_with_opts};
 use arrow_schema::{Schema, SchemaRef};
 use flatbuffers::VerifierOptions;
 
-use super::{one_line, read_exactly};
+use super::{one_line, read_exactly, truncated};
 
 /// Maximum size of a message body, bytes.
 pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
@@ -31,32 +31,9 @@ const MAX_TABLES: usize = 1 << 16;
 /// Start of a message since version 0.15 of the format.
 const CONTINUATION: u32 = u32::MAX;
 
-/// Reason why there are no more batches.
-#[derive(Debug)]
-pub(crate) enum ArrowFault {
-    /// The stream ends within a message, or a message claims more bytes than are left.
-    Truncated,
-    /// The data cannot be decoded.
-    Damaged(String),
-}
-
-impl fmt::Display for ArrowFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Truncated => f.write_str("the stream is truncated"),
-            Self::Damaged(reason) => f.write_str(reason),
-        }
-    }
-}
-
-impl From<io::Error> for ArrowFault {
-    fn from(error: io::Error) -> Self {
-        damaged(error)
-    }
-}
-
-pub(super) fn damaged(reason: impl fmt::Display) -> ArrowFault {
-    ArrowFault::Damaged(one_line(reason))
+/// The error for data that cannot be decoded.
+pub(super) fn damaged(reason: impl fmt::Display) -> io::Error {
+    io::Error::other(one_line(reason))
 }
 
 /// The batches of a stream. Decoding may panic: call it within [`super::without_panic`].
@@ -68,8 +45,8 @@ pub(crate) struct ArrowStream<R> {
 
 impl<R: Read> ArrowStream<R> {
     /// Reads the schema.
-    pub fn new(mut reader: R) -> Result<Self, ArrowFault> {
-        let header = read_header(&mut reader)?.ok_or(ArrowFault::Truncated)?;
+    pub fn new(mut reader: R) -> io::Result<Self> {
+        let header = read_header(&mut reader)?.ok_or_else(truncated)?;
         let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
         let schema = message
             .header_as_schema()
@@ -89,7 +66,7 @@ impl<R: Read> ArrowStream<R> {
     }
 
     /// The next batch; `None` at the end.
-    pub fn next_batch(&mut self) -> Result<Option<RecordBatch>, ArrowFault> {
+    pub fn next_batch(&mut self) -> io::Result<Option<RecordBatch>> {
         while let Some(header) = read_header(&mut self.reader)? {
             let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
             let body = read_body(&mut self.reader, message.bodyLength())?.into();
@@ -127,42 +104,40 @@ fn limits() -> VerifierOptions {
 }
 
 /// The next header; `None` at the end of the stream, with or without an end mark.
-fn read_header(reader: &mut impl Read) -> Result<Option<Vec<u8>>, ArrowFault> {
+fn read_header(reader: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut number = read_number(reader)?;
     if number == Some(CONTINUATION) {
-        number = Some(read_number(reader)?.ok_or(ArrowFault::Truncated)?);
+        number = Some(read_number(reader)?.ok_or_else(truncated)?);
     }
     match number.map(u64::from) {
         None | Some(0) => Ok(None),
         Some(length) if length > MAX_HEADER => Err(damaged(format!(
             "a header claims {length} bytes; the maximum is {MAX_HEADER}"
         ))),
-        Some(length) => read_exactly(reader, length)?
-            .map(Some)
-            .ok_or(ArrowFault::Truncated),
+        Some(length) => read_exactly(reader, length).map(Some),
     }
 }
 
 /// The next four bytes as a number; `None` at the end.
-pub(super) fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
+pub(super) fn read_number(reader: &mut impl Read) -> io::Result<Option<u32>> {
     let mut bytes = Vec::with_capacity(4);
     reader.take(4).read_to_end(&mut bytes)?;
     match bytes.as_slice().try_into() {
         Ok(bytes) => Ok(Some(u32::from_le_bytes(bytes))),
         Err(_) if bytes.is_empty() => Ok(None),
-        Err(_) => Err(ArrowFault::Truncated),
+        Err(_) => Err(truncated()),
     }
 }
 
 /// Reads the body of a message.
-fn read_body(reader: &mut impl Read, length: i64) -> Result<Vec<u8>, ArrowFault> {
+fn read_body(reader: &mut impl Read, length: i64) -> io::Result<Vec<u8>> {
     let length = u64::try_from(length).map_err(|_| damaged("a length is negative"))?;
     if length > MAX_MESSAGE {
         return Err(damaged(format!(
             "a message claims {length} bytes; the maximum is {MAX_MESSAGE}"
         )));
     }
-    read_exactly(reader, length)?.ok_or(ArrowFault::Truncated)
+    read_exactly(reader, length)
 }
 
 #[cfg(test)]
@@ -194,7 +169,7 @@ mod tests {
                 assert_eq!(batch.num_rows(), 3);
                 count += 1;
             }
-            Ok::<_, ArrowFault>((count, stream.next_batch().is_ok()))
+            Ok::<_, io::Error>((count, stream.next_batch().is_ok()))
         });
         read.and_then(Result::ok).unwrap_or((0, false))
     }
@@ -213,16 +188,16 @@ mod tests {
         let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
         for claim in [MAX_HEADER as u32 + 1, u32::MAX - 1] {
             let refused = ArrowStream::new(&header(claim)[..]).err();
-            let Some(ArrowFault::Damaged(reason)) = refused else {
-                panic!("{claim} is accepted: {refused:?}");
-            };
+            let reason = refused.expect("an error").to_string();
             assert!(reason.contains("claims"), "{reason}");
         }
         for length in [-1, MAX_MESSAGE as i64 + 1, i64::MAX] {
             let refused = read_body(&mut &stream()[..], length).err();
-            assert!(matches!(refused, Some(ArrowFault::Damaged(_))), "{length}");
+            let kind = refused.map(|error| error.kind());
+            assert_eq!(kind, Some(io::ErrorKind::Other), "{length}");
         }
         let refused = read_body(&mut &stream()[..], MAX_MESSAGE as i64).err();
-        assert!(matches!(refused, Some(ArrowFault::Truncated)));
+        let kind = refused.map(|error| error.kind());
+        assert_eq!(kind, Some(io::ErrorKind::UnexpectedEof));
     }
 }

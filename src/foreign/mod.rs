@@ -41,16 +41,25 @@ pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
     Ok((File::open(path)?, about.len()))
 }
 
-/// Reads exactly `count` bytes, or returns `None` if fewer are left. Allocates according to the data read,
-/// not to `count`.
+/// Reads exactly `count` bytes. Allocates according to the data read, not to `count`.
 ///
 /// # Errors
-/// If reading fails.
+/// If reading fails or fewer are left.
 #[cfg(any(feature = "record", feature = "table"))]
-pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Option<Vec<u8>>> {
+pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(count).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 == count).then_some(bytes))
+    if bytes.len() as u64 == count {
+        Ok(bytes)
+    } else {
+        Err(truncated())
+    }
+}
+
+/// The error for data that end too early.
+#[cfg(any(feature = "record", feature = "table"))]
+fn truncated() -> io::Error {
+    io::Error::new(io::ErrorKind::UnexpectedEof, "the data are truncated")
 }
 
 /// Maximum length of a library message, characters: some contain the unreadable data.
@@ -108,11 +117,8 @@ mod tests {
     #[test]
     fn a_claimed_length_beyond_the_end_allocates_nothing() {
         let mut bytes = &b"abc"[..];
-        assert_eq!(
-            read_exactly(&mut bytes, 2).unwrap().as_deref(),
-            Some(&b"ab"[..])
-        );
-        assert_eq!(read_exactly(&mut bytes, u64::MAX).unwrap(), None);
+        assert_eq!(read_exactly(&mut bytes, 2).unwrap(), b"ab");
+        assert!(read_exactly(&mut bytes, u64::MAX).is_err());
     }
 
     #[test]

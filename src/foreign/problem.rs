@@ -32,6 +32,13 @@ impl Problem {
         ))
     }
 
+    /// An array for which there is not enough memory.
+    pub(crate) fn too_large(array: &str, shortage: impl Display) -> Self {
+        Self::Content(format!(
+            "the array `{array}`: {shortage}; save fewer numbers"
+        ))
+    }
+
     /// A coding that is not supported.
     pub(crate) fn unsupported(what: impl Display, remedy: &str) -> Self {
         Self::Content(format!("{what} is not supported; {remedy}"))

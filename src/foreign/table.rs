@@ -1,13 +1,14 @@
 //! Tables of three formats: an Arrow stream, an Arrow file, Parquet.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 
 use arrow_array::RecordBatch;
 use arrow_schema::{Schema, SchemaRef};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use super::arrow::{ArrowFault, ArrowStream, damaged, read_number};
+use super::arrow::{ArrowStream, damaged, read_number};
+use super::truncated;
 
 /// The batches of a table: a stream, an Arrow file or Parquet, which differ in their first bytes. Decoding may panic:
 /// call it within [`super::without_panic`].
@@ -20,7 +21,7 @@ pub(crate) enum TableBatches {
 
 impl TableBatches {
     /// Reads the schema.
-    pub fn new(mut file: File) -> Result<Self, ArrowFault> {
+    pub fn new(mut file: File) -> io::Result<Self> {
         let mut start = Vec::with_capacity(8);
         (&mut file).take(8).read_to_end(&mut start)?;
         if start.starts_with(b"PAR1") {
@@ -36,7 +37,7 @@ impl TableBatches {
         // Zeros fill the space up to the stream.
         let mut first = 0;
         while first == 0 {
-            first = read_number(&mut reader)?.ok_or(ArrowFault::Truncated)?;
+            first = read_number(&mut reader)?.ok_or_else(truncated)?;
         }
         let stream = Cursor::new(first.to_le_bytes()).chain(reader);
         ArrowStream::new(Box::new(stream) as Box<dyn Read>).map(Self::Arrow)
@@ -51,7 +52,7 @@ impl TableBatches {
     }
 
     /// The next batch; `None` at the end.
-    pub fn next_batch(&mut self) -> Result<Option<RecordBatch>, ArrowFault> {
+    pub fn next_batch(&mut self) -> io::Result<Option<RecordBatch>> {
         match self {
             Self::Arrow(stream) => stream.next_batch(),
             Self::Parquet(_, batches) => batches.next().transpose().map_err(damaged),

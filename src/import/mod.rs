@@ -151,7 +151,7 @@ fn source<'a>(
         },
         Format::Npy => Box::new(Arrays::open(Container::Npy(content, stem.into_owned()))?),
         Format::Npz => Box::new(Arrays::open(Container::Npz(Npz::new(content)?))?),
-        Format::Mat => Box::new(mat::read(content)?),
+        Format::Mat => Box::new(Arrays::open(mat::read(content)?)?),
         Format::Universal => Box::new(uff::read(content)?),
         Format::Rrd => {
             return Err(Problem::Content(

@@ -1,4 +1,6 @@
-//! NumPy arrays, a single one or several in a file.
+//! Arrays: one of NumPy, or several in an archive of NumPy or a file of MATLAB.
+//!
+//! Of an array with two axes, the longer one is the time.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -7,31 +9,85 @@ use std::sync::Arc;
 use super::clock::Timing;
 use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
+use crate::memory;
 use crate::numpy::{ArrayReader, Npz};
 
 /// Names of a number with the sample rate.
-pub(super) const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
+const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
 
 /// A file of arrays.
 pub(super) enum Container<R> {
-    /// One array, with its name.
+    /// One array of NumPy, with its name.
     Npy(R, String),
-    /// Named arrays.
+    /// Named arrays of NumPy.
     Npz(Npz<R>),
+    /// Named arrays of MATLAB.
+    Mat(Vec<Matrix>),
+}
+
+/// A real array of MATLAB, whose first axis changes fastest.
+pub(super) struct Matrix {
+    pub name: String,
+    /// Length along each axis that is longer than one.
+    pub shape: Vec<usize>,
+    pub values: Vec<f64>,
+}
+
+/// An opened array.
+struct Opened<'a> {
+    /// Length along each axis; empty for a single number.
+    shape: Vec<usize>,
+    /// Whether the first axis changes fastest.
+    fortran: bool,
+    /// Relative rounding error of the values.
+    rounding: f64,
+    /// The values, in the order of the file.
+    values: Box<dyn Iterator<Item = Result<f64, Problem>> + 'a>,
+}
+
+impl<'a> Opened<'a> {
+    fn read(source: impl Read + 'a, name: &str, length: u64) -> Result<Self, Problem> {
+        let array = ArrayReader::open(source, name, length)?;
+        Ok(Self {
+            shape: array.shape.clone(),
+            fortran: array.fortran,
+            rounding: array.rounding,
+            values: Box::new(array),
+        })
+    }
 }
 
 impl<R: Read + Seek> Container<R> {
+    /// Names of the arrays.
+    fn names(&self) -> Vec<String> {
+        match self {
+            Self::Npy(_, stem) => vec![stem.clone()],
+            Self::Npz(archive) => archive.names(),
+            Self::Mat(arrays) => arrays.iter().map(|array| array.name.clone()).collect(),
+        }
+    }
+
     /// Opens an array at its first value.
-    fn array(&mut self, name: &str) -> Result<ArrayReader<Box<dyn Read + '_>>, Problem> {
+    fn array(&mut self, name: &str) -> Result<Opened<'_>, Problem> {
         match self {
             Self::Npy(content, _) => {
                 let length = content.seek(SeekFrom::End(0))?;
                 content.rewind()?;
-                ArrayReader::open(Box::new(content), name, length)
+                Opened::read(content, name, length)
             }
             Self::Npz(archive) => {
                 let (entry, length) = archive.entry(name)?.ok_or_else(Problem::changed)?;
-                ArrayReader::open(Box::new(entry), name, length)
+                Opened::read(entry, name, length)
+            }
+            Self::Mat(arrays) => {
+                let array = arrays.iter().find(|array| array.name == name);
+                let array = array.ok_or_else(Problem::changed)?;
+                Ok(Opened {
+                    shape: array.shape.clone(),
+                    fortran: true,
+                    rounding: 0.0,
+                    values: Box::new(array.values.iter().map(|x| Ok(*x))),
+                })
             }
         }
     }
@@ -60,27 +116,23 @@ struct ArrayColumn {
 
 impl<R: Read + Seek> Arrays<R> {
     pub fn open(mut container: Container<R>) -> Result<Self, Problem> {
-        let (names, is_archive) = match &container {
-            Container::Npy(_, stem) => (vec![stem.clone()], false),
-            Container::Npz(archive) => (archive.names(), true),
-        };
+        let is_archive = !matches!(container, Container::Npy(..));
         let (mut columns, mut times, mut rate) = (Vec::new(), None, None);
-        for name in names {
+        for name in container.names() {
             let mut array = container.array(&name)?;
             let (bare, unit) = units::split(&name);
             let second = units::seconds(unit).filter(|_| units::is_time(bare));
             match (array.shape.len(), second) {
                 (1, Some(second)) if is_archive => times = Some((name, second)),
                 (0, _) if RATES.contains(&&*name) && rate.is_none() => {
-                    rate = array.next().transpose()?;
+                    rate = array.values.next().transpose()?;
                 }
                 _ => columns.extend(columns_of(&array, &name, is_archive)?),
             }
             check_column_count(columns.len())?;
         }
         if columns.is_empty() {
-            let content = "an archive or a number without an array of samples";
-            return Err(Problem::no_samples(content));
+            return Err(Problem::no_samples("no array of real numbers"));
         }
         Ok(Self {
             container,
@@ -101,13 +153,15 @@ impl<R: Read + Seek> Source for Arrays<R> {
         let timing = match (&self.times, self.rate) {
             (Some((name, second)), _) => {
                 let array = self.container.array(name)?;
-                let relative = array.rounding;
-                let mut times = array.into_array()?.values;
-                times.iter_mut().for_each(|time| *time *= second);
+                let mut times = memory::allocate(array.shape[0])
+                    .map_err(|shortage| Problem::too_large(name, shortage))?;
+                for time in array.values {
+                    times.push(second * time?);
+                }
                 Timing::Times {
                     times: Arc::new(times),
                     resolution: 0.0,
-                    relative,
+                    relative: array.rounding,
                 }
             }
             (None, Some(rate)) => Timing::Rate(rate),
@@ -122,11 +176,12 @@ impl<R: Read + Seek> Source for Arrays<R> {
         } = &self.columns[column];
         // An archive is read to its end, where its checksum is compared.
         let end = match &self.container {
-            Container::Npy(..) => start + range.end * step,
             Container::Npz(_) => usize::MAX,
+            Container::Npy(..) | Container::Mat(_) => start + range.end * step,
         };
         let mut wanted = range.map(|sample| start + sample * step).peekable();
-        for (place, number) in self.container.array(array)?.enumerate().take(end) {
+        let values = self.container.array(array)?.values;
+        for (place, number) in values.enumerate().take(end) {
             let number = number?;
             if wanted.next_if_eq(&place).is_some() {
                 into.push(number);
@@ -138,12 +193,12 @@ impl<R: Read + Seek> Source for Arrays<R> {
 
 /// The columns of an array, none of a single number: a single axis is one column; with two axes, the longer one is the
 /// time.
-fn columns_of<R: Read>(
-    array: &ArrayReader<R>,
+fn columns_of(
+    array: &Opened<'_>,
     name: &str,
     is_archive: bool,
-) -> Result<impl Iterator<Item = ArrayColumn>, Problem> {
-    if array.total == 0 {
+) -> Result<impl Iterator<Item = ArrayColumn> + use<>, Problem> {
+    if array.shape.contains(&0) {
         return Err(Problem::no_samples("an empty array"));
     }
     let (count, length, along_rows) = match array.shape[..] {

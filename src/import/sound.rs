@@ -3,6 +3,7 @@
 //! Decoded by the library symphonia, Opus by opus-decoder. A file is decoded twice: once to count its samples, which not
 //! all formats state, and once more for those that are selected.
 
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -129,7 +130,6 @@ fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found
         content,
         rate: stated_rate,
         interleaved,
-        count: mut left,
         damage,
     } = if is_wav {
         Input::wav(file)?
@@ -154,25 +154,21 @@ fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found
     let mut planes = Vec::new();
     let mut has_begun = false;
     loop {
-        let block = file
-            .next_packet()
-            .map_err(problem)
-            .and_then(|packet| match packet {
-                Some(packet) if packet.track_id == id => {
-                    decoder.decode(&packet, &mut planes).map(Some)
-                }
-                packet => Ok(packet.map(|_| 0)),
-            });
-        match block {
+        let packet = match file.next_packet() {
+            // The samples of a WAV file are the rest of its content.
+            Err(Error::IoError(end)) if is_wav && end.kind() == ErrorKind::UnexpectedEof => None,
+            packet => packet.map_err(problem).transpose(),
+        };
+        let block = packet.map(|packet| match packet? {
+            packet if packet.track_id == id => decoder.decode(&packet, &mut planes),
+            _ => Ok(0),
+        });
+        match block.transpose() {
             Ok(None) => return Ok((interleaved, damage)),
             Ok(Some(0)) => {}
             Ok(Some(rate)) => {
                 has_begun = true;
-                if let (Some(left), [plane]) = (&mut left, &mut planes[..]) {
-                    plane.truncate(usize::try_from(*left).unwrap_or(usize::MAX));
-                    *left -= plane.len() as u64;
-                }
-                if !each(stated_rate.unwrap_or(rate), &planes)? || left == Some(0) {
+                if !each(stated_rate.unwrap_or(rate), &planes)? {
                     return Ok((interleaved, damage));
                 }
             }
@@ -263,7 +259,7 @@ const OPUS_RATE: u32 = 48_000;
 /// An error of the library.
 fn problem(error: Error) -> Problem {
     match error {
-        Error::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+        Error::IoError(error) if error.kind() != ErrorKind::UnexpectedEof => {
             Problem::Unreadable(error)
         }
         Error::Unsupported(what) => {

@@ -9,7 +9,7 @@
 //! the samples up to the end of the file count.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 
 use symphonia::core::io::{MediaSource, ReadOnlySource};
 
@@ -31,9 +31,6 @@ pub(super) struct Input {
     /// Number of channels that the new header states as successive samples of one channel, as the library knows 26
     /// channels at most; 1 if it states the channels.
     pub interleaved: usize,
-    /// Number of samples that are to be decoded, if their length exceeds the 32 bits of the header; zeros without end
-    /// follow.
-    pub count: Option<u64>,
     /// What is wrong with the lengths in the header.
     pub damage: Option<String>,
 }
@@ -45,64 +42,41 @@ impl Input {
             content: Box::new(file),
             rate: None,
             interleaved: 1,
-            count: None,
             damage: None,
         }
     }
 
-    /// Reads the header of a WAV file.
+    /// Reads the header of a WAV file. The samples are the rest of the new content.
     pub fn wav(file: File) -> Result<Self, Problem> {
         let mut content = BufReader::new(file);
-        let Chunks {
-            format,
-            begin,
-            length,
-            damage,
-        } = chunks(&mut content)?;
+        let (format, length, damage) = chunks(&mut content)?;
         let (mut format, frame, interleaved) = normal_format(format)?;
         let rate = u32_at(&format, 4);
         format[4..8].copy_from_slice(&rate.max(1).to_le_bytes());
         let whole = length - length % frame;
-        let incomplete = (whole < length).then(|| "its last sample is incomplete".to_owned());
         if whole == 0 {
             return Err(Problem::no_samples("a header"));
         }
-        let stated = u32::try_from(whole).unwrap_or(OPEN_END);
-        let is_long = stated == OPEN_END;
-        if is_long && is_adpcm(u16_at(&format, 0)) {
-            let what = "ADPCM of more than 4 GiB";
-            return Err(Problem::unsupported(what, "split the file"));
-        }
+        let incomplete = (whole < length).then(|| "its last sample is incomplete".to_owned());
         let mut header = b"RIFF\xff\xff\xff\xffWAVEfmt ".to_vec();
         header.extend((format.len() as u32).to_le_bytes());
         header.extend(format);
         header.extend(b"data");
-        header.extend(stated.to_le_bytes());
-        content.seek(SeekFrom::Start(begin))?;
-        let content = Cursor::new(header).chain(content.take(whole));
-        let content = content.chain(io::repeat(0).take(if is_long { u64::MAX } else { 0 }));
+        header.extend(u32::try_from(whole).unwrap_or(OPEN_END).to_le_bytes());
         Ok(Self {
-            content: Box::new(ReadOnlySource::new(content)),
+            content: Box::new(ReadOnlySource::new(
+                Cursor::new(header).chain(content.take(whole)),
+            )),
             rate: Some(rate),
             interleaved,
-            count: is_long.then(|| whole / frame * interleaved as u64),
             damage: damage.or(incomplete),
         })
     }
 }
 
-/// What the chunks of a file say.
-struct Chunks {
-    /// The format chunk.
-    format: Vec<u8>,
-    /// Position of the first sample, and length of the samples, bytes.
-    begin: u64,
-    length: u64,
-    /// What is wrong with the stated length.
-    damage: Option<String>,
-}
-
-fn chunks(content: &mut BufReader<File>) -> Result<Chunks, Problem> {
+/// Reads a content up to its samples: the format chunk, the number of bytes of samples, and what is wrong with the
+/// stated number.
+fn chunks(content: &mut BufReader<File>) -> Result<(Vec<u8>, u64, Option<String>), Problem> {
     let end = content.seek(SeekFrom::End(0))?;
     content.rewind()?;
     let mut riff = [0; 12];
@@ -129,12 +103,7 @@ fn chunks(content: &mut BufReader<File>) -> Result<Chunks, Problem> {
             let damage = (length != stated).then(|| {
                 format!("its header states {stated} bytes of samples, and the file has {length}")
             });
-            return Ok(Chunks {
-                format,
-                begin: at + 8,
-                length,
-                damage,
-            });
+            return Ok((format, length, damage));
         }
         let mut chunk = Vec::new();
         let read = stated.min(MAX_CHUNK_READ);
@@ -186,14 +155,14 @@ fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
         )));
     }
     let rate = u32_at(&chunk, 4);
-    chunk.clear();
-    chunk.extend(tag.to_le_bytes());
-    chunk.extend(1_u16.to_le_bytes());
-    chunk.extend(rate.to_le_bytes());
-    chunk.extend(rate.wrapping_mul(width as u32).to_le_bytes());
-    chunk.extend((width as u16).to_le_bytes());
-    chunk.extend((8 * width as u16).to_le_bytes());
-    chunk.extend(0_u16.to_le_bytes());
+    let bytes = rate.wrapping_mul(width as u32);
+    chunk = [tag, 1].map(u16::to_le_bytes).concat();
+    chunk.extend([rate, bytes].map(u32::to_le_bytes).concat());
+    chunk.extend(
+        [width as u16, 8 * width as u16, 0]
+            .map(u16::to_le_bytes)
+            .concat(),
+    );
     Ok((chunk, frame as u64, channels))
 }
 

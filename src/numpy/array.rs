@@ -125,12 +125,8 @@ impl<R: Read> ArrayReader<R> {
     /// # Errors
     /// If they exceed the available memory, before anything is read, and all errors of reading.
     pub fn into_array(self) -> Result<Array, Problem> {
-        let mut values = memory::allocate(self.total).map_err(|shortage| {
-            Problem::Content(format!(
-                "the array `{}`: {shortage}; save fewer numbers",
-                self.name
-            ))
-        })?;
+        let mut values = memory::allocate(self.total)
+            .map_err(|shortage| Problem::too_large(&self.name, shortage))?;
         values.resize(self.total, 0.0);
         let (shape, fortran) = (self.shape.clone(), self.fortran);
         // The index along each axis, the fastest first, and with them the place in row-major order.

@@ -22,8 +22,6 @@ use crate::foreign::{one_line, read_exactly, without_panic};
 /// Maximum compression ratio of LZ4: each further byte of a length adds at most 255.
 const MAX_RATIO: u64 = 255;
 
-const TRUNCATED: &str = "the file is truncated within a message";
-
 /// Position and reason of damage in a recording. The data behind it are not read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
@@ -70,7 +68,7 @@ impl<R: Read> Chunks<BufReader<R>> {
     pub fn new(file: R) -> Result<Self, CodecError> {
         let mut file = BufReader::new(file);
         let header = read_exactly(&mut file, StreamHeader::ENCODED_SIZE_BYTES as u64);
-        check_header(&header.ok().flatten().unwrap_or_default())?;
+        check_header(&header.unwrap_or_default())?;
         Ok(Self {
             file,
             at: StreamHeader::ENCODED_SIZE_BYTES as u64,
@@ -90,7 +88,7 @@ impl<R: Read> Chunks<BufReader<R>> {
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, String> {
         let bytes = read_exactly(&mut self.file, count).map_err(one_line)?;
         self.at += count;
-        bytes.ok_or_else(|| TRUNCATED.to_owned())
+        Ok(bytes)
     }
 
     /// Reads the remaining bytes of a header of `size` bytes.
@@ -106,7 +104,7 @@ impl<R: Read> Chunks<BufReader<R>> {
         if skipped.map_err(one_line)? == count {
             Ok(())
         } else {
-            Err(TRUNCATED.to_owned())
+            Err("the file is truncated within a message".to_owned())
         }
     }
 
