@@ -174,7 +174,7 @@ impl OutputFile {
         // Writing through a link replaces its target and keeps the link.
         let target = resolved(path);
         let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
-        if !is_file_name || fs::metadata(&target).is_ok_and(|there| !there.is_file()) {
+        if !is_file_name || fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
             let fault = "is not a regular file; choose another path";
             return Err(OutputError::refused(path, option, fault));
         }
@@ -324,8 +324,8 @@ impl Overwrite {
         let mut created = path
             .components()
             .skip(existing.map_or(0, |folder| folder.components().count()));
-        let there = existing.unwrap_or(Path::new("."));
-        let is_found = there.is_dir() && !created.any(|part| part == Component::ParentDir);
+        let ancestor = existing.unwrap_or(Path::new("."));
+        let is_found = ancestor.is_dir() && !created.any(|part| part == Component::ParentDir);
         if path.as_os_str().is_empty() || !is_found {
             let fault = "is not a directory and cannot be created; choose another path";
             return Err(OutputError::refused(path, option, fault));
@@ -335,7 +335,7 @@ impl Overwrite {
                          kind of file with --format";
             return Err(OutputError::refused(path, option, fault));
         }
-        try_folder_of(&there.join("figure")).map_err(|source| OutputError::NotWritable {
+        try_folder_of(&ancestor.join("figure")).map_err(|source| OutputError::NotWritable {
             path: path.to_owned(),
             option,
             source,

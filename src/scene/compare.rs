@@ -1,14 +1,13 @@
 //! The keys in which two scenes differ.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use toml_edit::ser::ValueSerializer;
 
 use super::Scene;
-use super::schema::{IfAbsent, join};
+use super::parameter::is_listed;
+use super::schema::{Declared, IfAbsent};
 use super::tables::SCHEMA;
 use crate::report::{Block, Report, Table};
 
@@ -17,7 +16,7 @@ use crate::report::{Block, Report, Table};
 pub struct SceneComparison {
     /// Names of the two scenes.
     pub scenes: [String; 2],
-    /// Keys in the order of the alphabet.
+    /// Keys in the order of the guide.
     pub differences: Vec<KeyDifference>,
 }
 
@@ -33,60 +32,36 @@ pub struct KeyDifference {
 impl SceneComparison {
     /// Compares two scenes.
     pub fn new(one: &Scene, other: &Scene) -> Self {
-        let values = [one, other].map(|scene| {
-            let mut values = BTreeMap::new();
-            // A scene has been parsed from its text.
-            let table = toml_edit::de::from_str(&scene.text).unwrap_or_default();
-            collect("", table, &mut values);
-            values
-        });
-        let keys = values.iter().flat_map(BTreeMap::keys);
-        let mut keys: Vec<_> = keys.collect();
-        keys.sort();
-        keys.dedup();
-        let differences = keys.into_iter().map(|key| KeyDifference {
-            key: key.clone(),
-            values: values
-                .each_ref()
-                .map(|values| values.get(key).cloned().or_else(|| default(key))),
+        // A scene has been parsed from its text.
+        let tables: [Value; 2] =
+            [one, other].map(|scene| toml_edit::de::from_str(&scene.text).unwrap_or_default());
+        let differences = SCHEMA.0.iter().filter_map(|key| {
+            let is_compared = !["name", "title", "about"].contains(&&*key.path) && !is_listed(key);
+            let values = tables.each_ref().map(|table| written(table, key));
+            (is_compared && values[0] != values[1]).then(|| KeyDifference {
+                key: key.path.clone(),
+                values,
+            })
         });
         Self {
             scenes: [one, other].map(|scene| scene.name.clone()),
-            differences: differences
-                .filter(|found| found.values[0] != found.values[1])
-                .collect(),
+            differences: differences.collect(),
         }
     }
 }
 
-/// Adds the keys of a table with its subtables.
-fn collect(path: &str, table: Map<String, Value>, values: &mut BTreeMap<String, String>) {
-    for (name, value) in table {
-        let key = join(path, &name);
-        match value {
-            Value::Object(table) => collect(&key, table, values),
-            _ if ["name", "title", "about"].contains(&&*key) => {}
-            // Whole numbers of a real key are written with and without a point.
-            Value::Number(number) if number.is_f64() => {
-                let number = number.as_f64().unwrap_or(f64::NAN);
-                values.insert(key, number.to_string());
+/// The value of a key, or its default. Whole numbers of a real key are written with and without a point.
+fn written(scene: &Value, key: &Declared) -> Option<String> {
+    let short = |number: f64| number.to_string();
+    match scene.pointer(&format!("/{}", key.path.replace('.', "/"))) {
+        Some(Value::Number(number)) => number.as_f64().map(short),
+        Some(value) => Some(value.serialize(ValueSerializer::new()).ok()?.to_string()),
+        None => match key.key.if_absent {
+            IfAbsent::Default(literal) => {
+                Some(literal.parse().map_or_else(|_| literal.to_owned(), short))
             }
-            value => {
-                let value = value.serialize(ValueSerializer::new());
-                values.extend(value.ok().map(|value| (key, value.to_string())));
-            }
-        }
-    }
-}
-
-/// The default of a key, if it has one.
-fn default(key: &str) -> Option<String> {
-    match SCHEMA.find(key)?.key.if_absent {
-        IfAbsent::Default(literal) => {
-            let number = literal.parse::<f64>().map(|number| number.to_string());
-            Some(number.unwrap_or_else(|_| literal.to_owned()))
-        }
-        _ => None,
+            _ => None,
+        },
     }
 }
 
@@ -134,7 +109,7 @@ mod tests {
         assert_eq!(found.differences[1].values[1], Some("\"tsit5\"".to_owned()));
         assert!(SceneComparison::new(&one, &one).differences.is_empty());
         // A key with its default value does not differ from an absent one.
-        let default = default("time.method").expect("a default");
+        let default = &found.differences[1].values[0].clone().expect("a default");
         let same = scene(
             "c.toml",
             &format!(

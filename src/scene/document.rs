@@ -9,7 +9,7 @@ use std::path::Path;
 
 use toml_edit::{Item, TableLike, Value};
 
-use super::error::{CLOSE, Location, SceneError, VERY_CLOSE, did_you_mean, nearest};
+use super::error::{Location, SceneError, did_you_mean, nearest_path};
 use super::schema::kind::{Kind, Mismatch, Tables};
 use super::schema::{IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
@@ -139,7 +139,7 @@ impl<'t> Document<'t> {
             let span = span.unwrap_or_default();
             let full = join(path, name);
             match (SCHEMA.find(&full).is_some(), SCHEMA.has_table(&full)) {
-                (false, false) => return Err(self.unknown(path, name, span)),
+                (false, false) => return Err(self.unknown(path, span)),
                 (false, true) => match item.as_table_like() {
                     Some(inner) => self.reject_unknown(inner, &full)?,
                     None => {
@@ -160,30 +160,18 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    fn unknown(&self, table: &str, name: &str, span: Range<usize>) -> SceneError {
+    fn unknown(&self, table: &str, span: Range<usize>) -> SceneError {
         // As written and shortened: a name can be as long as the file.
         let written = self.excerpt(span.clone());
         let siblings = SCHEMA.names_in(table);
-        let named = |wanted: &str| SCHEMA.paths().find(|path| split(path).1 == wanted);
-        let here = |close| {
-            let name = nearest(&written, siblings.iter().copied(), close)?;
-            Some(join(table, name))
-        };
-        let anywhere = || {
-            let names = SCHEMA.0.iter().map(|declared| declared.key.name);
-            nearest(&written, names, VERY_CLOSE).and_then(named)
-        };
-        // Suggestions in this order: a very similar key of this table, the same name in another table, a
-        // similar key of this table, a very similar key of another table.
-        let nearest = here(VERY_CLOSE)
-            .or_else(|| named(name).map(str::to_owned))
-            .or_else(|| here(CLOSE))
-            .or_else(|| anywhere().map(str::to_owned));
+        let tables = SCHEMA.0.iter().map(|key| &key.table[..]);
+        let subtables = tables.filter(|inner| split(inner).0 == table);
+        let nearest = nearest_path(&join(table, &written), SCHEMA.paths().chain(subtables));
         let place = match table {
             "" => "the top level".to_owned(),
             table => format!("[{table}]"),
         };
-        let (key, meant) = (join(table, &written), did_you_mean(nearest.as_deref()));
+        let (key, meant) = (join(table, &written), did_you_mean(nearest));
         let remedy = format!("{place} has the keys {}", siblings.join(", "));
         SceneError::new(
             self.place(span.start),
@@ -241,12 +229,7 @@ impl<'d> Table<'d> {
         let value = value.and_then(|value| key.kind.read(&value));
         value.map(Some).map_err(|mismatch| {
             let path = self.path_of(key.name);
-            let mut expected = key.kind.expected();
-            let is_number = item.is_integer() || item.is_float();
-            if is_number && let Some(constant) = SCHEMA.constant_of(&path) {
-                expected += &format!("; a constant is `{constant}`");
-            }
-            let found = self.document.excerpt(span.clone());
+            let (expected, found) = (key.kind.expected(), self.document.excerpt(span.clone()));
             mismatch.at(self.document.place(span.start), &path, &expected, &found)
         })
     }

@@ -6,7 +6,7 @@ use super::error::{Location, SceneError};
 use super::schema::split;
 use super::spec::Scene;
 use super::tables::knots::KnotKeys;
-use super::tables::load::{FACTOR, LOAD, TILT};
+use super::tables::load::{ScheduleKeys, schedules};
 
 impl Scene {
     /// The scene with other values of some keys in its text; `None` removes a key or a table. A form of the tilt, the
@@ -21,9 +21,9 @@ impl Scene {
         let mut document = self.document()?;
         for (path, value) in entries {
             let path = path.as_ref();
-            for forms in [&LOAD, &TILT, &FACTOR] {
-                if forms.paths().any(|form| form == path) {
-                    for other in forms.paths().filter(|form| *form != path) {
+            for forms in schedules().map(ScheduleKeys::paths) {
+                if forms.contains(&path) {
+                    for other in forms.into_iter().filter(|form| *form != path) {
                         remove(&mut document, other);
                     }
                 }

@@ -5,6 +5,7 @@ use std::io;
 
 use thiserror::Error;
 
+use super::schema::split;
 use crate::joint::ImportedModesError;
 
 /// Location of a fault in its source.
@@ -137,23 +138,49 @@ pub(super) fn did_you_mean(nearest: Option<&str>) -> String {
 }
 
 /// Minimum similarity (0 to 1) of a suggestion; a less similar name does not help the user.
-pub(super) const CLOSE: f64 = 0.5;
-/// Similarity (0 to 1) from which a name is almost certainly a misspelling.
-pub(super) const VERY_CLOSE: f64 = 0.75;
+const CLOSE: f64 = 0.5;
 
-/// Returns the candidate most similar to `word` if its similarity is at least `close` (0 to 1).
+/// Returns the most similar candidate.
 pub(super) fn nearest<'c>(
     word: &str,
     candidates: impl IntoIterator<Item = &'c str>,
-    close: f64,
 ) -> Option<&'c str> {
-    candidates
-        .into_iter()
-        .map(|candidate| {
-            let likeness = strsim::normalized_damerau_levenshtein(word, candidate);
-            (likeness, candidate)
-        })
-        .filter(|(likeness, _)| *likeness >= close)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| candidate)
+    most_alike(candidates, CLOSE, |candidate| {
+        strsim::normalized_damerau_levenshtein(word, candidate)
+    })
+}
+
+/// Returns the most similar path of a key or a table, by its name. Without a table, or in the same table, it may be less
+/// similar.
+pub(super) fn nearest_path<'c>(
+    path: &str,
+    candidates: impl IntoIterator<Item = &'c str>,
+) -> Option<&'c str> {
+    /// Credit for the same table.
+    const SAME: f64 = 0.25;
+
+    let (table, name) = split(path);
+    let least = if table.is_empty() {
+        CLOSE
+    } else {
+        CLOSE + SAME
+    };
+    most_alike(candidates, least, |candidate| {
+        let (other, candidate) = split(candidate);
+        let credit = if other == table { SAME } else { 0.0 };
+        strsim::normalized_damerau_levenshtein(name, candidate) + credit
+    })
+}
+
+/// The first of the candidates with the largest likeness, if that is at least `least`.
+fn most_alike<'c>(
+    candidates: impl IntoIterator<Item = &'c str>,
+    least: f64,
+    likeness: impl Fn(&str) -> f64,
+) -> Option<&'c str> {
+    let alike = candidates.into_iter().map(|name| (likeness(name), name));
+    let (_, name) = alike
+        .filter(|(likeness, _)| *likeness >= least)
+        .reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+    Some(name)
 }

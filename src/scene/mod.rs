@@ -13,7 +13,6 @@ mod parse;
 mod presets;
 mod schedule;
 mod schema;
-mod setting;
 mod spec;
 mod subject;
 mod tables;
@@ -29,12 +28,11 @@ pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use setting::{AutoOr, SectionSurface, StateCoordinate};
 pub use spec::Scene;
 pub use subject::{Carry, FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
-    AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
+    AnalysisBudget, AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,
-    SpectrogramSpec, SpectrumSpec, ThresholdSpec, WindowSpec,
+    SectionSurface, SpectrogramSpec, SpectrumSpec, StateCoordinate, ThresholdSpec, WindowSpec,
 };
 pub use tables::{Events, Integrator, RecordSpec, Start, key_reference};

@@ -8,7 +8,7 @@ use super::parameter::{Parameter, declared, is_listed};
 use super::spec::Scene;
 use super::tables::SCHEMA;
 use super::tables::analysis::AnalysisSpec;
-use super::tables::load::{FACTOR, LOAD, TILT};
+use super::tables::load::schedules;
 use crate::joint::{BodySpec, Frequencies, Friction};
 
 /// Value of an override that removes a key or a table.
@@ -123,7 +123,7 @@ impl Scene {
             ));
         }
         let duration = self.duration;
-        for (keys, schedule) in [&TILT, &LOAD, &FACTOR].into_iter().zip(joint.schedules()) {
+        for (keys, schedule) in schedules().into_iter().zip(joint.schedules()) {
             let (Some(schedule), word) = (schedule, keys.word) else {
                 continue;
             };

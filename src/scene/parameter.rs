@@ -1,14 +1,13 @@
 //! A numeric key of a scene that studies vary.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::fmt;
 
 use toml_edit::Value;
 
 use super::edit::{knot_list, number};
-use super::error::{CLOSE, Location, SceneError, did_you_mean, nearest};
+use super::error::{Location, SceneError, did_you_mean, nearest_path};
 use super::schema::kind::float;
-use super::schema::{Declared, IfAbsent, join};
+use super::schema::{Declared, IfAbsent, join, split};
 use super::spec::Scene;
 use super::tables::friction::CURVE;
 use super::tables::load::{FACTOR, LOAD, is_schedule_key};
@@ -28,9 +27,9 @@ const NUMERICAL: [&str; 1] = ["body.element_size_mm"];
 const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
 /// A numeric key of a scene that can take other values.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    key: &'static Declared,
+    path: &'static str,
 }
 
 impl Parameter {
@@ -45,45 +44,37 @@ impl Parameter {
 
     /// As [`Parameter::named`]; a name without a table means one of some keys.
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
-        // A declared key that is not a number.
-        if SCHEMA.find(name).is_some_and(|key| !is_free(key)) {
-            let constant = did_you_mean(SCHEMA.constant_of(name));
-            let problem = format!(
-                "`{name}` cannot be varied{constant}: it is not a single number that is constant in time"
-            );
-            let remedy = "choose a numeric key from `squeakscope scenes --keys`";
-            return Err(SceneError::new(place(), problem, remedy));
-        }
         let key = declared(name, is_free, concerns, place)?;
-        Ok(Self { key })
+        Ok(Self { path: &key.path })
     }
 
     /// The constant tilt of the load.
     pub fn tilt() -> Self {
-        Self {
-            key: SCHEMA.find(TILT_PATH).expect("a declared key"),
-        }
+        Self { path: TILT_PATH }
+    }
+
+    fn declared(self) -> &'static Declared {
+        SCHEMA.find(self.path).expect("a declared key")
     }
 
     /// Dotted path of the key.
     pub fn path(self) -> &'static str {
-        &self.key.path
+        self.path
     }
 
     /// Name of the key without its table, such as `tilt_deg`.
     pub fn name(self) -> &'static str {
-        self.key.key.name
+        split(self.path).1
     }
 
     /// Whether the value is a real number, not a count or a seed.
     pub fn is_continuous(self) -> bool {
-        let is_real = self.key.key.kind.as_number().is_some();
-        is_real || [ROTATION_PATH, DAMPING_PATH].contains(&self.path())
+        self.declared().key.kind.is_real() || self.path == ROTATION_PATH
     }
 
     /// Whether the value is a real number of the simulated system: of body, contact, friction, load and so on.
     pub(super) fn is_physical(self) -> bool {
-        let table = &self.key.table[..];
+        let (table, _) = split(self.path);
         let is_system = joint::TABLES.contains(&table) || small::names().any(|name| name == table);
         is_system && self.is_continuous() && !NUMERICAL.contains(&self.path())
     }
@@ -109,12 +100,12 @@ impl Parameter {
 
     /// Meaning, in one sentence.
     pub fn meaning(self) -> &'static str {
-        self.key.key.meaning
+        self.declared().key.meaning
     }
 
     /// Unit of the value in a scene file; empty for a dimensionless number.
     pub fn unit(self) -> &'static str {
-        self.key.key.kind.unit().symbol
+        self.declared().key.kind.unit().symbol
     }
 }
 
@@ -140,22 +131,20 @@ pub(super) fn declared(
     if let [key] = namesakes[..] {
         return Ok(key);
     }
-    // A bare name resembles names, not paths.
-    let nearest = namesakes.first().copied().or_else(|| {
-        let spelling = |key: &'static Declared| {
-            if name.contains('.') {
-                &key.path[..]
-            } else {
-                key.key.name
-            }
-        };
-        let close = nearest(name, keys().map(spelling), CLOSE);
-        keys().find(|key| close == Some(spelling(key)))
-    });
-    let nearest = did_you_mean(nearest.map(|key| &key.path[..]));
+    let problem = if SCHEMA.find(name).is_some() {
+        format!(
+            "`{name}` cannot be set or varied: it is not a single number that is constant in time"
+        )
+    } else {
+        format!("unknown key `{name}`")
+    };
+    let nearest = did_you_mean(nearest_path(name, keys().map(|key| &key.path[..])));
     let remedy = "`squeakscope scenes --keys` lists all keys";
-    let problem = format!("unknown key `{name}`{nearest}");
-    Err(SceneError::new(place(), problem, remedy))
+    Err(SceneError::new(
+        place(),
+        format!("{problem}{nearest}"),
+        remedy,
+    ))
 }
 
 /// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular
@@ -176,18 +165,6 @@ fn place() -> Location {
     Location {
         file: "parameter to vary".to_owned(),
         line: None,
-    }
-}
-
-impl PartialEq for Parameter {
-    fn eq(&self, other: &Self) -> bool {
-        self.path() == other.path()
-    }
-}
-
-impl fmt::Debug for Parameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Parameter({})", self.path())
     }
 }
 
@@ -233,7 +210,7 @@ impl Scene {
         for part in parameter.path().split('.') {
             item = item.and_then(|item| item.get(part));
         }
-        match (item, parameter.key.key.if_absent) {
+        match (item, parameter.declared().key.if_absent) {
             (Some(item), _) => float(item.as_value()?).ok(),
             (None, IfAbsent::Default(literal)) => literal.parse().ok(),
             (None, _) => None,
@@ -247,7 +224,7 @@ impl Scene {
             .0
             .iter()
             .filter(|key| is_free(key))
-            .map(|key| Parameter { key })
+            .map(|key| Parameter { path: &key.path })
             .filter(|parameter| parameter.is_physical())
             .filter_map(|parameter| {
                 let value = self.value_of(parameter)?;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::error::{CLOSE, SceneError, did_you_mean, nearest};
+use super::error::{SceneError, did_you_mean, nearest};
 use super::spec::Scene;
 
 /// A built-in scene.
@@ -113,7 +113,7 @@ fn looks_like_a_path(name: &str) -> bool {
 
 fn unknown(name: &str) -> SceneError {
     let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
-    let nearest = did_you_mean(nearest(name, names.iter().copied(), CLOSE));
+    let nearest = did_you_mean(nearest(name, names.iter().copied()));
     SceneError::whole(format!(
         "no scene is called `{name}`{nearest}; choose one of {}, or give the path of a scene file",
         names.join(", ")

@@ -169,10 +169,10 @@ impl LoadedJoint {
         factor.map_or([1.0; 2], |factor| [factor.min(), factor.max()])
     }
 
-    /// Tilt (rad), load (N) and factor on the angular velocity; `None` for a constant.
+    /// Load (N), tilt (rad) and factor on the angular velocity; `None` for a constant.
     pub(super) fn schedules(&self) -> [Option<&Schedule>; 3] {
         let factor = self.rotation.as_ref().map(|rotation| &rotation.factor);
-        [Some(&self.tilt), self.load.as_ref(), factor]
+        [self.load.as_ref(), Some(&self.tilt), factor]
     }
 
     /// Whether tilt, load or rotation change with time.
@@ -197,7 +197,7 @@ impl LoadedJoint {
 
     /// Values of the time-dependent quantities under the given loading.
     pub fn fixed_at(&self, loading: Loading) -> FixedAt {
-        let [tilt, load, factor] = self.schedules().map(|s| s.is_some_and(Schedule::varies));
+        let [load, tilt, factor] = self.schedules().map(|s| s.is_some_and(Schedule::varies));
         FixedAt {
             tilt: (tilt || self.patch_moves()).then_some(loading.tilt),
             load: load.then_some(loading.load),
@@ -263,11 +263,8 @@ impl SmallSystem {
 
     /// Period of the drive, s; `None` without a drive.
     pub fn drive_period(&self) -> Option<f64> {
-        let omega = match self {
-            Self::ImpactOscillator(system) => system.drive_omega,
-            Self::DampedContact(system) => system.drive_omega,
-            Self::MassOnBelt(_) | Self::TwoModesOnBelt(_) => 0.0,
-        };
+        let mut system = *self;
+        let (omega, _) = system.drive()?;
         (omega > 0.0).then(|| std::f64::consts::TAU / omega)
     }
 

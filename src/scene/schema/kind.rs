@@ -8,8 +8,8 @@ use strum::VariantArray;
 use toml_edit::{Array, Value};
 
 use super::unit::{ONE, Unit};
-use crate::scene::error::{CLOSE, Location, SceneError, did_you_mean, nearest};
-use crate::scene::setting::{AutoOr, StateCoordinate};
+use crate::scene::error::{Location, SceneError, did_you_mean, nearest};
+use crate::scene::tables::analysis::{AutoOr, StateCoordinate};
 
 /// A mismatch of a value and its key: why the value is rejected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,14 +57,14 @@ pub trait Kind: Sync {
         ONE
     }
 
-    /// Returns itself if it is a plain number.
-    fn as_number(&self) -> Option<Number> {
-        None
+    /// Whether the value is a real number.
+    fn is_real(&self) -> bool {
+        false
     }
 
     /// Whether a single number is a permitted value.
     fn is_number(&self) -> bool {
-        self.as_number().is_some()
+        self.is_real()
     }
 
     /// Description of the permitted values, as the end of "it must be ...".
@@ -156,8 +156,8 @@ impl Kind for Number {
         self.unit
     }
 
-    fn as_number(&self) -> Option<Number> {
-        Some(*self)
+    fn is_real(&self) -> bool {
+        true
     }
 }
 
@@ -277,7 +277,7 @@ impl<T: VariantArray + Clone + Into<&'static str> + FromStr + Sync> Kind for Cho
 
     fn read(&self, value: &Value) -> Result<T, Mismatch> {
         let word = value.as_str().ok_or(Mismatch::Type)?;
-        let unknown = |_| Mismatch::Choice(nearest(word, Self::names(), CLOSE));
+        let unknown = |_| Mismatch::Choice(nearest(word, Self::names()));
         word.parse().map_err(unknown)
     }
 
@@ -364,63 +364,57 @@ impl Kind for Vector {
     }
 }
 
-/// A list of at least one number, each of the given type.
+/// A list of at least one number, each of the given type; possibly a single number instead.
 #[derive(Clone, Copy, Debug)]
-pub struct List(pub Number);
+pub struct List {
+    item: Number,
+    takes_one: bool,
+}
+
+/// A list of numbers.
+pub const fn list(item: Number) -> List {
+    List {
+        item,
+        takes_one: false,
+    }
+}
+
+/// One number or a list of many.
+pub const fn one_or_many(item: Number) -> List {
+    List {
+        item,
+        takes_one: true,
+    }
+}
 
 impl Kind for List {
     type Value = Vec<f64>;
 
     fn read(&self, value: &Value) -> Result<Vec<f64>, Mismatch> {
-        let numbers = numbers(&self.0, value)?;
+        if self.takes_one && !value.is_array() {
+            return Ok(vec![self.item.read(value)?]);
+        }
+        let numbers = numbers(&self.item, value)?;
         (!numbers.is_empty())
             .then_some(numbers)
             .ok_or(Mismatch::Range)
     }
 
     fn allowed(&self) -> String {
-        format!("a list of numbers, each {}", self.0.allowed())
-    }
-
-    fn unit(&self) -> Unit {
-        self.0.unit
-    }
-}
-
-/// One number or a list of many, each of the given type.
-#[derive(Clone, Copy, Debug)]
-pub struct OneOrMany(pub Number);
-
-/// Value of `OneOrMany`: one number or several numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Numbers {
-    /// One number for all.
-    One(f64),
-    /// A list of numbers.
-    Many(Vec<f64>),
-}
-
-impl Kind for OneOrMany {
-    type Value = Numbers;
-
-    fn read(&self, value: &Value) -> Result<Numbers, Mismatch> {
-        if value.is_array() {
-            numbers(&self.0, value).map(Numbers::Many)
+        let item = self.item.allowed();
+        if self.takes_one {
+            format!("{item}, or a list of them")
         } else {
-            self.0.read(value).map(Numbers::One)
+            format!("a list of numbers, each {item}")
         }
     }
 
-    fn allowed(&self) -> String {
-        format!("{}, or a list of them", self.0.allowed())
-    }
-
     fn unit(&self) -> Unit {
-        self.0.unit
+        self.item.unit
     }
 
-    fn is_number(&self) -> bool {
-        true
+    fn is_real(&self) -> bool {
+        self.takes_one
     }
 }
 

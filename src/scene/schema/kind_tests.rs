@@ -4,7 +4,7 @@ use toml_edit::Value;
 
 use super::kind::*;
 use super::unit::DEGREE;
-use crate::scene::setting::{AutoOr, StateCoordinate};
+use crate::scene::tables::analysis::{AutoOr, StateCoordinate};
 
 fn read<K: Kind>(kind: &K, text: &str) -> Result<K::Value, Mismatch> {
     kind.read(&text.parse::<Value>().expect("valid TOML"))
@@ -77,10 +77,10 @@ fn lists_have_the_required_length() {
     assert_eq!(read(&vector, "[0, 0.0, 0]"), Ok([0.0; 3]));
     assert_eq!(read(&vector, "[0, 0]"), Err(Mismatch::Type));
     assert_eq!(read(&vector, "[0, 0, nan]"), Err(Mismatch::Range));
-    let many = OneOrMany(TILT);
-    assert_eq!(read(&many, "0"), Ok(Numbers::One(0.0)));
-    assert_eq!(read(&many, "[0, 0]"), Ok(Numbers::Many(vec![0.0, 0.0])));
-    let list = List(TILT);
+    let many = one_or_many(TILT);
+    assert_eq!(read(&many, "0"), Ok(vec![0.0]));
+    assert_eq!(read(&many, "[0, 0]"), Ok(vec![0.0, 0.0]));
+    let list = list(TILT);
     assert_eq!(read(&list, "[0, 0.0]"), Ok(vec![0.0, 0.0]));
     assert_eq!(read(&list, "[]"), Err(Mismatch::Range));
     assert_eq!(read(&list, "0"), Err(Mismatch::Type));

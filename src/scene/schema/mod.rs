@@ -84,16 +84,6 @@ impl Schema {
         self.0.iter().find(|declared| declared.path == path)
     }
 
-    /// The path of the number that a list of tables replaces by a function of time: `load.tilt_deg` for `load.tilt`.
-    pub fn constant_of(&self, list: &str) -> Option<&str> {
-        let declared = self.0.iter().find(|declared| {
-            let unit = declared.path.strip_prefix(list);
-            unit.is_some_and(|unit| unit.starts_with('_'))
-                && declared.key.kind.as_number().is_some()
-        });
-        declared.map(|declared| &declared.path[..])
-    }
-
     /// Names of the keys and subtables of a table, without duplicates.
     pub fn names_in(&self, table: &str) -> Vec<&str> {
         let mut names = Vec::new();

@@ -51,8 +51,8 @@ pub fn check_imported_patch(
     let BodySpec::Imported(modes) = &spec.body else {
         return Ok(());
     };
-    let mut keys = tilt_keys();
-    keys.extend(LOAD.paths().chain(["rotation.moves_patch", "body.modes"]));
+    let others = vec!["rotation.moves_patch", "body.modes"];
+    let keys = [tilt_keys(), LOAD.paths(), others].concat();
     for (is_constant, key, what, fix) in [
         (
             !tilt.varies(),
@@ -84,5 +84,5 @@ pub fn check_imported_patch(
 }
 
 fn tilt_keys() -> Vec<&'static str> {
-    TILT.paths().chain(["load.azimuth_deg"]).collect()
+    [TILT.paths(), vec!["load.azimuth_deg"]].concat()
 }

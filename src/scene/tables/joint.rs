@@ -9,7 +9,6 @@ use super::SCHEMA;
 use super::friction;
 use super::knots::{MAX_POINTS, points};
 use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
-use super::quantity::Quantity;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, ImportedModes,
@@ -19,10 +18,9 @@ use crate::joint::{
 use crate::numpy::Npz;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
-use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
-    Count, Flag, Kind, Number, Numbers, OneOrMany, Tables, Text, choice, number,
+    Count, Flag, List, Number, Tables, Text, choice, number, one_or_many,
 };
 use crate::scene::schema::unit::{
     GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
@@ -192,7 +190,7 @@ const WIDEST_PATCH: f64 = 0.98;
 
 keys! {
     /// Modal damping ratio of all modes, or of each mode in order of frequency.
-    static DAMPING: OneOrMany = "ratio": OneOrMany(number(ONE, HalfOpen(0.0, 1.0)));
+    static DAMPING: List = "ratio": one_or_many(number(ONE, HalfOpen(0.0, 1.0)));
 }
 
 /// Reads the joint and its loading. `known` are imported modes that need not be read
@@ -203,24 +201,29 @@ pub fn read_joint(
     known: Option<&Arc<ImportedModes>>,
 ) -> Result<LoadedJoint, SceneError> {
     let missing = |path: &str| document.missing(path);
-    let load = Quantity::find(document, &LOAD)?.ok_or_else(|| missing("load.load_n"))?;
-    let mut spec = joint(document, load.schedule.at(0.0), file, known)?;
-    check_patch(document, &spec, load.schedule.max())?;
-    let tilt = Quantity::find(document, &TILT)?.ok_or_else(|| missing("load.tilt_deg"))?;
+    let (load, load_is_function) = LOAD.read(document)?.ok_or_else(|| missing("load.load_n"))?;
+    let mut spec = joint(document, load.at(0.0), file, known)?;
+    check_patch(document, &spec, load.max())?;
+    let (tilt, tilt_is_function) = TILT
+        .read(document)?
+        .ok_or_else(|| missing("load.tilt_deg"))?;
     let moves_patch = document.table("rotation").get(&MOVES_PATCH)?;
-    ensure!(document, !(moves_patch && tilt.is_function) => "rotation.moves_patch", &TILT.paths().collect::<Vec<_>>();
+    ensure!(document, !(moves_patch && tilt_is_function) => "rotation.moves_patch", &TILT.paths();
         "the tilt is also a function of time";
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
     let mut rotation = None;
-    if let Some(factor) = Quantity::find(document, &FACTOR)? {
-        let scaled = scaled_rotation(document, spec.rotation, factor.schedule)?;
+    if let Some((factor, _)) = FACTOR.read(document)? {
+        let scaled = ScaledRotation {
+            rad_s: spec.rotation,
+            factor,
+        };
         spec.rotation = scaled.at(0.0);
         rotation = Some(scaled);
     }
     Ok(LoadedJoint {
         spec,
-        tilt: tilt.schedule,
-        load: load.is_function.then_some(load.schedule),
+        tilt,
+        load: load_is_function.then_some(load),
         rotation,
         patch_moves_from: moves_patch.then_some(0.0),
         carry: document.table("time").get(&CARRY)?,
@@ -230,7 +233,7 @@ pub fn read_joint(
 /// Checks that Hertz contact is a fair description of the patch under the largest load (N).
 fn check_patch(document: &Document<'_>, spec: &JointSpec, load: f64) -> Result<(), SceneError> {
     let degrees = spec.hertz_half_angle(load).map_or(0.0, f64::to_degrees);
-    ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths().collect::<Vec<_>>();
+    ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths();
         "at {load} N the contact patch has a half-angle of {degrees:.0} degrees, for which Hertz contact is not valid";
         "reduce the load for at most {WIDEST_HERTZ_PATCH} degrees, or give the pressure over the radius as contact.pressure; \
          modes of another program (body.modes) have a patch of their own");
@@ -264,22 +267,6 @@ fn pressure(
         "the patch is as wide as the ball";
         "end the table at most at {largest:.2} mm");
     Ok(pressure.map(Arc::new))
-}
-
-/// Builds a rotation and checks its largest component.
-fn scaled_rotation(
-    document: &Document<'_>,
-    rad_s: [f64; 3],
-    factor: Schedule,
-) -> Result<ScaledRotation, SceneError> {
-    let component = ROTATION.kind.0;
-    let largest =
-        rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.min().abs().max(factor.max());
-    ensure!(document,
-        component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths().collect::<Vec<_>>();
-        "with its factor a component reaches {largest} rad/s";
-        "reduce the angular velocity or the factor; each component must be {}", component.expected());
-    Ok(ScaledRotation { rad_s, factor })
 }
 
 fn joint(
@@ -428,10 +415,10 @@ fn damping(document: &Document<'_>, modes: usize) -> Result<Vec<f64>, SceneError
     if !table.is_given() {
         return Ok(Vec::new());
     }
-    let ratios = match table.get(&DAMPING)? {
-        Numbers::One(ratio) => vec![ratio; modes],
-        Numbers::Many(ratios) => ratios,
-    };
+    let mut ratios = table.get(&DAMPING)?;
+    if let [ratio] = ratios[..] {
+        ratios.resize(modes, ratio);
+    }
     ensure!(document, ratios.len() == modes => "damping.ratio", &[];
         "{} ratios for {modes} modes", ratios.len();
         "give one ratio for each mode (a bending pair is two modes), or a single number");

@@ -1,11 +1,24 @@
-//! Keys of the loading: load, tilt and rotation, each a constant or a function of time.
+//! Load, tilt and rotation, each a constant or a function of time in one of its forms.
 
-use super::knots::{KnotKeys, MAX_POINTS};
+use std::sync::LazyLock;
+
+use super::Frames;
+use super::knots::{KnotKeys, MAX_POINTS, out_of_order, points};
+use crate::scene::document::{Document, FromTable, Table};
+use crate::scene::error::{SceneError, ensure};
+use crate::scene::schedule::{Schedule, Sine};
+use crate::scene::schema::IfAbsent::{self, Described, Required};
 use crate::scene::schema::kind::Range::{Closed, Positive};
-use crate::scene::schema::kind::{Choice, Flag, Number, Tables, Text, Vector, choice, number};
+use crate::scene::schema::kind::{
+    Choice, Flag, Kind, Number, Tables, Text, Vector, choice, number,
+};
 use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
-use crate::scene::schema::{IfAbsent, Key, Schema, keys, split};
+use crate::scene::schema::{Key, Schema, join, keys, split};
 use crate::scene::subject::Carry;
+
+/// Minimum number of frames in a period of a sine. The joint is constant within a frame; in a twentieth of a
+/// period a sine changes by at most a third of its amplitude.
+const MIN_FRAMES_PER_PERIOD: f64 = 20.0;
 
 /// Keys of a quantity that can be a function of time.
 pub struct ScheduleKeys {
@@ -14,19 +27,19 @@ pub struct ScheduleKeys {
     /// Table of the quantity, and its knots: time and value.
     pub curve: KnotKeys,
     /// Key of the constant; the factor on the rotation has none.
-    pub constant: Option<Key<Number>>,
-    pub steps: &'static Key<Tables>,
+    constant: Option<&'static Key<Number>>,
+    steps: &'static Key<Tables>,
     /// Time and value of a step.
-    pub step: [&'static Key<Number>; 2],
+    step: [&'static Key<Number>; 2],
     /// Mean, amplitude, frequency and phase of a sine.
-    pub sine: [&'static Key<Number>; 4],
-    /// Paths of the alternative forms.
-    forms: [(Form, &'static str); 5],
+    sine: [&'static Key<Number>; 4],
+    /// Alternative forms with their paths, the constant first.
+    forms: Vec<(Form, &'static str)>,
 }
 
 /// Alternative forms of a quantity.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Form {
+enum Form {
     Constant,
     Knots,
     Steps,
@@ -34,134 +47,223 @@ pub enum Form {
     Csv,
 }
 
-/// Order of the knots and steps, for messages.
-pub const TIME_ORDER: [&str; 2] = ["time", "later"];
-
-const fn key<K: Copy>(
-    name: &'static str,
-    meaning: &'static str,
-    kind: K,
-    if_absent: IfAbsent,
-) -> Key<K> {
-    Key {
-        name,
-        meaning,
+/// A key whose texts are composed; it lives as long as the program, like all keys.
+fn key<K>(name: &str, meaning: &str, kind: K, if_absent: IfAbsent) -> &'static Key<K> {
+    Box::leak(Box::new(Key {
+        name: name.to_owned().leak(),
+        meaning: meaning.to_owned().leak(),
         kind,
         if_absent,
-    }
+    }))
 }
 
-/// Declares the keys of a quantity. `constant` is the meaning of the constant, if there is one; `given`
-/// states how many forms a scene must contain.
-macro_rules! schedule_keys {
-    (
-        $word:literal in $table:literal, $name:literal $suffix:literal, $title:literal: $value:expr;
-        constant $constant:expr;
-        knots $knots:literal;
-        amplitude $amplitude:expr, $bound:literal;
-        given $given:literal
-    ) => {{
-        use IfAbsent::{Default, Described, Required};
-        const VALUE: Number = $value;
-        const VALUE_NAME: &str = concat!($name, $suffix);
-        const MOMENT: Number = number(MILLISECOND, Closed(0.0, 1e6));
-        const PHASE: Number = number(DEGREE, Closed(-360.0, 360.0));
-        const POINTS: Tables = Tables(MAX_POINTS);
-        const FORM: IfAbsent = Described(concat!(
-            $given, " `", $name, "`, `", $name, "_steps`, `", $name, "_sine` and `", $name, "_csv`"
-        ));
-        const CONSTANT: Option<&str> = $constant;
-        ScheduleKeys {
-            word: $word,
+impl ScheduleKeys {
+    /// The keys `name`, `name_steps` and so on of a table, and of the constant with the given meaning.
+    fn new(
+        word: &'static str,
+        [table, name, suffix]: [&'static str; 3],
+        value: Number,
+        constant: Option<&str>,
+    ) -> Self {
+        let value_name = format!("{name}{suffix}");
+        let [steps, sine, csv] = ["steps", "sine", "csv"].map(|form| format!("{name}_{form}"));
+        let functions = format!("`{name}`, `{steps}`, `{sine}` and `{csv}`");
+        let given = match constant {
+            Some(_) => format!("exactly one of `{value_name}`, {functions}"),
+            None => format!("1 at all times; at most one of {functions}"),
+        };
+        let form = Described(given.leak());
+        let point = |at: &str| {
+            let meaning = format!("The {word} {at} this time.");
+            [&TIME, key(&value_name, &meaning, value, Required)]
+        };
+        let list = |name: &str, meaning: &str| {
+            key(
+                name,
+                &format!("The {word} as {meaning}"),
+                Tables(MAX_POINTS),
+                form,
+            )
+        };
+        let constant = constant.map(|meaning| key(&value_name, meaning, value, form));
+        Self {
+            word,
             curve: KnotKeys {
-                table: $table,
-                knots: &key($name, $knots, POINTS, FORM),
-                knot: [
-                    &key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
-                    &key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
-                ],
-                csv: &key(
-                    concat!($name, "_csv"),
-                    concat!($title, " as knots from a CSV file, relative to the folder of the scene file: the line `time_ms,", $name, $suffix, "`, then one knot on each line."),
+                table,
+                knots: list(
+                    name,
+                    "a function of time: knots with linear interpolation, constant before the first and after the last. \
+                     It is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.",
+                ),
+                knot: point("at"),
+                csv: key(
+                    &csv,
+                    &format!(
+                        "The {word} as knots from a CSV file, relative to the folder of the scene file: the line \
+                         `time_ms,{value_name}`, then one knot on each line."
+                    ),
                     Text,
-                    FORM,
+                    form,
                 ),
                 order: TIME_ORDER,
             },
-            constant: match CONSTANT {
-                Some(meaning) => Some(key(VALUE_NAME, meaning, VALUE, FORM)),
-                None => None,
-            },
-            steps: &key(
-                concat!($name, "_steps"),
-                concat!($title, " as a step function: each value holds from its time on, the first value also before it. A frame ends exactly at each step."),
-                POINTS,
-                FORM,
+            steps: list(
+                &steps,
+                "a step function: each value holds from its time on, the first value also before it. A frame ends exactly \
+                 at each step.",
             ),
-            step: [
-                &key("time_ms", "Time of the step; later than that of the previous step.", MOMENT, Required),
-                &key(VALUE_NAME, concat!($title, " from this time on."), VALUE, Required),
-            ],
+            step: point("from"),
             sine: [
-                &key(
-                    concat!("mean", $suffix),
+                key(
+                    &format!("mean{suffix}"),
                     "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.",
-                    VALUE,
+                    value,
                     Required,
                 ),
-                &key(
-                    concat!("amplitude", $suffix),
-                    concat!("Amplitude of the sine", $bound, "."),
-                    number(VALUE.unit, $amplitude),
+                key(
+                    &format!("amplitude{suffix}"),
+                    "Amplitude of the sine, all of whose values must be permitted.",
+                    number(value.unit, Closed(0.0, 1e6)),
                     Required,
                 ),
-                &key(
-                    "frequency_hz",
-                    "Frequency of the sine. The value is updated at the start of each frame (every 1.28 ms by default); a period must be at least 20 frames.",
-                    number(HERTZ, Positive(1e5)),
-                    Required,
-                ),
-                &key("phase_deg", "Phase of the sine at time 0.", PHASE, Default("0")),
+                &FREQUENCY,
+                &PHASE,
             ],
-            forms: [
-                (Form::Constant, concat!($table, ".", $name, $suffix)),
-                (Form::Knots, concat!($table, ".", $name)),
-                (Form::Steps, concat!($table, ".", $name, "_steps")),
-                (Form::Sine, concat!($table, ".", $name, "_sine")),
-                (Form::Csv, concat!($table, ".", $name, "_csv")),
-            ],
+            forms: constant
+                .map(|_| (Form::Constant, &value_name[..]))
+                .into_iter()
+                .chain([
+                    (Form::Knots, name),
+                    (Form::Steps, &steps),
+                    (Form::Sine, &sine),
+                    (Form::Csv, &csv),
+                ])
+                .map(|(form, name)| (form, &*join(table, name).leak()))
+                .collect(),
+            constant,
         }
-    }};
+    }
+
+    fn declare(&'static self, schema: &mut Schema) {
+        let curve = &self.curve;
+        if let Some(constant) = self.constant {
+            schema.add(curve.table, constant);
+        }
+        schema.add(curve.table, curve.knots);
+        schema.add(curve.table, self.steps);
+        schema.add(curve.table, curve.csv);
+        for (form, path) in &self.forms {
+            let keys: &[&'static Key<Number>] = match form {
+                Form::Knots => &curve.knot,
+                Form::Steps => &self.step,
+                Form::Sine => &self.sine,
+                Form::Constant | Form::Csv => &[],
+            };
+            keys.iter().for_each(|&key| schema.add(path, key));
+        }
+    }
+
+    /// Paths of the alternative forms, the constant first.
+    pub fn paths(&self) -> Vec<&'static str> {
+        self.forms.iter().map(|(_, path)| *path).collect()
+    }
+
+    /// Reads the quantity, and whether it is given as a function of time; `None` if the scene does not contain it.
+    ///
+    /// # Errors
+    /// If it is given more than once, or its values are invalid.
+    pub fn read(&self, document: &Document<'_>) -> Result<Option<(Schedule, bool)>, SceneError> {
+        let mut given = self.forms.iter().filter(|(_, path)| document.has(path));
+        let Some(&(form, path)) = given.next() else {
+            return Ok(None);
+        };
+        if let Some((_, again)) = given.next() {
+            let problem = format!("the scene gives the {} more than once", self.word);
+            let remedy = format!("keep one of {path} and {again}");
+            return Err(document.inconsistent(again, &[path], problem, remedy));
+        }
+        let curve = &self.curve;
+        let table = document.table(curve.table);
+        let read = |list, point| -> Result<Vec<(f64, f64)>, SceneError> {
+            let points = points(table.list(list)?, point, TIME_ORDER)?;
+            Ok(points.into_iter().map(Into::into).collect())
+        };
+        let schedule = match (form, self.constant) {
+            (Form::Steps, _) => Schedule::steps(read(self.steps, self.step)?),
+            (Form::Sine, _) => self.read_sine(document.table(path))?,
+            (Form::Constant, Some(key)) => Some(Schedule::constant(table.get(key)?)),
+            // A file has been replaced by its knots.
+            _ => Schedule::piecewise_linear(read(curve.knots, curve.knot)?),
+        };
+        let place = || document.place_of([path]);
+        let schedule = schedule.ok_or_else(|| out_of_order(path, TIME_ORDER, place()))?;
+        Ok(Some((schedule, form != Form::Constant)))
+    }
+
+    /// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
+    fn read_sine(&self, table: Table<'_>) -> Result<Option<Schedule>, SceneError> {
+        let (word, value) = (self.word, self.curve.knot[1].kind);
+        let [mean, amplitude, frequency, phase] = self.sine;
+        let sine = Sine {
+            mean: table.get(mean)?,
+            amplitude: table.get(amplitude)?,
+            frequency: table.get(frequency)?,
+            phase: table.get(phase)?,
+        };
+        // Rounded in the unit of the file, which removes conversion errors.
+        let stated = |si: f64| (1e9 * value.unit.of_si(si)).round() / 1e9;
+        for end in [sine.mean - sine.amplitude, sine.mean + sine.amplitude].map(stated) {
+            ensure!(table, value.range.contains(end) => amplitude.name, &[mean.name];
+                "the {word} reaches {end}";
+                "reduce it; the {word} must be {}", value.expected());
+        }
+        let frame = Frames::read(table.document.table("time"))?.length();
+        let fastest = 1.0 / (MIN_FRAMES_PER_PERIOD * frame);
+        // A frequency at the limit is accepted in spite of rounding.
+        ensure!(table,
+            sine.frequency <= fastest * (1.0 + 1e-9) => frequency.name, &["time.sample_rate_khz", "time.frame_samples"];
+            "the {word} is updated once per frame, every {} ms, which is too coarse for {} Hz", 1e3 * frame, sine.frequency;
+            "reduce it to at most {fastest:.3} Hz, or reduce time.frame_samples");
+        Ok(Schedule::sine(sine))
+    }
 }
 
+/// Order of the knots and steps, for messages.
+const TIME_ORDER: [&str; 2] = ["time", "later"];
+
 /// Load, N.
-pub static LOAD: ScheduleKeys = schedule_keys! {
-    "load" in "load", "load" "_n", "Load": number(NEWTON, Positive(1e6));
-    constant Some("Constant force that presses the ball into the socket.");
-    knots "Load as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.";
-    amplitude Closed(0.0, 1e6), "; less than the mean";
-    given "exactly one of `load_n`,"
-};
+pub static LOAD: LazyLock<ScheduleKeys> = LazyLock::new(|| {
+    let meaning = "Constant force that presses the ball into the socket.";
+    let value = number(NEWTON, Positive(1e6));
+    ScheduleKeys::new("load", ["load", "load", "_n"], value, Some(meaning))
+});
 
 /// Tilt, rad.
-pub static TILT: ScheduleKeys = schedule_keys! {
-    "tilt" in "load", "tilt" "_deg", "Tilt": number(DEGREE, Closed(-90.0, 90.0));
-    constant Some("Constant tilt of the load relative to the axis of the beam.");
-    knots "Tilt as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame.";
-    amplitude Closed(0.0, 90.0), "";
-    given "exactly one of `tilt_deg`,"
-};
+pub static TILT: LazyLock<ScheduleKeys> = LazyLock::new(|| {
+    let meaning = "Constant tilt of the load relative to the axis of the beam.";
+    let value = number(DEGREE, Closed(-90.0, 90.0));
+    ScheduleKeys::new("tilt", ["load", "tilt", "_deg"], value, Some(meaning))
+});
 
 /// Factor on the rotation. At 0 the ball is at rest, and the contact sticks; a negative one reverses the rotation.
-pub static FACTOR: ScheduleKeys = schedule_keys! {
-    "rotation" in "rotation", "factor" "", "Factor": number(ONE, Closed(-1000.0, 1000.0));
-    constant None;
-    knots "Factor on the angular velocity as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame.";
-    amplitude Closed(0.0, 1000.0), "";
-    given "1 at all times; at most one of"
-};
+pub static FACTOR: LazyLock<ScheduleKeys> = LazyLock::new(|| {
+    let value = number(ONE, Closed(-1000.0, 1000.0));
+    ScheduleKeys::new("rotation", ["rotation", "factor", ""], value, None)
+});
+
+/// The quantities that can be functions of time.
+pub fn schedules() -> [&'static ScheduleKeys; 3] {
+    [&LOAD, &TILT, &FACTOR]
+}
 
 keys! {
+    /// Time of the point; later than that of the previous one.
+    static TIME: Number = "time_ms": number(MILLISECOND, Closed(0.0, 1e6));
+    /// Frequency of the sine. The value is updated at the start of each frame; a period must be at least 20 frames.
+    static FREQUENCY: Number = "frequency_hz": number(HERTZ, Positive(1e5));
+    /// Phase of the sine at time 0.
+    static PHASE: Number = "phase_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
+
     /// Azimuth of the tilt direction, from +x towards +y.
     static AZIMUTH: Number = "azimuth_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
 
@@ -180,58 +282,17 @@ keys! {
 }
 
 pub fn declare(schema: &mut Schema) {
-    LOAD.declare_forms(schema);
-    TILT.declare_forms(schema);
+    LOAD.declare(schema);
+    TILT.declare(schema);
     schema.add("load", &AZIMUTH);
-    LOAD.declare_points(schema);
-    TILT.declare_points(schema);
     schema.add("rotation", &ROTATION);
-    FACTOR.declare_forms(schema);
+    FACTOR.declare(schema);
     schema.add("rotation", &MOVES_PATCH);
     schema.add("rotation", &CONVECTION);
-    FACTOR.declare_points(schema);
 }
 
 /// Whether a key belongs to a function of time and is not constant during a run.
 pub fn is_schedule_key(path: &str) -> bool {
-    let all = [&LOAD, &TILT, &FACTOR];
-    let mut forms = all.into_iter().flat_map(ScheduleKeys::paths);
+    let mut forms = schedules().into_iter().flat_map(ScheduleKeys::paths);
     forms.any(|form| form == split(path).0)
-}
-
-impl ScheduleKeys {
-    fn declare_forms(&'static self, schema: &mut Schema) {
-        let curve = &self.curve;
-        if let Some(constant) = &self.constant {
-            schema.add(curve.table, constant);
-        }
-        schema.add(curve.table, curve.knots);
-        schema.add(curve.table, self.steps);
-        schema.add(curve.table, curve.csv);
-    }
-
-    /// Declares the keys in the tables of the forms.
-    fn declare_points(&'static self, schema: &mut Schema) {
-        for (form, path) in self.forms {
-            let keys: &[&'static Key<Number>] = match form {
-                Form::Knots => &self.curve.knot,
-                Form::Steps => &self.step,
-                Form::Sine => &self.sine,
-                Form::Constant | Form::Csv => &[],
-            };
-            keys.iter().for_each(|&key| schema.add(path, key));
-        }
-    }
-
-    /// Alternative forms with their paths, the constant first.
-    pub fn forms(&self) -> impl Iterator<Item = (Form, &'static str)> {
-        let has_constant = self.constant.is_some();
-        let forms = self.forms.into_iter();
-        forms.filter(move |(form, _)| has_constant || *form != Form::Constant)
-    }
-
-    /// Paths of the alternative forms, the constant first.
-    pub fn paths(&self) -> impl Iterator<Item = &'static str> {
-        self.forms().map(|(_, path)| path)
-    }
 }

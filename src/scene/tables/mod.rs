@@ -7,7 +7,6 @@ pub mod friction;
 pub mod joint;
 pub mod knots;
 pub mod load;
-pub mod quantity;
 pub mod run;
 pub mod small;
 
@@ -45,21 +44,23 @@ fn declare(schema: &mut Schema) {
 /// scene file.
 pub fn key_reference() -> String {
     let mut reference = String::new();
-    let mut last = None;
-    for Declared { table, key, .. } in &SCHEMA.0 {
-        if last != Some(table) {
-            last = Some(table);
-            let heading = match &table[..] {
-                "" => "Top level".to_owned(),
-                // A path that is both a table and a key is a list of tables.
-                list if SCHEMA.find(list).is_some() => format!("`[[{list}]]`"),
-                table => format!("`[{table}]`"),
-            };
-            reference.push_str(&format!(
-                "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
-            ));
+    let mut tables: Vec<&str> = Vec::new();
+    for Declared { table, .. } in &SCHEMA.0 {
+        if tables.contains(&&**table) {
+            continue;
         }
-        reference.push_str(&key.guide_row());
+        tables.push(table);
+        let heading = match &table[..] {
+            "" => "Top level".to_owned(),
+            // A path that is both a table and a key is a list of tables.
+            list if SCHEMA.find(list).is_some() => format!("`[[{list}]]`"),
+            table => format!("`[{table}]`"),
+        };
+        reference.push_str(&format!(
+            "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
+        ));
+        let keys = SCHEMA.0.iter().filter(|key| key.table == *table);
+        reference.extend(keys.map(|declared| declared.key.guide_row()));
     }
     reference
 }

@@ -34,8 +34,8 @@ fn unknown_keys_are_reported_with_line_and_suggestion() {
     assert_eq!(
         refusal("[load]\nload_n = 150\ntilt_deq = 2\n[time]\nduration_ms = 1\n"),
         "mine.toml:3: unknown key `load.tilt_deq` (did you mean `load.tilt_deg`?); \
-         [load] has the keys load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
-         load_sine, tilt_sine"
+         [load] has the keys load_n, load, load_steps, load_csv, load_sine, tilt_deg, tilt, tilt_steps, tilt_csv, \
+         tilt_sine, azimuth_deg"
     );
     assert!(
         refusal_with("[record]\nenergy_rate = 1\n")

@@ -1,13 +1,12 @@
 //! Consistency checks of the analyses with each other, the samples and the modes.
 
 use super::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
-    RecurrenceSpec, ThresholdSpec, WindowSpec,
+    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
+    RecurrenceSpec, SectionSurface, StateCoordinate, ThresholdSpec, WindowSpec,
 };
 use crate::analysis::Threshold;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
-use crate::scene::setting::{AutoOr, SectionSurface, StateCoordinate};
 
 /// Reads the analyses for samples at `rate` (Hz) of a system with the given number of modes.
 pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<AnalysisSpec, SceneError> {
@@ -125,10 +124,10 @@ impl Checks<'_> {
             normal_q.iter().chain(normal_qdot).any(|&n| n != 0.0) => PLANES[usize::from(normal_q.is_empty())], &PLANES;
             "the normal of the plane is zero";
             "set at least one component to a value other than zero");
-        let is_there = |coordinate: &StateCoordinate| match coordinate {
+        let is_known = |coordinate: &StateCoordinate| match coordinate {
             StateCoordinate::Q(mode) | StateCoordinate::Qdot(mode) => *mode < modes,
         };
-        ensure!(self.table, shown.iter().all(is_there) => "coordinates", &[];
+        ensure!(self.table, shown.iter().all(is_known) => "coordinates", &[];
             "the system has {modes} modes only";
             "use modes from 1 to {modes}, in order of frequency");
         Ok(())

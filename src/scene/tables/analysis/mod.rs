@@ -9,13 +9,12 @@ use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
-    Coordinates, Count, List, Number, all_or, auto_or, choice, number,
+    Coordinates, Count, Number, all_or, auto_or, choice, list, number,
 };
 use crate::scene::schema::unit::{
     KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
 };
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
-use crate::scene::setting::{AutoOr, SectionSurface};
 
 pub use check::read;
 
@@ -255,9 +254,9 @@ keys! {
         /// Level of that surface.
         level = "level_um": number(MICROMETRE, Closed(-1e6, 1e6)), default 0;
         /// A plane in the modal state space as an alternative surface: components of its normal along the modal coordinates, one for each mode in order of frequency.
-        normal_q = "plane_q": List(number(ONE, Closed(-1e6, 1e6))), else "none; or `plane_qdot_ms`";
+        normal_q = "plane_q": list(number(ONE, Closed(-1e6, 1e6))), else "none; or `plane_qdot_ms`";
         /// Components of the normal along the modal velocities, in ms (a velocity in sqrt(kg) mm/s times ms is in sqrt(kg) um).
-        normal_qdot = "plane_qdot_ms": List(number(MILLISECOND, Closed(-1e6, 1e6))), else "none; or `plane_q`";
+        normal_qdot = "plane_qdot_ms": list(number(MILLISECOND, Closed(-1e6, 1e6))), else "none; or `plane_q`";
         /// Offset of the plane, in sqrt(kg) um: the scalar product of normal and state on the plane.
         offset = "offset_um": number(MICROMETRE, Closed(-1e6, 1e6)), else "0, with a plane";
         /// The two coordinates of the section plot, such as `["q1", "qdot1"]`; modes are counted from 1 in order of frequency.
@@ -358,4 +357,65 @@ keys! {
         /// Interval between results.
         every: f64 = "every_ms": EVERY, default 1;
     }
+}
+
+/// A parameter that the scene specifies, or that is determined from the signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AutoOr<T> {
+    /// The specified value.
+    Given(T),
+    /// The latest choice of [`AnalysisSpec::delay`](AnalysisSpec::delay); undefined before the first
+    /// choice.
+    Auto,
+}
+
+impl<T> AutoOr<T> {
+    /// Returns the specified value, or else `auto`.
+    pub fn or(self, auto: T) -> T {
+        match self {
+            Self::Given(value) => value,
+            Self::Auto => auto,
+        }
+    }
+
+    /// Applies a function to a specified value.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> AutoOr<U> {
+        match self {
+            Self::Given(value) => AutoOr::Given(convert(value)),
+            Self::Auto => AutoOr::Auto,
+        }
+    }
+}
+
+/// Surface of a Poincare section, and the coordinates shown of each crossing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SectionSurface {
+    /// `y(t + lag) = level` of the delay trajectory (Fig. 10); the coordinates are `(y(t), y(t + 2 lag))`.
+    Delay {
+        /// Delay, s.
+        lag: AutoOr<f64>,
+        /// Displacement at the surface, m.
+        level: f64,
+    },
+    /// The plane `normal_q . q + normal_qdot . dq/dt = offset` of the modal state. Missing components of a
+    /// normal are zero. Not available for a signal without modes.
+    State {
+        /// Components of the normal along the modal coordinates.
+        normal_q: Vec<f64>,
+        /// Components of the normal along the modal velocities, s.
+        normal_qdot: Vec<f64>,
+        /// Offset, sqrt(kg) m.
+        offset: f64,
+        /// The two coordinates of the section plot, sqrt(kg) m or sqrt(kg) m/s.
+        shown: [StateCoordinate; 2],
+    },
+}
+
+/// A coordinate of the modal state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateCoordinate {
+    /// Modal coordinate of the mode with this index, from 0.
+    Q(usize),
+    /// Modal velocity of the mode with this index, from 0.
+    Qdot(usize),
 }
