@@ -175,7 +175,7 @@ pub fn run(
         recording: None,
     };
     let summary = long_call(py, progress.as_ref(), |watch| {
-        let source = pipeline::source(&scene)?;
+        let source = pipeline::Simulation::new(&scene)?;
         if let Some(path) = record {
             let output = Output {
                 save: Some(path),

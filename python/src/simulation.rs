@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use squeakscope::pipeline::message::DisplayRates;
-use squeakscope::pipeline::{ControllableSource, PipelineError, controllable_source};
+use squeakscope::pipeline::{self, PipelineError, Source};
 
 use crate::array::whole;
 use crate::call::long_call;
@@ -39,13 +39,13 @@ pub struct Simulation {
     /// The scene.
     #[pyo3(get)]
     scene: Py<Scene>,
-    source: Mutex<Box<dyn ControllableSource>>,
+    source: Mutex<pipeline::Simulation>,
 }
 
 impl Simulation {
-    fn with<T>(&self, work: impl FnOnce(&mut dyn ControllableSource) -> T) -> T {
+    fn with<T>(&self, work: impl FnOnce(&mut pipeline::Simulation) -> T) -> T {
         // A panic would have ended the call with an exception; the state is that of the last sample.
-        work(&mut **self.source.lock().unwrap_or_else(PoisonError::into_inner))
+        work(&mut self.source.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -54,7 +54,7 @@ impl Simulation {
     #[new]
     fn new(py: Python<'_>, scene: SceneOrName) -> PyResult<Self> {
         let scene = scene.load(None)?.without_analyses();
-        let mut source = long_call(py, None, |_| controllable_source(&scene))?;
+        let mut source = long_call(py, None, |_| pipeline::Simulation::new(&scene))?;
         source.run_until_stopped();
         Ok(Self {
             scene: Py::new(py, Scene(scene))?,

@@ -9,7 +9,7 @@ use super::figures::STUDY;
 use super::harness::{Outputs, Watch};
 use super::resources;
 use super::study_args::CostArgs;
-use crate::pipeline::{Monitor, drive, source};
+use crate::pipeline::{Monitor, Simulation, drive};
 use crate::plot::cost_figure;
 use crate::record::{Output, RerunSink};
 use crate::scene::Scene;
@@ -41,7 +41,7 @@ fn measure(scene: &Scene, stop: &Arc<AtomicBool>, watch: &Watch<'_>) -> Result<C
             save: Some(folder.path().join("cost.rrd")),
             ..Output::default()
         };
-        let run = source(scene)?;
+        let run = Simulation::new(scene)?;
         let mut sink = RerunSink::new(&output, scene.record)?;
         let monitor = Monitor {
             stop,

@@ -22,7 +22,7 @@ use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
 use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
-use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
+use crate::pipeline::{Monitor, PipelineError, Simulation, Sink, Source as _, Tee, drive};
 use crate::plot::{RUN_FIGURES, RunFigures};
 use crate::record::{Output, RERUN_VERSION, RerunSink};
 use crate::report::{Block, Measured, Report, Table};
@@ -134,7 +134,7 @@ fn simulate(
 ) -> Result<(Summary, Option<String>), Cause> {
     let command = command_line();
     // An invalid scene fails here, before a file is opened.
-    let simulation = source(scene)?;
+    let simulation = Simulation::new(scene)?;
     start_thread_pool()?;
     let output = output(args, files.path("--save"));
     interrupt::start_work();

@@ -175,13 +175,13 @@ impl Sink for AudioSink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::controllable_source;
+    use crate::pipeline::{Simulation, Source as _};
     use crate::scene::Scene;
 
     #[test]
     fn audio_of_a_frame_has_a_maximum_duration() {
         let scene = Scene::load("mass-on-belt").unwrap();
-        let header = controllable_source(&scene).unwrap().header("");
+        let header = Simulation::new(&scene).unwrap().header("");
         let mut sink = Arc::new(AudioStream::new(Source::default())).sink();
         sink.rate = 1e5;
         sink.probe = Some(SurfaceProbe::with_fallback(Source::default(), &header));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::pipeline::message::{DisplayRates, Record};
-use crate::pipeline::{Analyser, Sink, controllable_source};
+use crate::pipeline::{Analyser, Simulation, Sink, Source as _};
 use crate::scene::Scene;
 
 /// Runs a scene in frames of a playback speed (simulated seconds per second), and calls a function after each frame.
@@ -16,7 +16,7 @@ pub fn run_frames(
 ) {
     let scene = Scene::load(scene).unwrap();
     let scene = scene.with_duration(duration_ms).unwrap();
-    let mut source = controllable_source(&scene).unwrap();
+    let mut source = Simulation::new(&scene).unwrap();
     let header = source.header("");
     let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
     source.set_frame_length(samples, shown);

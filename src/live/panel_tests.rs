@@ -6,7 +6,7 @@ mod contradictions;
 use self::contradictions::contradictions;
 use super::*;
 use crate::live::frames_tests::run_frames;
-use crate::pipeline::controllable_source;
+use crate::pipeline::{Simulation, Source as _};
 use crate::scene::Scene;
 
 #[test]
@@ -127,7 +127,7 @@ fn a_growth_that_is_over_is_no_transient() {
 fn a_new_run_resets_the_numbers_but_keeps_the_events() {
     let store = StatusStore::default();
     let scene = Scene::load("periodic-2deg").unwrap();
-    let mut source = controllable_source(&scene).unwrap();
+    let mut source = Simulation::new(&scene).unwrap();
     source.run_until_stopped();
     store.begin_run(&source.header(""), Some(true));
     store.log(0.0, "message");

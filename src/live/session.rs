@@ -19,8 +19,8 @@ use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, Sink,
-    SinkError, Source as _, Tee, controllable_source, drive,
+    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, Simulation,
+    Sink, SinkError, Source as _, Tee, drive,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
@@ -161,7 +161,7 @@ impl Session {
                 };
                 (scene, current.speed, current.wav.take(), lyapunov)
             };
-            let (run, handle) = InteractiveSource::new(controllable_source(&scene)?, speed);
+            let (run, handle) = InteractiveSource::new(Simulation::new(&scene)?, speed);
             let header = run.header(&self.command);
             if self.computes_diagram {
                 let interval = header.tilt_slider();

@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::dynamics::Differentiable;
+use crate::joint::{BallJoint, Joint};
+use crate::pipeline::prepare::{initial_state, joint_integrator};
 use crate::scene::Carry;
 
 /// A joint at rest without friction whose contact is linear, with the given lines for load and tilt, updated

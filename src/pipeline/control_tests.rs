@@ -2,21 +2,21 @@
 
 use crate::joint::Friction;
 use crate::pipeline::message::{DisplayRates, Frame};
-use crate::pipeline::{ControllableSource, controllable_source};
+use crate::pipeline::{Simulation, Source};
 use crate::scene::{Control, PRESETS, Parameter, Scene};
 
 /// Samples of a frame.
 const SAMPLES: usize = 128;
 
-fn interactive(scene: &Scene) -> Box<dyn ControllableSource> {
-    let mut source = controllable_source(&scene.clone().without_analyses()).unwrap();
+fn interactive(scene: &Scene) -> Simulation {
+    let mut source = Simulation::new(&scene.clone().without_analyses()).unwrap();
     source.run_until_stopped();
     let (_, shown) = DisplayRates::at_speed(0.02, scene.sample_rate);
     source.set_frame_length(SAMPLES, shown);
     source
 }
 
-fn next(source: &mut dyn ControllableSource) -> Frame {
+fn next(source: &mut Simulation) -> Frame {
     source.next_frame().unwrap().expect("the run continues")
 }
 
@@ -59,7 +59,7 @@ fn a_number_set_at_the_start_is_the_number_of_the_scene() {
             let mut expected = scene.clone();
             expected.set(parameter, value).unwrap();
             let [changed, expected] =
-                [changed, interactive(&expected)].map(|mut run| next(&mut *run));
+                [changed, interactive(&expected)].map(|mut run| next(&mut run));
             let off = difference(&changed, &expected);
             assert!(
                 off < 1e-3,
@@ -101,14 +101,14 @@ fn the_motion_goes_on_and_a_change_can_be_taken_back() {
         let parameter = Parameter::named(name).unwrap();
         let [mut plain, mut changed] = [interactive(&scene), interactive(&scene)];
         for source in [&mut plain, &mut changed] {
-            next(&mut **source);
+            next(source);
         }
         changed.set(parameter, value).unwrap();
         changed.set(parameter, start).unwrap();
-        let off = difference(&next(&mut *changed), &next(&mut *plain));
+        let off = difference(&next(&mut changed), &next(&mut plain));
         assert!(off < 1e-3, "{name} changed and back: {off:e}");
         changed.set(parameter, value).unwrap();
-        let [after, without] = [changed, plain].map(|mut run| next(&mut *run));
+        let [after, without] = [changed, plain].map(|mut run| next(&mut run));
         assert!((after.velocity[0] - without.velocity[0]).abs() < 1e-3 * without.velocity[0].abs());
         assert!(difference(&after, &without) > 1e-6, "{name} has no effect");
     }
@@ -129,7 +129,7 @@ fn a_refused_number_leaves_the_run_as_it_was() {
     // There this wide patch reaches the beam; and no scene has a negative load.
     assert!(source.set(Parameter::tilt(), 89.0).is_err());
     assert!(source.set(load, -1.0).is_err());
-    assert_eq!(next(&mut *source).velocity, next(&mut *plain).velocity);
+    assert_eq!(next(&mut source).velocity, next(&mut plain).velocity);
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_drive_keeps_its_phase_when_its_frequency_changes() {
         }
         let before = scene.value_of(frequency).unwrap();
         changed.set(frequency, before + 0.01).unwrap();
-        let off = difference(&next(&mut *changed), &next(&mut *plain));
+        let off = difference(&next(&mut changed), &next(&mut plain));
         assert!(off > 0.0 && off < 1e-2, "{name}: {off:e}");
     }
 }

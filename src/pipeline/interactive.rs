@@ -9,8 +9,9 @@ use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use super::PipelineError;
 use super::message::{DisplayRates, Frame, Header, Kick};
 use super::pending::{PendingCommands, RunCommand, TooManyKicks};
-use super::source::{ControllableSource, Source};
+use super::{Simulation, Source};
 use crate::dynamics::DynamicsError;
+use crate::number::trimmed;
 use crate::scene::{AnalysisSpec, Scene};
 
 /// Maximum lag behind the playback speed. A run that lags more does not try to catch up.
@@ -80,7 +81,7 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// A simulation that can be controlled while it runs.
 pub struct InteractiveSource {
-    source: Box<dyn ControllableSource>,
+    source: Simulation,
     rate: f64,
     pending: Arc<Mutex<PendingCommands>>,
     wake: Receiver<()>,
@@ -101,7 +102,7 @@ pub struct InteractiveSource {
 
 impl InteractiveSource {
     /// Makes a simulation interactive. It starts at the playback speed `speed` (simulated seconds per second).
-    pub fn new(mut source: Box<dyn ControllableSource>, speed: f64) -> (Self, RunHandle) {
+    pub fn new(mut source: Simulation, speed: f64) -> (Self, RunHandle) {
         source.run_until_stopped();
         let rate = source.scene().sample_rate;
         let (wake, woken) = bounded(1);
@@ -179,7 +180,7 @@ impl InteractiveSource {
         let status = *lock(&self.status);
         if let Some(speed) = control.speed.filter(|speed| *speed != status.speed) {
             self.set_speed(speed);
-            self.describe(format!("playback speed {} ms/s", format_short(1e3 * speed)));
+            self.describe(format!("playback speed {} ms/s", trimmed(1e3 * speed, 4)));
         }
         if let Some(pause) = control.pause.filter(|pause| *pause != status.paused) {
             self.set_paused(pause);
@@ -228,7 +229,7 @@ impl InteractiveSource {
             self.kicks.push(Kick { time, size, seed });
             self.done.push(format!(
                 "kick of {} mm/s, seed {seed}",
-                format_short(1e3 * size)
+                trimmed(1e3 * size, 4)
             ));
         }
         Ok(())
@@ -317,16 +318,6 @@ impl Source for InteractiveSource {
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
         self.source.set_stop_flag(stop);
-    }
-}
-
-/// Formats a number with at most four decimals.
-fn format_short(x: f64) -> String {
-    let text = format!("{x:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    match text {
-        "-0" => "0".to_owned(),
-        _ => text.to_owned(),
     }
 }
 

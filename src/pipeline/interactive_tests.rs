@@ -5,12 +5,12 @@ use std::sync::atomic::Ordering;
 use super::*;
 use crate::pipeline::control_tests::wide_patch;
 use crate::pipeline::message::Record;
-use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, controllable_source};
+use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, Simulation};
 use crate::scene::{Parameter, Scene};
 
 fn interactive(scene: &str, speed: f64) -> (InteractiveSource, RunHandle) {
     let scene = Scene::load(scene).unwrap().without_analyses();
-    InteractiveSource::new(controllable_source(&scene).unwrap(), speed)
+    InteractiveSource::new(Simulation::new(&scene).unwrap(), speed)
 }
 
 fn next(run: &mut InteractiveSource) -> Frame {
@@ -99,7 +99,7 @@ fn playback_commands_do_not_change_the_motion() {
     let scene = Scene::load("doubled-torus-3deg")
         .unwrap()
         .without_analyses();
-    let mut planned = controllable_source(&scene).unwrap();
+    let mut planned = Simulation::new(&scene).unwrap();
     let (mut run, handle) = interactive("doubled-torus-3deg", FAST);
     let mut seen = Vec::new();
     for commands in [
@@ -292,7 +292,7 @@ fn a_number_that_a_run_cannot_take_is_refused() {
     let wide = wide_patch(&Scene::load("lift-off").unwrap());
     for (scene, tilt) in [(small, 3.0), (wide, 89.0)] {
         let scene = scene.without_analyses();
-        let (mut run, handle) = InteractiveSource::new(controllable_source(&scene).unwrap(), FAST);
+        let (mut run, handle) = InteractiveSource::new(Simulation::new(&scene).unwrap(), FAST);
         // A small system has no load either.
         handle.send(RunCommand::Set(load, 200.0)).unwrap();
         next(&mut run);

@@ -8,6 +8,7 @@ mod control_tests;
 mod error;
 mod health;
 mod interactive;
+mod joint_body;
 mod loading;
 pub mod message;
 mod motion_changes;
@@ -17,14 +18,13 @@ mod perturbed;
 mod prepare;
 mod record_sender;
 mod run;
-mod scene_run;
 mod sensitivity;
 #[cfg(test)]
 mod sensitivity_tests;
 mod signal_source;
 mod simulate;
 mod sink;
-mod small;
+mod small_body;
 #[cfg(test)]
 mod small_tests;
 mod source;
@@ -45,7 +45,6 @@ pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
-pub use small::SmallSimulation;
-pub use source::{ControllableSource, Source, controllable_source, source};
+pub use source::Source;
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;

@@ -1,7 +1,6 @@
 //! Rotations that move the contact patch.
 
 use super::*;
-use crate::scene::Parameter;
 
 /// The paper's rotation, with the tilt from -1 degree through zero, and the given lines.
 fn moving(lines: &str, milliseconds: f64) -> Scene {
@@ -13,6 +12,13 @@ fn moving(lines: &str, milliseconds: f64) -> Scene {
     Scene::parse("mine.toml", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
+fn joint(simulation: &Simulation) -> &JointBody {
+    match &simulation.body {
+        Body::Joint(body) => body,
+        Body::Small(_) => panic!("a joint"),
+    }
+}
+
 fn frames(simulation: &mut Simulation) -> Vec<Frame> {
     std::iter::from_fn(|| simulation.next_frame().unwrap()).collect()
 }
@@ -22,7 +28,7 @@ fn frames(simulation: &mut Simulation) -> Vec<Frame> {
 fn the_patch_moves_against_the_sliding_direction() {
     let mut simulation = Simulation::new(&moving("", 40.0)).unwrap();
     let found = frames(&mut simulation);
-    let ball = &simulation.ball;
+    let ball = &joint(&simulation).ball;
     for pair in found.windows(2) {
         let [a, b] = [&pair[0], &pair[1]];
         let step = b.t0 - a.t0;
@@ -48,7 +54,7 @@ fn the_patch_moves_against_the_sliding_direction() {
 fn a_moved_patch_is_that_of_its_tilt() {
     let mut simulation = Simulation::new(&moving("", 40.0)).unwrap();
     let last = frames(&mut simulation).pop().unwrap();
-    let mut ball = simulation.ball.clone();
+    let mut ball = joint(&simulation).ball.clone();
     let moved = ball.model(last.tilt).unwrap();
     ball.set_patch(None);
     let tilted = ball.model(last.tilt).unwrap();
@@ -97,11 +103,11 @@ fn the_probe_keeps_its_direction_when_the_rotation_reverses() {
     let lines = "rotation.factor_steps = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = 0 }, \
                  { time_ms = 2, factor = -1 }]";
     let mut simulation = Simulation::new(&moving(lines, 3.0)).unwrap();
-    let forward = simulation.joint().probe().to_vec();
+    let forward = joint(&simulation).joint.probe().to_vec();
     let found = frames(&mut simulation);
     assert_eq!(found[found.len() - 1].rotation_factor, -1.0);
     let size = forward.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    for (now, forward) in simulation.joint().probe().iter().zip(&forward) {
+    for (now, forward) in joint(&simulation).joint.probe().iter().zip(&forward) {
         assert!((now - forward).abs() < 0.01 * size, "{now} {forward}");
     }
 }
@@ -121,7 +127,7 @@ fn a_commanded_tilt_moves_on_with_the_rotation() {
 
 #[test]
 fn a_path_that_reaches_the_beam_is_rejected_before_the_run() {
-    let error = Simulation::new(&moving("", 3000.0)).unwrap_err();
+    let error = Simulation::new(&moving("", 3000.0)).err().unwrap();
     let source = std::error::Error::source(&error).map(ToString::to_string);
     let message = format!("{error}: {}", source.unwrap_or_default());
     assert!(message.contains("reaches the beam"), "{message}");

@@ -23,9 +23,9 @@ pub enum RunCommand {
     /// Start at the time of a state and from it. Only before the first frame.
     Continue(RunState),
     /// Change a number of the scene, in the unit of a scene file; see
-    /// [`ControllableSource::set`](super::ControllableSource::set).
+    /// [`Simulation::set`](super::Simulation::set).
     Set(Parameter, f64),
-    /// Add a random velocity to each mode; see [`ControllableSource::kick`](super::ControllableSource::kick).
+    /// Add a random velocity to each mode; see [`Simulation::kick`](super::Simulation::kick).
     Kick {
         /// Standard deviation, sqrt(kg) m/s.
         size: f64,

@@ -21,15 +21,6 @@ pub(super) struct PerturbedTrajectory {
     z: Vec<f64>,
 }
 
-/// The perturbed trajectory at a sample.
-#[derive(Debug)]
-pub(super) struct PerturbedState<'a> {
-    /// State.
-    pub z: &'a [f64],
-    /// Distance from the simulated trajectory, relative to the largest norm of the latter.
-    pub distance: f64,
-}
-
 impl PerturbedTrajectory {
     /// Sets up a perturbed trajectory; `seed` determines the direction of the initial displacement.
     pub fn new(spec: PerturbedTrajectorySpec, seed: u64) -> Self {
@@ -42,14 +33,15 @@ impl PerturbedTrajectory {
     }
 
     /// Advances to the time (s) of a sample at which the simulation, integrated by `first`, has the state
-    /// `z`. `None` before the start of the perturbed trajectory.
+    /// `z`. Returns its state and its distance from the simulated trajectory, relative to the largest norm of the latter;
+    /// `None` before its start.
     pub fn sample(
         &mut self,
         sys: &dyn System,
         first: &mut Integrator,
         time: f64,
         z: &[f64],
-    ) -> Result<Option<PerturbedState<'_>>, DynamicsError> {
+    ) -> Result<Option<(&[f64], f64)>, DynamicsError> {
         self.size = self.size.max(norm(sys, z.iter().copied()));
         if first.perturbed_since().is_none() && time >= self.spec.start {
             self.start(sys, first)?;
@@ -60,10 +52,8 @@ impl PerturbedTrajectory {
         }
         first.sample_perturbed(sys, time, &mut self.z)?;
         let apart = self.z.iter().zip(z).map(|(a, b)| a - b);
-        Ok(Some(PerturbedState {
-            distance: norm(sys, apart) / self.size.max(f64::MIN_POSITIVE),
-            z: &self.z,
-        }))
+        let distance = norm(sys, apart) / self.size.max(f64::MIN_POSITIVE);
+        Ok(Some((&self.z, distance)))
     }
 
     /// Starts the perturbed trajectory at the state of the simulation plus a random displacement.

@@ -13,7 +13,7 @@ use super::budget::Budget;
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::record_sender::RecordSender;
-use super::{PipelineError, Sink, Source, source};
+use super::{PipelineError, Simulation, Sink, Source};
 use crate::scene::Scene;
 
 /// Capacity of the channel between simulation and analysis, frames.
@@ -63,7 +63,7 @@ pub fn run(
     sink: &mut dyn Sink,
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
-    drive(source(scene)?, command, sink, monitor)
+    drive(Simulation::new(scene)?, command, sink, monitor)
 }
 
 /// Runs a source that already exists. Errors of its scene or file are known before a sink is opened.

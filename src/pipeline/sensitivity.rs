@@ -85,14 +85,16 @@ impl SensitivityTracker {
         let k = frame.len() - 1;
         let samples = frame.perturbed.get_or_insert_default();
         samples.floor = self.floor;
-        if let Some(state) = perturbed.sample(sys, integrator, reached.time, reached.z)? {
+        if let Some((state, distance)) =
+            perturbed.sample(sys, integrator, reached.time, reached.z)?
+        {
             if samples.distance.is_empty() {
                 samples.first = k;
             }
-            let [displacement, velocity] = probe(state.z);
+            let [displacement, velocity] = probe(state);
             samples.displacement.push(displacement);
             samples.velocity.push(velocity);
-            samples.distance.push(state.distance);
+            samples.distance.push(distance);
         }
         Ok(())
     }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::message::{AnalysisKind, DisplayRates, Frame, Header, SectionCoordinate};
-use super::{PipelineError, RunState, Simulation, SmallSimulation};
-use crate::scene::{AnalysisSpec, Parameter, Scene, SectionSurface, StateCoordinate, SystemSpec};
+use super::PipelineError;
+use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
+use crate::scene::{AnalysisSpec, SectionSurface, StateCoordinate};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
 /// recorded signal.
@@ -31,69 +31,6 @@ pub trait Source: Send {
 
     /// Whether the last frame has been returned.
     fn is_finished(&self) -> bool;
-}
-
-/// A controllable source of frames: numbers of the scene, velocities and frame length can be changed between frames.
-pub trait ControllableSource: Source {
-    /// Lets the run continue after the planned time.
-    fn run_until_stopped(&mut self);
-
-    /// Sets the time of the first sample, s, at which the schedules of the scene continue. [`Self::set_state`] follows.
-    ///
-    /// # Errors
-    /// If the loading of this time is not possible.
-    fn seek(&mut self, time: f64) -> Result<(), PipelineError>;
-
-    /// Sets the state at the next sample, relative to the steady sliding under the present numbers; its time is not used.
-    ///
-    /// # Errors
-    /// If their number is wrong, or the integrator cannot start.
-    fn set_state(&mut self, state: &RunState) -> Result<(), PipelineError>;
-
-    /// Changes a number of the scene from the next sample on, in the unit of a scene file; see [`Scene::set`]. The
-    /// motion continues from its present state. A tilt replaces the tilt schedule of the scene.
-    ///
-    /// # Errors
-    /// If the scene does not permit the value, or the system cannot be assembled with it: the run continues unchanged.
-    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError>;
-
-    /// Adds a Gaussian random velocity of standard deviation `size` (sqrt(kg) m/s) to each mode at the next
-    /// sample. Tangent vectors and the perturbed trajectory restart there.
-    ///
-    /// # Errors
-    /// If the integrator cannot restart.
-    fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError>;
-
-    /// Sets the number of samples per frame and the display rates from the next frame on.
-    fn set_frame_length(&mut self, samples: usize, shown: DisplayRates);
-
-    /// Time of the next sample, s.
-    fn time(&self) -> f64;
-
-    /// The scene, with the numbers that have been changed.
-    fn scene(&self) -> &Scene;
-}
-
-impl Source for Box<dyn Source> {
-    fn header(&self, command: &str) -> Header {
-        self.as_ref().header(command)
-    }
-
-    fn analysis(&self) -> &AnalysisSpec {
-        self.as_ref().analysis()
-    }
-
-    fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
-        self.as_mut().set_stop_flag(stop);
-    }
-
-    fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        self.as_mut().next_frame()
-    }
-
-    fn is_finished(&self) -> bool {
-        self.as_ref().is_finished()
-    }
 }
 
 /// The analyses that are switched on, for a header.
@@ -126,23 +63,4 @@ pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2]
         }),
         Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
     }
-}
-
-/// Builds the simulation of a scene for an interactive run.
-///
-/// # Errors
-/// As [`Simulation::new`] and [`SmallSimulation::new`].
-pub fn controllable_source(scene: &Scene) -> Result<Box<dyn ControllableSource>, PipelineError> {
-    Ok(match scene.subject {
-        SystemSpec::Joint(_) => Box::new(Simulation::new(scene)?),
-        SystemSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
-    })
-}
-
-/// Builds the simulation of a scene.
-///
-/// # Errors
-/// As [`controllable_source`].
-pub fn source(scene: &Scene) -> Result<Box<dyn Source>, PipelineError> {
-    Ok(controllable_source(scene)?)
 }

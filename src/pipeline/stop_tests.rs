@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::{Source, source};
+use super::{Simulation, Source};
 use crate::scene::Scene;
 
 /// A scene with a run of `duration` (s) in a single frame.
@@ -25,7 +25,7 @@ fn a_stopped_frame_ends_with_the_last_computed_sample() {
     ] {
         let scene = one_frame(name, duration);
         let stop = Arc::new(AtomicBool::new(false));
-        let mut stopped = source(&scene).unwrap();
+        let mut stopped = Simulation::new(&scene).unwrap();
         stopped.set_stop_flag(&stop);
         let raised = Arc::clone(&stop);
         let raiser = std::thread::spawn(move || {
@@ -41,7 +41,11 @@ fn a_stopped_frame_ends_with_the_last_computed_sample() {
 
         let mut whole = scene.clone();
         whole.duration = frame.len() as f64 / scene.sample_rate;
-        let whole = source(&whole).unwrap().next_frame().unwrap().unwrap();
+        let whole = Simulation::new(&whole)
+            .unwrap()
+            .next_frame()
+            .unwrap()
+            .unwrap();
         assert_eq!(whole.len(), frame.len(), "{name}");
         assert!(whole.q == frame.q && whole.qdot == frame.qdot, "{name}");
         assert_eq!(whole.transitions, frame.transitions, "{name}");
@@ -52,7 +56,7 @@ fn a_stopped_frame_ends_with_the_last_computed_sample() {
 #[test]
 fn a_run_stopped_before_its_first_step_has_the_initial_state() {
     for name in ["doubled-torus-3deg", "impact-oscillator"] {
-        let mut source = source(&one_frame(name, 1.0)).unwrap();
+        let mut source = Simulation::new(&one_frame(name, 1.0)).unwrap();
         source.set_stop_flag(&Arc::new(AtomicBool::new(true)));
         assert_eq!(source.next_frame().unwrap().expect("the start").len(), 1);
         assert!(source.next_frame().unwrap().is_none() && !source.is_finished());

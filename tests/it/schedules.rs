@@ -194,7 +194,7 @@ fn unreachable_patches_are_rejected_before_the_run() {
                  load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 9, load_n = 1e6 }]\n\
                  contact.pressure = [{ radius_mm = 0, pressure_mpa = 1 }, \
                  { radius_mm = 15.4, pressure_mpa = 0 }]";
-    let error = Simulation::new(&scene(lines)).unwrap_err();
+    let error = Simulation::new(&scene(lines)).err().unwrap();
     let source = std::error::Error::source(&error).map(ToString::to_string);
     let message = format!("{error}: {}", source.unwrap_or_default());
     assert!(message.contains("reaches the beam"), "{message}");

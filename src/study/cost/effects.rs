@@ -15,7 +15,7 @@ use super::{Cost, CostError, Watch};
 use crate::chain_of_causes;
 use crate::joint::{Friction, FrictionTable};
 use crate::pipeline::message::{self, Frame, Header};
-use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source as _, source};
+use crate::pipeline::{Analyser, PipelineError, Simulation, Sink, SinkError, Source as _};
 use crate::scene::{AnalysisSpec, Scene};
 
 /// Function that runs a scene with its analyses and its recording, and discards the results.
@@ -273,8 +273,8 @@ impl Timer<'_, '_> {
     fn once(&mut self, part: Part, scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
         watch.check()?;
         let mut simulation = match part {
-            Part::Motion => Some(source(&scene.clone().without_analyses())?),
-            Part::Companion => Some(source(scene)?),
+            Part::Motion => Some(Simulation::new(&scene.clone().without_analyses())?),
+            Part::Companion => Some(Simulation::new(scene)?),
             Part::Analysis | Part::Recording => None,
         };
         let began = ProcessTime::now();
@@ -314,7 +314,7 @@ impl Timer<'_, '_> {
 
 /// The header and the frames of a run.
 fn frames(scene: &Scene, watch: &mut Watch<'_>) -> Result<(Header, Vec<Arc<Frame>>), CostError> {
-    let mut run = source(scene)?;
+    let mut run = Simulation::new(scene)?;
     let header = run.header("");
     let mut frames = Vec::new();
     while let Some(frame) = run.next_frame()? {

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
 use crate::pipeline::message::MotionSegment;
-use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
-use crate::scene::{FixedAt, Loading, Scene, SystemSpec};
+use crate::pipeline::{PipelineError, Simulation, Source as _};
+use crate::scene::{FixedAt, Scene};
 use crate::study::OnProgress;
 
 /// Request for the Lyapunov exponents of a scene.
@@ -88,7 +88,7 @@ pub fn scene_lyapunov(
     watch: OnProgress<'_, LyapunovProgress>,
 ) -> Result<SceneLyapunov, PipelineError> {
     // The scene's own analyses are not needed.
-    let mut run = SceneRun::new(&scene.clone().without_analyses())?;
+    let mut run = Simulation::new(&scene.clone().without_analyses())?;
     let width = request.count.width(run.system());
     // Checked now, so that too many exponents fail before the transient.
     let all = width == run.system().tangent_dim();
@@ -127,8 +127,8 @@ pub fn scene_lyapunov(
     let before = scene.duration / (scene.duration + relative_cost * (settle + plan.expected()));
     let mut transient = 0.0;
     let mut stopped = false;
-    while !stopped && let Some(reached) = run.advance()? {
-        transient = reached;
+    while !stopped && run.next_frame()?.is_some() {
+        transient = run.time();
         let share = before * (transient / scene.duration).min(1.0);
         stopped = watch(LyapunovProgress::transient(share)).is_err();
     }
@@ -171,102 +171,4 @@ pub fn scene_lyapunov(
         tolerance,
         omega_1,
     })
-}
-
-/// The run of a scene before the study.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "a study has one motion: its size does not matter"
-)]
-enum SceneRun {
-    /// A joint, whose tilt, load and rotation may follow schedules.
-    Joint(Simulation),
-    /// A small system.
-    Small {
-        prepared: Prepared,
-        frame: f64,
-        frames: u64,
-        duration: f64,
-    },
-}
-
-impl SceneRun {
-    fn new(scene: &Scene) -> Result<Self, PipelineError> {
-        Ok(match &scene.subject {
-            SystemSpec::Joint(_) => Self::Joint(Simulation::new(scene)?),
-            SystemSpec::Small(_) => {
-                let mut prepared = prepare(scene)?;
-                let (system, state) = (&*prepared.system, &prepared.state);
-                prepared.integrator.start(system, 0.0, state)?;
-                Self::Small {
-                    prepared,
-                    frame: scene.frame_samples as f64 / scene.sample_rate,
-                    frames: 0,
-                    duration: scene.duration,
-                }
-            }
-        })
-    }
-
-    fn system(&self) -> &dyn System {
-        match self {
-            Self::Joint(simulation) => simulation.joint(),
-            Self::Small { prepared, .. } => &*prepared.system,
-        }
-    }
-
-    fn integrator(&self) -> &Integrator {
-        match self {
-            Self::Joint(simulation) => simulation.integrator(),
-            Self::Small { prepared, .. } => &prepared.integrator,
-        }
-    }
-
-    /// Advances by one frame; returns the time reached, s, or `None` at the end.
-    fn advance(&mut self) -> Result<Option<f64>, PipelineError> {
-        match self {
-            Self::Joint(simulation) => Ok(simulation.next_frame()?.map(|frame| frame.end())),
-            Self::Small {
-                prepared,
-                frame,
-                frames,
-                duration,
-            } => {
-                if prepared.integrator.time() >= *duration {
-                    return Ok(None);
-                }
-                *frames += 1;
-                let time = (*frames as f64 * *frame).min(*duration);
-                prepared.integrator.integrate_to(&*prepared.system, time)?;
-                Ok(Some(time))
-            }
-        }
-    }
-
-    /// Sets tilt, load and rotation to their values at the end of the run; the last frame still has those of
-    /// its start.
-    fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
-        match self {
-            Self::Joint(simulation) => simulation.apply_final_loading(),
-            Self::Small { .. } => Ok(()),
-        }
-    }
-
-    /// Current loading of the joint; `None` for a small system.
-    fn loading(&self) -> Option<Loading> {
-        match self {
-            Self::Joint(simulation) => Some(simulation.loading()),
-            Self::Small { .. } => None,
-        }
-    }
-
-    fn into_parts(self) -> (Box<dyn System + Send>, Integrator) {
-        match self {
-            Self::Joint(simulation) => {
-                let (joint, integrator) = simulation.into_parts();
-                (Box::new(joint), integrator)
-            }
-            Self::Small { prepared, .. } => (prepared.system, prepared.integrator),
-        }
-    }
 }

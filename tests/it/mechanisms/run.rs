@@ -6,7 +6,7 @@ use squeakscope::pipeline::message::{
     DisplayRates, Header, LevelSample, Measurements, MechanismPrediction, PatchSnapshot, Record,
     SpectralLine,
 };
-use squeakscope::pipeline::{Analyser, Monitor, controllable_source, run};
+use squeakscope::pipeline::{Analyser, Monitor, Simulation, Source as _, run};
 use squeakscope::scene::Scene;
 use squeakscope::text::{LessonText, narration};
 
@@ -27,7 +27,7 @@ impl Run {
 
     /// A run in the frames of a playback speed (simulated seconds per second), without waiting.
     pub fn at_speed(scene: &Scene, speed: f64) -> Self {
-        let mut source = controllable_source(scene).expect("valid");
+        let mut source = Simulation::new(scene).expect("valid");
         let header = source.header("");
         let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
         source.set_frame_length(samples, shown);

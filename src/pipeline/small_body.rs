@@ -1,0 +1,148 @@
+//! The small system of a simulation.
+
+use std::f64::consts::TAU;
+
+use super::PipelineError;
+use super::message::{Frame, SmallInfo, StatusInfo, StatusKind};
+use super::prepare::{boxed, small_probe};
+use super::simulate::Motion;
+use crate::dynamics::{Integrator, System};
+use crate::scene::SmallSystem;
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
+
+/// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
+/// have many harmonics.
+const HARMONICS: f64 = 8.0;
+
+/// A small system whose numbers can change. Its integrator stops at every event.
+pub(super) struct SmallBody {
+    /// Description at the start.
+    pub info: SmallInfo,
+    /// The system with the present numbers.
+    pub system: Box<dyn System + Send>,
+    /// Row that maps the modal coordinates to the displacement of the observed mass.
+    pub probe: Vec<f64>,
+    /// Number of events up to the last sample.
+    crossings: u64,
+}
+
+impl SmallBody {
+    /// A small system with samples at `rate` (Hz).
+    pub fn new(small: &SmallSystem, rate: f64) -> Self {
+        Self {
+            info: info(small, rate),
+            system: boxed(small),
+            probe: small_probe(small),
+            crossings: 0,
+        }
+    }
+
+    /// Adds the discrete state during the step that contains the sample to a frame, and the events since the previous one.
+    pub fn sample(&mut self, integrator: &Integrator, frame: &mut Frame) {
+        let crossings = integrator.stats().crossings;
+        frame.transitions += crossings - std::mem::replace(&mut self.crossings, crossings);
+        frame.status.extend(integrator.status());
+    }
+
+    /// Sets the phase of the drive at the time 0, rad.
+    pub fn set_phase(&mut self, small: &mut SmallSystem, phase: f64) {
+        if let Some((_, present)) = small.drive() {
+            *present = phase;
+        }
+        self.system = boxed(small);
+    }
+
+    /// Continues with other numbers from a time (s) on. The angle of the drive goes on.
+    pub fn set(
+        &mut self,
+        before: &mut SmallSystem,
+        small: &mut SmallSystem,
+        time: f64,
+        motion: &mut Motion,
+    ) -> Result<(), PipelineError> {
+        if let (Some((old, phase)), Some((new, shifted))) = (before.drive(), small.drive()) {
+            *shifted = (*phase + (old - new) * time).rem_euclid(TAU);
+        }
+        let integrator = &mut motion.integrator;
+        integrator.integrate_to(&*self.system, time)?;
+        (self.system, self.probe) = (boxed(small), small_probe(small));
+        if let SmallSystem::ImpactOscillator(oscillator) = small {
+            // A wall that moves takes a mass that it reaches along.
+            let position = integrator.state()[0];
+            integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
+        }
+        integrator.restart(&*self.system)?;
+        motion.sensitivity.parameters_changed(time);
+        Ok(())
+    }
+}
+
+/// Description of a small system sampled at `rate` (Hz).
+fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
+    let (omegas, statuses, transition) = match small {
+        SmallSystem::ImpactOscillator(system) => (
+            vec![system.omega, system.drive_omega],
+            names([
+                (ImpactOscillator::FLYING, "flying", StatusKind::Free),
+                (
+                    ImpactOscillator::RESTING,
+                    "resting on the wall",
+                    StatusKind::Held,
+                ),
+            ]),
+            "impacts",
+        ),
+        SmallSystem::MassOnBelt(system) => (
+            vec![system.omega],
+            names([
+                (MassOnBelt::SLOWER, "slower than the belt", StatusKind::Free),
+                (MassOnBelt::STICKING, "sticks", StatusKind::Held),
+                (
+                    MassOnBelt::FASTER,
+                    "faster than the belt",
+                    StatusKind::Other,
+                ),
+            ]),
+            "changes between sticking and sliding",
+        ),
+        SmallSystem::TwoModesOnBelt(system) => (
+            system.omega.to_vec(),
+            names([
+                (TwoModesOnBelt::TOUCHING, "in contact", StatusKind::Held),
+                (TwoModesOnBelt::SEPARATED, "separated", StatusKind::Free),
+            ]),
+            "contacts and separations",
+        ),
+        SmallSystem::DampedContact(system) => (
+            vec![
+                system.omega,
+                system.drive_omega,
+                system.contact_stiffness.sqrt(),
+            ],
+            names([
+                (DampedContact::FREE, "separated", StatusKind::Free),
+                (DampedContact::TOUCHING, "in contact", StatusKind::Held),
+            ]),
+            "contacts and separations",
+        ),
+    };
+    let highest = omegas.iter().copied().fold(0.0, f64::max) / TAU;
+    SmallInfo {
+        words: small.description().to_owned(),
+        frequency_hz: omegas[0] / TAU,
+        highest_frequency: (HARMONICS * highest).min(0.5 * rate),
+        statuses,
+        transition: transition.to_owned(),
+    }
+}
+
+/// The statuses in the order of their numbers.
+fn names<const N: usize>(statuses: [(u8, &str, StatusKind); N]) -> Vec<StatusInfo> {
+    let mut statuses = statuses.to_vec();
+    statuses.sort_by_key(|(number, ..)| *number);
+    let info = |(_, label, kind): (u8, &str, StatusKind)| StatusInfo {
+        label: label.to_owned(),
+        kind,
+    };
+    statuses.into_iter().map(info).collect()
+}
