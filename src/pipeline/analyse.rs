@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::error::AnalyseError;
 use super::message::{Frame, Header, Record, Summary};
 use super::sink::Sink;
-use super::stages::{StageGroup, StageGroups, stages};
+use super::stages::{StageGroup, stages};
 use crate::scene::AnalysisSpec;
 
 /// The requested analyses.
@@ -17,7 +17,8 @@ use crate::scene::AnalysisSpec;
 /// time, on the threads of the current thread pool; neither the records nor their order depend on the number of
 /// these threads.
 pub struct Analyser {
-    groups: StageGroups,
+    /// The last one observes the records of the others.
+    groups: Vec<StageGroup>,
 }
 
 /// Memory of an analysis per sample of its window, bytes: four copies of the window while it slides, and its
@@ -51,7 +52,7 @@ impl Analyser {
 
     /// From now on, computes only every `divisor`-th window of the analyses that are only displayed.
     pub fn set_rate_divisor(&mut self, divisor: u64) {
-        for group in self.groups_mut() {
+        for group in &mut self.groups {
             group.context.rate_divisor = divisor;
         }
     }
@@ -62,29 +63,29 @@ impl Analyser {
     /// # Errors
     /// [`AnalyseError`]; the run cannot continue after it.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        let StageGroups { independent, last } = &mut self.groups;
-        last.context.clock.check(frame)?;
-        let events = frame.events.iter().map(|text| Record::Event {
-            time: frame.t0,
-            text: text.clone(),
-        });
-        let mut records: Vec<Record> = events.collect();
-        records.push(Record::Samples(Arc::clone(frame)));
-        // Before they are analysed, so that a fault of an analysis loses no samples.
-        for record in &records {
-            sink.accept(record.clone()).map_err(AnalyseError::Sink)?;
+        for group in &mut self.groups {
+            group.context.clock.advance(frame)?;
         }
-        let sent = records.len();
+        let mut send = |record| sink.accept(record).map_err(AnalyseError::Sink);
+        // Before they are analysed, so that a fault of an analysis loses no samples.
+        for text in frame.events.iter().cloned() {
+            let time = frame.t0;
+            send(Record::Event { time, text })?;
+        }
+        send(Record::Samples(Arc::clone(frame)))?;
+        let Some((last, independent)) = self.groups.split_last_mut() else {
+            return Ok(());
+        };
         let results: Vec<_> = independent
             .par_iter_mut()
-            .map(|group| group.analyse(frame))
+            .map(|group| group.analyse(frame, &[]))
             .collect();
+        let mut records = Vec::new();
         for result in results {
             records.extend(result?);
         }
-        last.observe(frame, &mut records)?;
-        let mut results = records.into_iter().skip(sent);
-        results.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
+        records.extend(last.analyse(frame, &records)?);
+        records.into_iter().try_for_each(send)
     }
 
     /// Emits the remaining results after the last frame.
@@ -92,33 +93,22 @@ impl Analyser {
     /// # Errors
     /// [`AnalyseError`].
     pub fn finish(&mut self, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        for group in self.groups_mut() {
-            for record in group.finish()? {
-                sink.accept(record).map_err(AnalyseError::Sink)?;
-            }
-        }
-        Ok(())
+        let mut records = self.groups.iter_mut().flat_map(StageGroup::finish);
+        records.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
     }
 
     /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,
     /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
     /// and the distance of the perturbed trajectory. All other fields have default values.
     pub fn summary(&self) -> Summary {
-        let StageGroups { independent, last } = &self.groups;
-        let mut summary = Summary {
-            simulated: last.context.clock.elapsed(),
-            ..Summary::default()
-        };
-        for group in independent.iter().chain([last]) {
-            group.summarise(&mut summary);
+        let mut summary = Summary::default();
+        for group in &self.groups {
+            summary.simulated = group.context.clock.elapsed();
+            for stage in &group.stages {
+                stage.summarise(&mut summary);
+            }
         }
         summary
-    }
-
-    /// All groups, in the order of their records.
-    fn groups_mut(&mut self) -> impl Iterator<Item = &mut StageGroup> {
-        let StageGroups { independent, last } = &mut self.groups;
-        independent.iter_mut().chain([last])
     }
 }
 

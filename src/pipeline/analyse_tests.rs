@@ -15,7 +15,7 @@ use crate::analysis::{AnalysisError, Regime};
 use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, all_analyses, analyses, header,
 };
-use crate::pipeline::stages::{Context, Emit, Stage};
+use crate::pipeline::stages::{Context, Stage};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, QuantificationSpec, RecurrenceSpec, SectionSpec, SectionSurface,
 };
@@ -131,8 +131,8 @@ fn threads_do_not_change_the_records_or_their_order() {
         },
         ..spec
     });
-    for (spec, groups) in [(chosen, 4), (given, 8)] {
-        assert_eq!(stages(&spec, &header()).independent.len(), groups);
+    for (spec, groups) in [(chosen, 5), (given, 9)] {
+        assert_eq!(stages(&spec, &header()).len(), groups);
         let one = texts_on(1, &spec, &frames);
         for kind in [
             "Spectrum {",
@@ -158,12 +158,7 @@ fn threads_do_not_change_the_records_or_their_order() {
 struct Failing(Option<usize>);
 
 impl Stage for Failing {
-    fn push(
-        &mut self,
-        _frame: &Frame,
-        _context: &mut Context,
-        _emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, _frame: &Frame, _context: &mut Context) -> Result<(), AnalyseError> {
         let have = self.0.expect("a stage that panics");
         let error = AnalysisError::TooShort {
             what: "test",
@@ -177,9 +172,12 @@ impl Stage for Failing {
 #[test]
 fn errors_and_panics_of_any_thread_end_the_analysis() {
     let analyse = |failing: [Failing; 2]| {
-        let boxed = failing.map(|stage| vec![Box::new(stage) as Box<dyn Stage>]);
+        let groups = failing.map(|stage| StageGroup::new(vec![Box::new(stage)], RATE));
+        let groups = groups
+            .into_iter()
+            .chain([StageGroup::new(Vec::new(), RATE)]);
         let mut analyser = Analyser {
-            groups: StageGroups::new(boxed.into(), Vec::new(), RATE),
+            groups: groups.collect(),
         };
         let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
         analyser.push(&frames[0], &mut Vec::<Record>::new())

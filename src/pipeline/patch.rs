@@ -6,7 +6,7 @@
 
 use super::PipelineError;
 use super::message::{NodeState, PatchGeometry, PatchSnapshot};
-use crate::joint::{BallJoint, Joint, PatchNodes};
+use crate::joint::{BallJoint, Joint};
 
 /// The shown nodes under the present loading.
 #[derive(Debug)]
@@ -34,23 +34,17 @@ impl ShownPatch {
         tilt: f64,
     ) -> Result<PatchGeometry, PipelineError> {
         self.joint = None;
-        let nodes = match ball.nodes_in_rings(self.count, tilt) {
-            Some(nodes) => nodes,
+        let (positions, areas, pre_stress) = match ball.nodes_in_rings(self.count, tilt) {
+            Some(nodes) => (nodes.positions, nodes.areas, nodes.pre_stress),
             None => {
                 let model = ball.model(tilt)?;
-                PatchNodes {
-                    positions: model.positions,
-                    normals: model.normals,
-                    areas: model.areas,
-                    pre_stress: model.pre_stress,
-                }
+                (model.positions, model.areas, model.pre_stress)
             }
         };
         Ok(PatchGeometry {
-            positions: nodes.positions,
-            normals: nodes.normals,
-            areas: nodes.areas,
-            pre_stress: nodes.pre_stress,
+            positions,
+            areas,
+            pre_stress,
             direction: ball.direction(tilt),
             radius: ball.patch_radius(),
         })

@@ -14,8 +14,8 @@ use super::sink::{Delivery, Sink, SinkError};
 pub(super) struct RecordSender {
     sender: Sender<Record>,
     delivery: Delivery,
-    /// Pictures that could not be sent yet.
-    buffered: LatestPerKind,
+    /// Pictures that could not be sent yet, at most one of each kind.
+    buffered: Vec<Record>,
     drops: u64,
 }
 
@@ -24,7 +24,7 @@ impl RecordSender {
         Self {
             sender,
             delivery,
-            buffered: LatestPerKind::default(),
+            buffered: Vec::new(),
             drops: 0,
         }
     }
@@ -41,7 +41,7 @@ impl RecordSender {
 
     /// Sends all buffered pictures and waits until they are accepted.
     pub fn flush(&mut self) -> Result<(), RecorderStopped> {
-        for record in self.buffered.take_all() {
+        for record in self.buffered.drain(..) {
             self.sender.send(record).map_err(|_| RecorderStopped)?;
         }
         Ok(())
@@ -52,7 +52,11 @@ impl RecordSender {
             Ok(()) => Ok(()),
             Err(TrySendError::Disconnected(_)) => Err(RecorderStopped),
             Err(TrySendError::Full(record)) => {
-                self.drops += u64::from(self.buffered.put(record));
+                let waiting = self.buffered.len();
+                self.buffered
+                    .retain(|known| discriminant(known) != discriminant(&record));
+                self.drops += (waiting - self.buffered.len()) as u64;
+                self.buffered.push(record);
                 Ok(())
             }
         }
@@ -62,7 +66,7 @@ impl RecordSender {
 impl Sink for RecordSender {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if self.delivery == Delivery::LatestPictures {
-            for buffered in self.buffered.take_all() {
+            for buffered in std::mem::take(&mut self.buffered) {
                 self.send_or_buffer(buffered)?;
             }
             if record.is_picture() {
@@ -70,37 +74,6 @@ impl Sink for RecordSender {
             }
         }
         Ok(self.sender.send(record).map_err(|_| RecorderStopped)?)
-    }
-}
-
-/// Buffered records, at most one of each kind. A new record replaces the buffered one.
-#[derive(Debug, Default)]
-struct LatestPerKind(Vec<Record>);
-
-impl LatestPerKind {
-    /// Buffers a record. Returns whether it replaces an older one.
-    pub fn put(&mut self, record: Record) -> bool {
-        let kind = discriminant(&record);
-        match self.0.iter_mut().find(|known| discriminant(*known) == kind) {
-            Some(known) => {
-                *known = record;
-                true
-            }
-            None => {
-                self.0.push(record);
-                false
-            }
-        }
-    }
-
-    /// Number of buffered records.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Removes and returns all buffered records.
-    pub fn take_all(&mut self) -> Vec<Record> {
-        std::mem::take(&mut self.0)
     }
 }
 

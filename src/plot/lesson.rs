@@ -6,10 +6,10 @@ use super::response::SpectrumAxes;
 use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{SpectralLine, range};
 use crate::pipeline::message::{
-    CurveQuantity, Frame, Header, JointInfo, LevelSample, NodeState, PredictedCurves, StatusKind,
-    Subject, TiltDirection, TrajectoryDivergence,
+    Frame, Header, JointInfo, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
+    TiltDirection, TrajectoryDivergence,
 };
-use crate::scene::Mechanism;
+use crate::scene::{Evidence, Mechanism};
 
 /// Most points of a curve.
 const POINTS: f64 = 500.0;
@@ -170,13 +170,8 @@ impl LessonPictures {
         let Some(computed) = &header.computed else {
             return Vec::new();
         };
-        let mut panels = match computed.mechanism {
-            Mechanism::NegativeSlope
-            | Mechanism::ModeCoupling
-            | Mechanism::ExchangedFriction
-            | Mechanism::Bristles
-            | Mechanism::ContactAge
-            | Mechanism::MeasuredFriction => {
+        let mut panels = match computed.mechanism.evidence() {
+            Evidence::Growth => {
                 let curves = [
                     (0, Color::Run, "measured"),
                     (1, Color::Compared, "computed growth"),
@@ -188,27 +183,25 @@ impl LessonPictures {
                     &curves,
                 )]
             }
-            Mechanism::Articulation | Mechanism::Hysteresis => {
+            Evidence::Turning | Evidence::Loop => {
                 let tones = self.tones.clone().map(Vec::from);
                 let joint = header.joint().into_iter();
                 joint
                     .map(|joint| tone_loop(joint, tones.clone(), self.now.clone()))
                     .collect()
             }
-            Mechanism::StickSlip if header.joint().is_none() => vec![self.portrait()],
-            Mechanism::StickSlip => vec![self.nodes()],
-            Mechanism::LiftOff => {
+            Evidence::Contact if header.joint().is_none() => vec![self.portrait()],
+            Evidence::Contact if computed.mechanism == Mechanism::StickSlip => vec![self.nodes()],
+            Evidence::Contact => {
                 let curves = [(0, Color::Run, "normal"), (1, Color::Compared, "friction")];
                 let forces =
                     self.contact
                         .panel("Contact force", ("force, N", Scale::Linear), 1.0, &curves);
                 vec![forces, self.nodes()]
             }
-            Mechanism::WhichModeWins | Mechanism::Prediction => {
-                vec![self.energies(header), self.spectrum(header)]
-            }
-            Mechanism::Torus | Mechanism::TorusBirth => vec![self.spectrum(header)],
-            Mechanism::Chaos => vec![self.distance()],
+            Evidence::Modes => vec![self.energies(header), self.spectrum(header)],
+            Evidence::Torus | Evidence::Birth => vec![self.spectrum(header)],
+            Evidence::Divergence => vec![self.distance()],
         };
         panels.extend(computed.picture.as_ref().map(prediction_panel));
         panels
@@ -333,50 +326,16 @@ pub fn prediction_panel(picture: &PredictedCurves) -> Panel {
     let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
-    let (title, [x, y]) = match picture.subject {
-        CurveQuantity::Friction => (
-            "Computed friction curve; dots: steady sliding",
-            ["sliding speed, mm/s", "coefficient of friction"],
-        ),
-        CurveQuantity::MeasuredFriction => (
-            "Friction curve; dots: measured points and steady sliding",
-            ["sliding speed, mm/s", "coefficient of friction"],
-        ),
-        CurveQuantity::SlopeByFrequency => (
-            "Computed slope of friction for an oscillation of the speed; dots: the modes",
-            ["frequency, Hz", "slope, s/m"],
-        ),
-        CurveQuantity::GrowthByTilt => (
-            "Computed growth rate of the fastest mode over the tilt; dots: zero",
-            ["tilt, deg", "growth rate, 1/s"],
-        ),
-        CurveQuantity::SecondToneByTilt => (
-            "Computed growth rate of the second tone over the tilt; dot: Neimark-Sacker point",
-            ["tilt, deg", "growth rate, 1/s"],
-        ),
-        CurveQuantity::Flutter => (
-            "Computed frequencies and growth rate of two coupled modes; dots: this run",
-            ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
-        ),
-    };
-    let names: &[&str] = match (picture.subject, picture.curves.len()) {
-        (CurveQuantity::Friction, 1) => &["friction on the belt"],
-        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
-        (CurveQuantity::MeasuredFriction, _) => &["curve through the points"],
-        (CurveQuantity::SlopeByFrequency, _) => &["with the state", "in steady sliding"],
-        (CurveQuantity::GrowthByTilt, _) => &["rising tilt", "falling tilt"],
-        (CurveQuantity::SecondToneByTilt, _) => &["by Floquet multipliers"],
-        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
-    };
     let colors = [Color::Run, Color::Compared, Color::Series(1)];
-    let curves = colors.into_iter().zip(&picture.curves).zip(names);
+    let curves = colors.into_iter().zip(&picture.curves).zip(picture.names);
     let curves = curves.map(|((color, curve), name)| {
         let curve = Layer::line(curve.clone(), color);
         curve.with_label(*name).with_id("curves")
     });
     let marks = Layer::points(picture.marks.clone(), 4.2, Color::Accent).with_id("marks");
+    let [x, y] = picture.axes;
     Panel::new(
-        title,
+        picture.title,
         Axis::linear(x, [x_low, x_high]),
         Axis::linear(y, [y_low.min(0.0), (1.1 * y_high).max(0.0)]),
         curves.chain([marks]).collect(),

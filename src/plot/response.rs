@@ -10,7 +10,7 @@ use super::section::SectionAxes;
 use super::unit::Unit;
 use crate::analysis::{RecurrenceImage, SpectralLine};
 use crate::pipeline::message::{Header, Subject};
-use crate::scene::Mechanism;
+use crate::scene::Evidence;
 use crate::study::response::{PhasePortrait, SettledResponse};
 
 /// Delay of reconstructions, s: a quarter of the period of 4.1 kHz.
@@ -184,9 +184,8 @@ impl SpectrumAxes {
         };
         let name = amplitude.after(name);
         let axes = Self::with_units(amplitude, name, decades, header.highest_frequency());
-        let compares = [Mechanism::WhichModeWins, Mechanism::Prediction];
         let computed = header.computed.iter();
-        let computed = computed.filter(|computed| compares.contains(&computed.mechanism));
+        let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
         let unstable = computed.flat_map(|computed| computed.unstable());
         Self {
             marked: unstable.map(|mode| mode.frequency_hz).collect(),

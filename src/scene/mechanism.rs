@@ -79,6 +79,28 @@ pub enum Mechanism {
     Prediction,
 }
 
+/// What a lesson measures and shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Evidence {
+    /// The level of the vibration, whose growth is compared with the computed one.
+    Growth,
+    /// The squeak in each pass of a joint that turns, and the strongest line over the tilt.
+    Turning,
+    /// The contact, as it sticks and separates.
+    Contact,
+    /// The energies of the modes, and the spectrum with the computed frequencies.
+    Modes,
+    /// The strongest line over the tilt.
+    Loop,
+    /// The spectrum and the section of a torus.
+    Torus,
+    /// The second tone of a torus while the tilt changes.
+    Birth,
+    /// The distance of a perturbed trajectory.
+    Divergence,
+}
+
 impl Mechanism {
     /// All mechanisms.
     pub const ALL: &[Self] = Self::VARIANTS;
@@ -86,6 +108,21 @@ impl Mechanism {
     /// Name in a scene file.
     pub fn name(self) -> &'static str {
         self.into()
+    }
+
+    /// What its lesson measures and shows.
+    pub fn evidence(self) -> Evidence {
+        match self {
+            Self::NegativeSlope | Self::ModeCoupling | Self::ExchangedFriction => Evidence::Growth,
+            Self::Bristles | Self::ContactAge | Self::MeasuredFriction => Evidence::Growth,
+            Self::Articulation => Evidence::Turning,
+            Self::StickSlip | Self::LiftOff => Evidence::Contact,
+            Self::WhichModeWins | Self::Prediction => Evidence::Modes,
+            Self::Hysteresis => Evidence::Loop,
+            Self::Torus => Evidence::Torus,
+            Self::TorusBirth => Evidence::Birth,
+            Self::Chaos => Evidence::Divergence,
+        }
     }
 
     /// What a scene lacks to demonstrate the mechanism, so that its lesson has something to measure, and the remedy.

@@ -24,7 +24,7 @@ pub use accuracy::{AccuracySettings, GAUSS_NODES};
 pub use compare::{KeyDifference, SceneComparison};
 pub use controls::Control;
 pub use error::{Location, SceneError};
-pub use mechanism::Mechanism;
+pub use mechanism::{Evidence, Mechanism};
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};

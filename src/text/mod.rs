@@ -22,8 +22,8 @@ use minijinja::{Error, context};
 use crate::dynamics::{Motion, Sign};
 use crate::number::{quantity, with_error};
 use crate::pipeline::message::{
-    Exponents, FrictionMemory, FrictionReading, Header, Lesson, Measurements, MechanismPrediction,
-    MotionSegment, Observation, Regime, Subject, TorusBirth,
+    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, MotionSegment,
+    Observation, Regime, Subject, TorusBirth, fastest, unstable,
 };
 use crate::scene::Mechanism;
 use template::{fill, lesson_name};
@@ -178,11 +178,12 @@ fn lesson_values(lesson: &Lesson) -> Value {
     let near = line.and_then(|line| computed.unstable_near(line.frequency));
     let reading = |reading: &FrictionReading| {
         let values = Value::from(Serde(reading));
-        context! { unstable => Serde(reading.unstable()), ..values }
+        context! { unstable => Serde(unstable(&reading.modes)), ..values }
     };
     let readings = computed.readings.iter().flatten();
     let exponents = measured.exponents.as_deref();
-    let memory = computed.memory.as_ref();
+    let alone = computed.memory.as_ref();
+    let alone = alone.map(|memory| &memory.modes_of_speed_alone[..]);
     context! {
         ln2 => LN_2,
         ln10 => LN_10,
@@ -191,8 +192,8 @@ fn lesson_values(lesson: &Lesson) -> Value {
         readings => readings.map(reading).collect::<Vec<_>>(),
         fastest => computed.fastest(),
         birth => computed.torus.as_ref().and_then(TorusBirth::birth).map(Serde),
-        memory_fastest => memory.and_then(FrictionMemory::fastest),
-        memory_unstable => memory.map(FrictionMemory::unstable_count),
+        memory_fastest => alone.and_then(fastest),
+        memory_unstable => alone.map(|modes| unstable(modes).len()),
         unstable => Serde(computed.unstable()),
         line => line.map(Serde),
         near => near.map(|mode| mode.label.as_str()),

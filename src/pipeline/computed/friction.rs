@@ -8,8 +8,7 @@ use crate::joint::{
 };
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::message::{
-    CurveQuantity, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
-    TableReading,
+    FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves, TableReading,
 };
 
 /// Factor on the rate of a state that follows the speed at all frequencies of the body: within `1e-3` of the slope up
@@ -45,7 +44,8 @@ pub fn exchanged(
     let both = [(*law, computed.modes.clone()), (other, exchanged)];
     computed.readings = Some(both.map(|(law, modes)| reading(law, modes)));
     let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
-    computed.picture = Some(friction_curves(sliding_speed, &laws));
+    let names = &["as in the scene", "exchanged"];
+    computed.picture = Some(friction_curves(sliding_speed, &laws, names));
     Ok(())
 }
 
@@ -78,7 +78,9 @@ pub fn with_memory(
     let point = |hz: f64| [hz, seen.slope(TAU * hz)];
     let along = (0..=POINTS).map(|k| highest * k as f64 / POINTS as f64);
     computed.picture = Some(PredictedCurves {
-        subject: CurveQuantity::SlopeByFrequency,
+        title: "Computed slope of friction for an oscillation of the speed; dots: the modes",
+        axes: ["frequency, Hz", "slope, s/m"],
+        names: &["with the state", "in steady sliding"],
         curves: vec![
             along.clone().map(point).collect(),
             along.map(|hz| [hz, seen.slope(0.0)]).collect(),
@@ -112,8 +114,8 @@ pub fn measured(computed: &mut MechanismPrediction, law: &FrictionTable) {
         slope: ratio.value + speed * ratio.slope,
         secants: within.then_some(range),
     });
-    let mut picture = friction_curves(speed, &[&mu]);
-    picture.subject = CurveQuantity::MeasuredFriction;
+    let mut picture = friction_curves(speed, &[&mu], &["curve through the points"]);
+    picture.title = "Friction curve; dots: measured points and steady sliding";
     let shown = points.iter().filter(|[v, _]| *v <= 3.0 * speed);
     picture.marks.extend(shown.map(|[v, mu]| [1e3 * v, *mu]));
     computed.picture = Some(picture);

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::error::PipelineError;
-use super::message::{Coupling, CurveQuantity, MechanismPrediction, PredictedCurves};
+use super::message::{Coupling, MechanismPrediction, PredictedCurves};
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
 use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
@@ -18,11 +18,17 @@ const POINTS: usize = 120;
 
 /// Coefficient of friction versus sliding speed, up to three times the speed of the run, with the operating
 /// point.
-fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> PredictedCurves {
+fn friction_curves(
+    speed: f64,
+    laws: &[&dyn Fn(f64) -> f64],
+    names: &'static [&'static str],
+) -> PredictedCurves {
     let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
     let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
     PredictedCurves {
-        subject: CurveQuantity::Friction,
+        title: "Computed friction curve; dots: steady sliding",
+        axes: ["sliding speed, mm/s", "coefficient of friction"],
+        names,
         curves: laws.iter().map(curve).collect(),
         marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
@@ -114,7 +120,11 @@ pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
             )];
             if system.stribeck.is_some() {
                 let mu = |v| MassOnBelt::coefficient(system, v);
-                computed.picture = Some(friction_curves(system.belt, &[&mu]));
+                computed.picture = Some(friction_curves(
+                    system.belt,
+                    &[&mu],
+                    &["friction on the belt"],
+                ));
             }
         }
         SmallSystem::TwoModesOnBelt(system) => {
@@ -155,7 +165,9 @@ fn flutter(system: &TwoModesOnBelt) -> PredictedCurves {
     };
     let curve = |c: usize| along.clone().map(|mu| at(mu)[c]).collect();
     PredictedCurves {
-        subject: CurveQuantity::Flutter,
+        title: "Computed frequencies and growth rate of two coupled modes; dots: this run",
+        axes: ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
+        names: &["lower frequency", "higher frequency", "growth rate"],
         curves: (0..3).map(curve).collect(),
         marks: at(system.mu).to_vec(),
     }

@@ -11,7 +11,7 @@ use crate::dynamics::continuation::{
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::message::{
-    CurveQuantity, MechanismPrediction, PredictedCurves, SecondToneGrowth, TorusBirth,
+    MechanismPrediction, PredictedCurves, SecondToneGrowth, TorusBirth,
 };
 use crate::pipeline::prepare::{initial_state, joint_integrator};
 use crate::scene::{LoadedJoint, Scene};
@@ -76,7 +76,9 @@ pub fn birth(
     };
     let course = course(&branch, point);
     computed.picture = Some(PredictedCurves {
-        subject: CurveQuantity::SecondToneByTilt,
+        title: "Computed growth rate of the second tone over the tilt; dot: Neimark-Sacker point",
+        axes: ["tilt, deg", "growth rate, 1/s"],
+        names: &["by Floquet multipliers"],
         curves: vec![
             course
                 .iter()

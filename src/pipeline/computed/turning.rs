@@ -6,9 +6,7 @@ use super::linear_modes;
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::loading::set_loading;
-use crate::pipeline::message::{
-    CurveQuantity, MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass,
-};
+use crate::pipeline::message::{MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass};
 use crate::scene::LoadedJoint;
 
 /// Bisections of an interval that contains a limit of stability.
@@ -53,11 +51,7 @@ pub fn passes(
     let mut marks = Vec::new();
     for pair in course.windows(2) {
         let [before, now] = [pair[0], pair[1]];
-        let way = if now.tilt < before.tilt {
-            TiltDirection::Down
-        } else {
-            TiltDirection::Up
-        };
+        let way = TiltDirection::of(before.tilt, now.tilt);
         let point = |now: Instant| [now.tilt.to_degrees(), now.growth];
         if found.last().is_none_or(|pass| pass.way != way) {
             found.push(UnstablePass {
@@ -99,7 +93,9 @@ pub fn passes(
     }
     computed.passes = Some(found);
     computed.picture = Some(PredictedCurves {
-        subject: CurveQuantity::GrowthByTilt,
+        title: "Computed growth rate of the fastest mode over the tilt; dots: zero",
+        axes: ["tilt, deg", "growth rate, 1/s"],
+        names: &["rising tilt", "falling tilt"],
         curves,
         marks,
     });

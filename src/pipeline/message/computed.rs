@@ -15,6 +15,13 @@ pub enum TiltDirection {
     Down,
 }
 
+impl TiltDirection {
+    /// The direction from one tilt to another.
+    pub fn of(before: f64, after: f64) -> Self {
+        if after < before { Self::Down } else { Self::Up }
+    }
+}
+
 /// Predictions for a scene that demonstrates a mechanism.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MechanismPrediction {
@@ -79,18 +86,6 @@ pub struct FrictionMemory {
     pub fastest_slope: Option<f64>,
     /// Linearised modes if friction depended on the speed alone, as in steady sliding.
     pub modes_of_speed_alone: Vec<NamedMode>,
-}
-
-impl FrictionMemory {
-    /// Largest growth rate of a mode if friction depended on the speed alone, 1/s.
-    pub fn fastest(&self) -> Option<f64> {
-        fastest(&self.modes_of_speed_alone)
-    }
-
-    /// Number of unstable modes if friction depended on the speed alone.
-    pub fn unstable_count(&self) -> usize {
-        unstable(&self.modes_of_speed_alone).len()
-    }
 }
 
 /// A measured friction curve at the sliding speed.
@@ -180,43 +175,25 @@ pub struct Coupling {
 /// Predicted curves and the operating point of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedCurves {
-    /// Quantities of the curves.
-    pub subject: CurveQuantity,
+    /// What the curves and the marks are.
+    pub title: &'static str,
+    /// Quantities and units of both axes.
+    pub axes: [&'static str; 2],
+    /// Name of each curve.
+    pub names: &'static [&'static str],
     /// Points of each curve.
     pub curves: Vec<Vec<[f64; 2]>>,
     /// Operating points of the run.
     pub marks: Vec<[f64; 2]>,
 }
 
-/// Quantities of computed curves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CurveQuantity {
-    /// Coefficient of friction versus sliding speed, mm/s: of the scene, and with the slope factors exchanged
-    /// if that is the mechanism.
-    Friction,
-    /// Coefficient of a measured friction curve versus sliding speed, mm/s; the operating point and the points of the
-    /// measurement.
-    MeasuredFriction,
-    /// Slope of friction, s/m, versus the frequency of an oscillation of the speed, Hz: with the state of the law,
-    /// and in steady sliding.
-    SlopeByFrequency,
-    /// Largest growth rate of a mode, 1/s, versus the tilt, deg: in the first pass with rising and with falling
-    /// tilt of a joint that turns.
-    GrowthByTilt,
-    /// Growth rate of the second tone of a torus, 1/s, versus the tilt, deg; zero at the Neimark-Sacker point.
-    SecondToneByTilt,
-    /// Versus the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
-    /// the growth rate, 1/s.
-    Flutter,
-}
-
 impl MechanismPrediction {
-    /// Unstable modes, in descending order of growth rate.
+    /// See [`unstable`].
     pub fn unstable(&self) -> Vec<&NamedMode> {
         unstable(&self.modes)
     }
 
-    /// Largest growth rate of a mode, 1/s; `None` if there is no mode.
+    /// See [`fastest`].
     pub fn fastest(&self) -> Option<f64> {
         fastest(&self.modes)
     }
@@ -230,24 +207,14 @@ impl MechanismPrediction {
     }
 }
 
-impl FrictionReading {
-    /// See [`MechanismPrediction::unstable`].
-    pub fn unstable(&self) -> Vec<&NamedMode> {
-        unstable(&self.modes)
-    }
-
-    /// See [`MechanismPrediction::fastest`].
-    pub fn fastest(&self) -> Option<f64> {
-        fastest(&self.modes)
-    }
-}
-
-fn unstable(modes: &[NamedMode]) -> Vec<&NamedMode> {
+/// Unstable modes, in descending order of growth rate.
+pub fn unstable(modes: &[NamedMode]) -> Vec<&NamedMode> {
     let mut unstable: Vec<_> = modes.iter().filter(|mode| mode.unstable).collect();
     unstable.sort_by(|a, b| b.growth.total_cmp(&a.growth));
     unstable
 }
 
-fn fastest(modes: &[NamedMode]) -> Option<f64> {
+/// Largest growth rate of a mode, 1/s; `None` if there is no mode.
+pub fn fastest(modes: &[NamedMode]) -> Option<f64> {
     modes.iter().map(|mode| mode.growth).max_by(f64::total_cmp)
 }

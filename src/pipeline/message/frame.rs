@@ -28,8 +28,6 @@ pub enum NodeState {
 pub struct PatchGeometry {
     /// Positions of the nodes relative to the ball's centre, m.
     pub positions: Vec<[f64; 3]>,
-    /// Outward unit normals of the ball at the nodes.
-    pub normals: Vec<[f64; 3]>,
     /// Area of each node, m^2.
     pub areas: Vec<f64>,
     /// Pre-stress of each node, Pa.

@@ -11,8 +11,8 @@ mod segment;
 pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
-    Coupling, CurveQuantity, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
-    SecondToneGrowth, TableReading, TiltDirection, TorusBirth, UnstablePass,
+    Coupling, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
+    SecondToneGrowth, TableReading, TiltDirection, TorusBirth, UnstablePass, fastest, unstable,
 };
 pub use frame::{
     ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,

@@ -23,9 +23,9 @@ pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Sta
     let horizon = samples(spec.horizon, rate, 1);
     let method = spec.method;
     let sliding = sliding(&spec.sliding, rate);
-    Windowed::new(sliding, displacement, move |window, context, emit| {
+    Windowed::new(sliding, displacement, move |window, context| {
         let Some(embedding) = unfolding.at(window.seen, &context.choices) else {
-            return Ok(());
+            return Ok(None);
         };
         let search = DivergenceSearch {
             lag: embedding.lag,
@@ -39,14 +39,14 @@ pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Sta
         let [signal] = window.channels;
         let (Ok(divergence), Ok(zero_one)) = (divergence(signal, &search), zero_one(signal, &test))
         else {
-            return Ok(());
+            return Ok(None);
         };
-        emit(Record::Chaos {
+        Ok(Some(Record::Chaos {
             time: window.time,
             window: signal.len() as f64 / rate,
             dt: 1.0 / rate,
             divergence: Arc::new(divergence),
             zero_one: Arc::new(zero_one),
-        })
+        }))
     })
 }

@@ -20,14 +20,15 @@ impl Clock {
         }
     }
 
-    /// Checks that the frame starts where the last one ended, to 1 % of a sample spacing.
-    pub fn check(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
+    /// Counts the samples of the next frame, which starts where the last one ended, to 1 % of a sample spacing.
+    pub fn advance(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
         let origin = *self.origin.get_or_insert(frame.t0);
         let due = origin + self.seen as f64 * self.dt;
         let (late, off) = (frame.t0 - due, frame.dt - self.dt);
         let slack = 0.01 * self.dt;
         // A NaN fails this comparison.
         if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
+            self.seen += frame.len() as u64;
             return Ok(());
         }
         Err(AnalyseError::Gap {
@@ -37,11 +38,6 @@ impl Clock {
             sample: self.seen,
             due,
         })
-    }
-
-    /// Counts the samples of an analysed frame.
-    pub fn advance(&mut self, frame: &Frame) {
-        self.seen += frame.len() as u64;
     }
 
     /// Number of samples analysed so far.

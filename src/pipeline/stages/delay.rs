@@ -21,17 +21,17 @@ pub fn delay(spec: &DelaySpec, rate: f64) -> impl Stage + use<> {
         theiler: None,
     };
     let sliding = sliding(&spec.sliding, rate);
-    Windowed::new(sliding, displacement, move |window, context, emit| {
+    Windowed::new(sliding, displacement, move |window, context| {
         let [signal] = window.channels;
         let Ok(choice) = choose_delay(signal, &search) else {
-            return Ok(());
+            return Ok(None);
         };
         context.choices.note(window.seen, &choice);
-        emit(Record::Delay {
+        Ok(Some(Record::Delay {
             time: window.time,
             window: signal.len() as f64 / rate,
             dt: 1.0 / rate,
             choice: Arc::new(choice),
-        })
+        }))
     })
 }

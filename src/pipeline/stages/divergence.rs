@@ -7,7 +7,7 @@
 //! [`PerturbedSamples::floor`]: crate::pipeline::message::PerturbedSamples::floor
 
 use super::clock::samples;
-use super::stage::{Context, Emit, Stage};
+use super::stage::{Context, Stage};
 use crate::analysis::LineFit;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
@@ -81,12 +81,7 @@ impl DivergenceStage {
 }
 
 impl Stage for DivergenceStage {
-    fn push(
-        &mut self,
-        frame: &Frame,
-        _context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
         let Some(perturbed) = &frame.perturbed else {
             return Ok(());
         };
@@ -100,7 +95,8 @@ impl Stage for DivergenceStage {
             }
             let before = self.saturated;
             let divergence = self.evaluate(start, time, perturbed.floor);
-            emit(Record::TrajectoryDivergence(divergence))?;
+            let found = Record::TrajectoryDivergence(divergence);
+            context.records.push(found);
             if before.is_none() && divergence.saturated.is_some() {
                 let line = divergence.line.filter(DivergenceFit::grows);
                 let observation = Observation::Separated {
@@ -108,7 +104,8 @@ impl Stage for DivergenceStage {
                     after: divergence.saturated.unwrap_or(divergence.time) - divergence.start,
                     e_fold_time: line.map(|line| 1.0 / line.rate),
                 };
-                emit(Record::Narration { time, observation })?;
+                let found = Record::Narration { time, observation };
+                context.records.push(found);
             }
         }
         Ok(())
@@ -138,7 +135,6 @@ mod tests {
         let first = (SPEC.start * RATE) as usize;
         let mut stage = DivergenceStage::new(SPEC, RATE);
         let mut context = Context::new(RATE);
-        let mut records = Vec::new();
         for begin in (0..30_000).step_by(frame) {
             let samples = first.max(begin)..begin + frame;
             let distance = samples.clone().map(|k| {
@@ -159,13 +155,9 @@ mod tests {
                 }),
                 ..Frame::default()
             };
-            let mut emit = |record| {
-                records.push(record);
-                Ok(())
-            };
-            stage.push(&frame, &mut context, &mut emit).unwrap();
+            stage.push(&frame, &mut context).unwrap();
         }
-        records
+        context.records
     }
 
     fn last(records: &[Record]) -> TrajectoryDivergence {

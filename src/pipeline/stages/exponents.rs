@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::stage::{Context, Emit, Stage};
+use super::stage::{Context, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Exponents, Frame, Observation, Record, Summary};
 
@@ -13,30 +13,24 @@ pub struct ExponentsStage {
 }
 
 impl Stage for ExponentsStage {
-    fn push(
-        &mut self,
-        frame: &Frame,
-        _context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
         for exponents in &frame.exponents {
             let exponents = Arc::new(exponents.clone());
             self.last = Some(Arc::clone(&exponents));
-            emit(Record::Exponents(exponents))?;
+            context.records.push(Record::Exponents(exponents));
         }
         Ok(())
     }
 
-    fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
+    fn finish(&mut self, context: &mut Context) {
         // An undecided attractor is not reported.
         let last = self.last.as_ref();
-        let Some(last) = last.filter(|last| last.attractor().is_decided()) else {
-            return Ok(());
-        };
-        emit(Record::Narration {
-            time: context.newest(context.clock.seen()),
-            observation: Observation::Exponents(Arc::clone(last)),
-        })
+        if let Some(last) = last.filter(|last| last.attractor().is_decided()) {
+            context.records.push(Record::Narration {
+                time: context.newest(context.clock.seen()),
+                observation: Observation::Exponents(Arc::clone(last)),
+            });
+        }
     }
 
     fn summarise(&self, summary: &mut Summary) {

@@ -24,9 +24,9 @@ mod summary;
 pub(super) mod synthetic_tests;
 mod windowed;
 
-pub use group::{StageGroup, StageGroups};
+pub use group::StageGroup;
 #[cfg(test)]
-pub(super) use stage::{Context, Emit};
+pub(super) use stage::Context;
 
 use chatter::ChatterStage;
 use divergence::DivergenceStage;
@@ -38,9 +38,9 @@ use summary::SummaryStage;
 use super::message::Header;
 use crate::scene::{AnalysisSpec, AutoOr, EmbeddingSpec, SectionSurface};
 
-/// The stages of a run. Each stage observes the records of the stages before it in its group, and those of the
-/// last group observe the records of all others.
-pub fn stages(spec: &AnalysisSpec, header: &Header) -> StageGroups {
+/// The groups of stages of a run, in the order of their records. Each stage observes the records of the stages before it in
+/// its group, and those of the last group observe the records of all others, which do not depend on each other.
+pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
     let joint = header.joint();
@@ -80,15 +80,18 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> StageGroups {
         LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
         Some(Box::new(summary) as Box<dyn Stage>),
     ];
-    let mut independent = vec![tones.into_iter().flatten().collect()];
-    independent.push(spectrogram.into_iter().collect());
+    let mut groups: Vec<Vec<_>> = vec![tones.into_iter().flatten().collect()];
+    groups.push(spectrogram.into_iter().collect());
     if needs_choice(spec) {
-        independent.push(unfolded.into_iter().flatten().collect())
+        groups.push(unfolded.into_iter().flatten().collect())
     } else {
-        independent.extend(unfolded.into_iter().flatten().map(|stage| vec![stage]))
+        groups.extend(unfolded.into_iter().flatten().map(|stage| vec![stage]))
     }
-    independent.push(regime.into_iter().collect());
-    StageGroups::new(independent, last.into_iter().flatten().collect(), rate)
+    groups.push(regime.into_iter().collect());
+    groups.push(last.into_iter().flatten().collect());
+    groups.retain(|stages| !stages.is_empty());
+    let group = |stages| StageGroup::new(stages, rate);
+    groups.into_iter().map(group).collect()
 }
 
 /// Whether a stage uses the delay or the dimension that the delay analysis chooses.

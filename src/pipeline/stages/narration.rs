@@ -34,7 +34,7 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
     let appearances = Windowed::new(
         sliding,
         velocity_and_displacement,
-        move |window, context, emit| {
+        move |window, context| {
             let [velocity, displacement] = window.channels;
             let time = window.time;
             let seen = classifier.classify(&RecentSamples {
@@ -45,10 +45,10 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
                 velocity,
                 displacement,
             })?;
-            match seen.map(|vibration| Observation::Vibration(Box::new(vibration))) {
-                Some(observation) => emit(Record::Narration { time, observation }),
-                None => Ok(()),
-            }
+            Ok(seen.map(|vibration| Record::Narration {
+                time,
+                observation: Observation::Vibration(Box::new(vibration)),
+            }))
         },
     );
     appearances.complete()

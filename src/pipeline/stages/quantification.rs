@@ -40,29 +40,29 @@ pub fn quantification(
     let (least_diagonal, least_vertical) = (spec.least_diagonal, spec.least_vertical);
     let mut subsampler = Subsampler::new(step);
     let input = input(move |frame| [Cow::Owned(subsampler.of(&frame.displacement))]);
-    let measures = Windowed::new(sliding, input, move |window, context, emit| {
+    let measures = Windowed::new(sliding, input, move |window, context| {
         let Some(embedding) = unfolding.at(window.seen, &context.choices) else {
-            return Ok(());
+            return Ok(None);
         };
         let [signal] = window.channels;
         let lag = steps(embedding.lag, step);
         let need = DelayVectors::samples_for(states, lag, embedding.dimension);
         let Some(from) = signal.len().checked_sub(need) else {
-            return Ok(());
+            return Ok(None);
         };
         let vectors = DelayVectors::new(&signal[from..], lag, embedding.dimension)?;
         let Ok(recurrences) = Recurrences::of(&vectors, &rule) else {
-            return Ok(());
+            return Ok(None);
         };
         let counts = recurrences.counts();
-        emit(Record::Quantification {
+        Ok(Some(Record::Quantification {
             time: window.time,
             window: states as f64 * dt,
             dt,
             threshold: recurrences.distance(),
             measures: counts.measures(least_diagonal, least_vertical, RateBase::Counted),
             periods: counts.periods().in_seconds(dt),
-        })
+        }))
     });
     measures.with_step(step)
 }

@@ -39,14 +39,14 @@ pub fn recurrence(
         threshold: spec.criterion.threshold,
         theiler: 1,
     };
-    Windowed::new(sliding, displacement, move |window, context, emit| {
+    Windowed::new(sliding, displacement, move |window, context| {
         let Some(Embedding { lag, dimension }) = unfolding.at(window.seen, &context.choices) else {
-            return Ok(());
+            return Ok(Vec::new());
         };
         let [signal] = window.channels;
         let reach = |m: usize| DelayVectors::samples_for(length, lag, m);
         if signal.len() < reach(dimension.max(TRAIL_DIMENSION)) {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let newest = |m: usize| DelayVectors::new(&signal[signal.len() - reach(m)..], lag, m);
         let time = window.time;
@@ -58,15 +58,13 @@ pub fn recurrence(
             1.0 / rate,
         );
         let image = Arc::new(image?);
-        emit(Record::Recurrence { time, image })?;
         let trail = newest(TRAIL_DIMENSION)?;
         // The record starts with the newest coordinate; in Eq. (25) it is the last one.
         let [oldest, middle, now] = [0, 1, 2].map(|c| trail.coordinate(c));
         let points = now.iter().zip(middle).zip(oldest);
         let points = points.map(|((a, b), c)| [*a as f32, *b as f32, *c as f32]);
-        emit(Record::Embedding {
-            time,
-            points: points.collect(),
-        })
+        let points = points.collect();
+        let trail = Record::Embedding { time, points };
+        Ok(vec![Record::Recurrence { time, image }, trail])
     })
 }

@@ -16,16 +16,16 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
         background: 0.0,
     };
     let sliding = sliding(&spec.sliding, rate);
-    let verdicts = Windowed::new(sliding, displacement, move |window, _, emit| {
+    let verdicts = Windowed::new(sliding, displacement, move |window, _| {
         let [signal] = window.channels;
         let Ok(verdict) = classify(signal, &search) else {
-            return Ok(());
+            return Ok(None);
         };
-        emit(Record::Regime {
+        Ok(Some(Record::Regime {
             time: window.time,
             window: signal.len() as f64 / rate,
             verdict: Arc::new(verdict),
-        })
+        }))
     });
     // Lessons and panels name the type of motion.
     verdicts.complete()

@@ -29,12 +29,9 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
                 dimension: AutoOr::Given(DIMENSION),
             };
             let unfolding = StageEmbedding::new(&embedding, delay, rate);
-            let find = Find {
-                lag_at: move |seen, choices: &DelayChoices| Some(unfolding.at(seen, choices)?.lag),
-                finder: move |lag| SectionFinder::delay(lag, DIMENSION, level, direction),
-                shown: [0, 2],
-            };
-            Box::new(passages(hop, displacement, find))
+            let lag = move |seen, choices: &DelayChoices| Some(unfolding.at(seen, choices)?.lag);
+            let finder = move |lag| SectionFinder::delay(lag, DIMENSION, level, direction);
+            Box::new(passages(hop, displacement, (lag, finder), [0, 2]))
         }
         SectionSurface::State {
             normal_q,
@@ -44,12 +41,9 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
         } => {
             let coordinates =
                 input(move |frame| plane_coordinates(frame, [&normal_q, &normal_qdot], shown));
-            let find = Find {
-                lag_at: |_, _: &DelayChoices| Some(0),
-                finder: move |_| SectionFinder::plane(&[1.0, 0.0, 0.0], offset, direction),
-                shown: [1, 2],
-            };
-            Box::new(passages(hop, coordinates, find))
+            let finder = move |_| SectionFinder::plane(&[1.0, 0.0, 0.0], offset, direction);
+            let lag = |_, _: &DelayChoices| Some(0);
+            Box::new(passages(hop, coordinates, (lag, finder), [1, 2]))
         }
     }
 }
@@ -78,24 +72,14 @@ fn plane_coordinates(
     channels.map(Cow::Owned)
 }
 
-/// Detection of crossings, and the two displayed coordinates of each.
-struct Find<L, F> {
-    /// The delay (samples) after the given number of samples; 0 for a section without delay.
-    lag_at: L,
-    /// Creates a finder for that delay.
-    finder: F,
+/// The section points of a stream of `C` channels, emitted every `hop` samples, with the coordinates `shown`. `lag_at` gives the
+/// delay (samples) after a number of samples, 0 for a section without delay, and `finder` a finder for it.
+fn passages<const C: usize, I, L, F>(
+    hop: f64,
+    input: I,
+    (lag_at, finder): (L, F),
     shown: [usize; 2],
-}
-
-/// A finder, its delay, and the sample at which it started.
-struct Running {
-    finder: SectionFinder,
-    lag: usize,
-    origin: u64,
-}
-
-/// The section points of a stream of `C` channels, emitted every `hop` samples.
-fn passages<const C: usize, I, L, F>(hop: f64, input: I, find: Find<L, F>) -> impl Stage
+) -> impl Stage
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
     L: Fn(u64, &DelayChoices) -> Option<usize> + Send,
@@ -106,35 +90,29 @@ where
     let sliding = SlidingWindow::new(length, hop).with_min_length(1);
     // Number of samples already searched.
     let mut taken = 0;
-    let mut running: Option<Running> = None;
-    let passages = Windowed::new(sliding, input, move |window, context, emit| {
+    // The finder with its delay, and the sample at which it started.
+    let mut running: Option<(SectionFinder, usize, u64)> = None;
+    let passages = Windowed::new(sliding, input, move |window, context| {
         let first = std::mem::replace(&mut taken, window.seen);
-        let Some(lag) = (find.lag_at)(window.seen, &context.choices) else {
-            return Ok(());
+        let Some(lag) = lag_at(window.seen, &context.choices) else {
+            return Ok(None);
         };
         let current = match running.take() {
-            Some(current) if current.lag == lag => current,
-            _ => Running {
-                finder: (find.finder)(lag)?,
-                lag,
-                origin: first,
-            },
+            Some(current) if current.1 == lag => current,
+            _ => (finder(lag)?, lag, first),
         };
-        let Running { finder, origin, .. } = running.insert(current);
+        let (finder, _, origin) = running.insert(current);
         let fresh = (window.seen - first) as usize;
         let pieces = window.channels.map(|x| &x[x.len() - fresh..]);
         let mut points = Vec::new();
         finder.push(&pieces, |crossing| {
             points.push(SectionPoint {
                 time: context.clock.time(*origin as f64 + crossing.sample),
-                at: find.shown.map(|k| crossing.point[k]),
+                at: shown.map(|k| crossing.point[k]),
             });
         })?;
-        if points.is_empty() {
-            return Ok(());
-        }
         let time = window.time;
-        emit(Record::Section { time, points })
+        Ok((!points.is_empty()).then_some(Record::Section { time, points }))
     });
     passages.complete()
 }

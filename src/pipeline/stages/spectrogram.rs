@@ -20,16 +20,16 @@ pub fn spectrogram(spec: &SpectrogramSpec, rate: f64) -> impl Stage + use<> {
     let max_frequency = spec.max_frequency;
     let mut analyser = SpectrumAnalyser::new(Window::Hann, rate);
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate);
-    let columns = Windowed::new(sliding, velocity, move |window, context, emit| {
+    let columns = Windowed::new(sliding, velocity, move |window, context| {
         let column = analyser.analyse(window.channels[0])?;
         // Rounding must not drop a last bin that lies exactly at the limit.
         let bins = (max_frequency / column.bin + 1e-9) as usize + 1;
         let level = |a: &f64| (20.0 * (a / REFERENCE).log10()).max(LOWEST_DB) as f32;
-        emit(Record::SpectrogramColumn {
+        Ok(Some(Record::SpectrogramColumn {
             time: context.clock.time(window.seen as f64 - 0.5 * length as f64),
             bin: column.bin,
             level_db: column.amplitude.iter().take(bins).map(level).collect(),
-        })
+        }))
     });
     columns.complete()
 }

@@ -20,7 +20,7 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     let long = length as f64 > AppearanceClassifier::MEMORY * rate;
-    let spectra = Windowed::new(sliding, velocity, move |window, context, emit| {
+    let spectra = Windowed::new(sliding, velocity, move |window, context| {
         let [velocity] = window.channels;
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, context.bases);
@@ -35,12 +35,12 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         } else {
             named.peaks_above(rest)
         };
-        emit(Record::Spectrum {
+        Ok(Some(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,
             peaks,
             amplitude: spectrum.amplitude,
-        })
+        }))
     });
     // Lessons and panels name the lines.
     spectra.complete()

@@ -6,26 +6,16 @@ use crate::analysis::Bases;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
 
-/// The callback by which a stage emits its records.
-pub type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
-
 /// An analysis stage. It processes the frames of a run one by one.
 pub trait Stage: Send {
-    /// Processes the next frame.
-    fn push(
-        &mut self,
-        frame: &Frame,
-        context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError>;
+    /// Processes the next frame, and adds records to the context.
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError>;
 
     /// Observes a record of an earlier stage; ignored by default.
     fn observe(&mut self, _record: &Record) {}
 
-    /// Emits the remaining records after the last frame; none by default.
-    fn finish(&mut self, _context: &mut Context, _emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
-        Ok(())
-    }
+    /// Adds the remaining records after the last frame; none by default.
+    fn finish(&mut self, _context: &mut Context) {}
 
     /// Adds the results of the stage to the summary of the run; none by default.
     fn summarise(&self, _summary: &mut Summary) {}
@@ -43,6 +33,8 @@ pub struct Context {
     pub floor: f64,
     /// Every so many windows of an analysis that is only displayed are computed.
     pub rate_divisor: u64,
+    /// Records of the present frame so far.
+    pub records: Vec<Record>,
 }
 
 impl Context {
@@ -54,6 +46,7 @@ impl Context {
             bases: Bases::None,
             floor: 1.0,
             rate_divisor: 1,
+            records: Vec::new(),
         }
     }
 

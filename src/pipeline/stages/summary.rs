@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
-use super::stage::{Context, Emit, Stage};
+use super::stage::{Context, Stage};
 use crate::analysis::{History, RegimeSearch, SpectrumAnalyser, Verdict, classify};
 use crate::dynamics::SolverStats;
 use crate::pipeline::error::AnalyseError;
@@ -87,12 +87,7 @@ impl Stage for SummaryStage {
         }
     }
 
-    fn push(
-        &mut self,
-        frame: &Frame,
-        _context: &mut Context,
-        _emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, _context: &mut Context) -> Result<(), AnalyseError> {
         self.last.push([&frame.velocity, &frame.displacement]);
         self.stats = frame.stats;
         self.transitions += frame.transitions;

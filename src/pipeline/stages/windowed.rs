@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use super::clock::samples;
-use super::stage::{Context, Emit, Stage};
-use crate::analysis::SlidingWindow;
+use super::stage::{Context, Stage};
+use crate::analysis::{AnalysisError, SlidingWindow};
 use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::Frame;
+use crate::pipeline::message::{Frame, Record};
 use crate::scene::WindowSpec;
 
 /// A window of `C` channels that is due.
@@ -47,7 +47,7 @@ pub fn sliding(spec: &WindowSpec, rate: f64) -> SlidingWindow<1> {
     SlidingWindow::new(samples(spec.window, rate, 1), spec.every * rate)
 }
 
-/// Calls `analyse` for each window of the signals that `input` extracts from the frames. In a live run,
+/// Calls `analyse`, which returns records, for each window of the signals that `input` extracts from the frames. In a live run,
 /// windows whose ends are too close ([`Frame::apart`]) are skipped, and with a budget those for which there
 /// is no time ([`Context::rate_divisor`]), unless the stage is [complete](Windowed::complete).
 pub struct Windowed<const C: usize, I, A> {
@@ -60,10 +60,10 @@ pub struct Windowed<const C: usize, I, A> {
     complete: bool,
 }
 
-impl<const C: usize, I, A> Windowed<C, I, A>
+impl<const C: usize, I, A, R> Windowed<C, I, A>
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
-    A: FnMut(Window<'_, C>, &mut Context, &mut Emit<'_>) -> Result<(), AnalyseError> + Send,
+    A: FnMut(Window<'_, C>, &mut Context) -> Result<R, AnalysisError> + Send,
 {
     /// A stage that analyses the windows of `sliding`.
     pub fn new(sliding: SlidingWindow<C>, input: I, analyse: A) -> Self {
@@ -89,17 +89,13 @@ where
     }
 }
 
-impl<const C: usize, I, A> Stage for Windowed<C, I, A>
+impl<const C: usize, I, A, R> Stage for Windowed<C, I, A>
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
-    A: FnMut(Window<'_, C>, &mut Context, &mut Emit<'_>) -> Result<(), AnalyseError> + Send,
+    A: FnMut(Window<'_, C>, &mut Context) -> Result<R, AnalysisError> + Send,
+    R: IntoIterator<Item = Record>,
 {
-    fn push(
-        &mut self,
-        frame: &Frame,
-        context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
         if !self.complete {
             self.sliding.set_min_spacing(frame.apart() / self.step);
             self.sliding.set_divisor(context.rate_divisor);
@@ -115,7 +111,9 @@ where
                     time: context.newest(seen),
                     frame,
                 };
-                analyse(window, context, emit)
+                let records = analyse(window, context)?;
+                context.records.extend(records);
+                Ok(())
             })
     }
 }

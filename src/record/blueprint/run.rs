@@ -24,7 +24,7 @@ use crate::{
         stream::RecordingStream,
         style,
     },
-    scene::{Mechanism, RecordSpec},
+    scene::{Evidence, RecordSpec},
 };
 
 /// Playback speed of a joint, simulated seconds per second; others play in [`PLAYS`].
@@ -77,7 +77,7 @@ pub fn send_with_first_tab(
         Subject::Signal(_) => (tabs(SIGNAL), header.duration / PLAYS),
     };
     if !matches!(header.subject, Subject::Signal(_)) {
-        let lesson = run.lesson_tab().map_or(Vec::new(), |key| tabs(&[key]));
+        let lesson = run.lesson_tab().map_or(Vec::new(), |key| tabs(&[&key]));
         shown.splice(..0, lesson);
         shown.extend(tabs(ANALYSES));
         shown.extend(controls_tab(header));
@@ -112,35 +112,15 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// The tab of the lesson, if the scene has one.
-    fn lesson_tab(&self) -> Option<&'static str> {
-        let is_joint = self.header.joint().is_some();
-        Some(match self.header.computed.as_deref()?.mechanism {
-            Mechanism::NegativeSlope
-            | Mechanism::ModeCoupling
-            | Mechanism::ExchangedFriction
-            | Mechanism::Bristles
-            | Mechanism::ContactAge
-            | Mechanism::MeasuredFriction => {
-                if is_joint {
-                    "lesson-growth"
-                } else {
-                    "lesson-growth-small"
-                }
-            }
-            Mechanism::Articulation => "lesson-turning",
-            Mechanism::StickSlip | Mechanism::LiftOff => {
-                if is_joint {
-                    "lesson-contact"
-                } else {
-                    "lesson-contact-small"
-                }
-            }
-            Mechanism::WhichModeWins | Mechanism::Prediction => "lesson-modes",
-            Mechanism::Hysteresis => "lesson-loop",
-            Mechanism::Torus => "lesson-torus",
-            Mechanism::TorusBirth => "lesson-birth",
-            Mechanism::Chaos => "lesson-divergence",
-        })
+    fn lesson_tab(&self) -> Option<String> {
+        let evidence = self.header.computed.as_deref()?.mechanism.evidence();
+        let is_small = self.header.joint().is_none()
+            && matches!(evidence, Evidence::Growth | Evidence::Contact);
+        let evidence: &str = evidence.into();
+        Some(format!(
+            "lesson-{evidence}{}",
+            if is_small { "-small" } else { "" }
+        ))
     }
 
     /// Whether a tab is shown that has views in other tabs, too.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use squeakscope::joint::BallJoint;
-use squeakscope::pipeline::message::{CurveQuantity, Record};
+use squeakscope::pipeline::message::Record;
 use squeakscope::scene::{Mechanism, PRESETS, Scene, SmallSystem, SystemSpec};
 use squeakscope::study::stability;
 
@@ -73,7 +73,7 @@ fn frequencies(scene: &Scene, run: &Run) -> Vec<f64> {
         let course = computed.torus.iter().flat_map(|torus| &torus.course);
         all.extend(course.map(|at| at.second_hz));
         let picture = computed.picture.iter();
-        let flutter = picture.filter(|picture| picture.subject == CurveQuantity::Flutter);
+        let flutter = picture.filter(|_| computed.coupling.is_some());
         all.extend(flutter.flat_map(|picture| picture.curves.iter().map(|curve| curve[0][1])));
     }
     if let SystemSpec::Small(SmallSystem::TwoModesOnBelt(system)) = &scene.subject {

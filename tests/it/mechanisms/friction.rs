@@ -1,6 +1,6 @@
 //! Lessons on friction laws: bristles, contact age, measured curve.
 
-use squeakscope::pipeline::message::FrictionMemory;
+use squeakscope::pipeline::message::{self, FrictionMemory};
 
 use super::run::{Run, assert_close, changed};
 
@@ -23,7 +23,7 @@ fn bristles_reduce_the_growth_of_a_vibration() {
     let corner = 2e5 * speed / mu / std::f64::consts::TAU;
     assert_close(memory.follows_up_to_hz, corner, 1e-9);
     assert_close(memory.steady_slope, -3.0 * (-10.0 * speed).exp(), 1e-9);
-    let alone = memory.fastest().expect("a mode");
+    let alone = message::fastest(&memory.modes_of_speed_alone).expect("a mode");
     for mode in run.computed().unstable() {
         let x = (mode.frequency_hz / corner).powi(2);
         let share = (1.0 + 0.5 * speed / mu * x) / (1.0 + x);
@@ -55,7 +55,7 @@ fn lessons_on_bristles_hold_for_other_runs() {
     let (memory_of, fastest) = memory(&stiffer);
     let measured = stiffer.number("growth rate of the velocity level, while small");
     assert_close(measured, fastest, 0.15);
-    assert!(fastest < 0.8 * memory_of.fastest().expect("a mode"));
+    assert!(fastest < 0.8 * message::fastest(&memory_of.modes_of_speed_alone).expect("a mode"));
     let stiff = Run::of(
         &changed("bristles", "per_m = 2e5", "per_m = 1e7")
             .with_duration(40.0)

@@ -1,17 +1,14 @@
 //! Measurements for a lesson.
 
-use std::sync::Arc;
-
 use super::level::Level;
 use super::second_tone::SecondTone;
 use super::tilt_history::TiltHistory;
 use super::turning::Turning;
-use crate::analysis::Regime;
 use crate::pipeline::message::{
-    ContactSample, Exponents, Frame, Header, JointInfo, Measurements, MechanismPrediction,
-    NodeShares, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone, TrajectoryDivergence,
+    ContactSample, Frame, Header, JointInfo, Measurements, MechanismPrediction, NodeShares, Record,
+    StatusKind, StatusShares, Subject, TiltedTone,
 };
-use crate::scene::{AnalysisSpec, Mechanism, Parameter};
+use crate::scene::{AnalysisSpec, Evidence, Parameter};
 
 /// Ratio of level to sliding speed up to which a vibration is small and the linear theory applies.
 const SMALL: f64 = 0.05;
@@ -19,7 +16,8 @@ const SMALL: f64 = 0.05;
 /// Accumulates the measurements of a lesson.
 pub struct LessonMeasurements {
     pub level: Level,
-    nodes: NodeCounts,
+    /// Counts of contact nodes since the last evaluation.
+    nodes: Vec<ContactSample>,
     statuses: StatusCounts,
     kinds: Vec<StatusKind>,
     leaders: DominantModes,
@@ -35,18 +33,6 @@ pub struct LessonMeasurements {
     next: [usize; 2],
     /// Measurements so far; those averaged over 25 ms have the values of the last interval.
     so_far: Measurements,
-}
-
-/// A result of another stage.
-pub enum StageResult {
-    /// Lines of a spectrum, strongest first.
-    Lines(Vec<SpectralLine>),
-    /// Distance of the perturbed trajectory.
-    TrajectoryDivergence(TrajectoryDivergence),
-    /// Type of motion.
-    Regime(Regime),
-    /// Lyapunov exponents so far.
-    Exponents(Arc<Exponents>),
 }
 
 impl LessonMeasurements {
@@ -67,19 +53,16 @@ impl LessonMeasurements {
         let window = spec
             .spectrum
             .map_or(0.0, |spectrum| spectrum.sliding.window);
+        let evidence = computed.mechanism.evidence();
+        let is_turning = evidence == Evidence::Turning;
         Self {
             level: Level::new(segment, SMALL * computed.sliding_speed),
-            nodes: NodeCounts::default(),
+            nodes: Vec::new(),
             statuses: StatusCounts::default(),
             kinds,
             leaders: DominantModes::new(header.joint()),
-            tilts: matches!(
-                computed.mechanism,
-                Mechanism::Hysteresis | Mechanism::Articulation
-            )
-            .then(|| TiltHistory::new(window)),
-            turning: (computed.mechanism == Mechanism::Articulation)
-                .then(|| Turning::new(SMALL * computed.sliding_speed)),
+            tilts: (is_turning || evidence == Evidence::Loop).then(|| TiltHistory::new(window)),
+            turning: is_turning.then(|| Turning::new(SMALL * computed.sliding_speed)),
             second_tone: computed
                 .torus
                 .clone()
@@ -94,38 +77,29 @@ impl LessonMeasurements {
 
     /// Processes a result of another stage at a time (s). Returns the strongest line at its tilt, if the tilt
     /// varies.
-    pub fn take(&mut self, time: f64, found: StageResult) -> Option<TiltedTone> {
+    pub fn take(&mut self, time: f64, found: Record) -> Option<TiltedTone> {
         match found {
-            StageResult::Lines(lines) => {
-                let strongest = lines.first().map(|line| line.frequency);
-                self.so_far.lines = lines;
+            Record::Spectrum { peaks, .. } => {
+                let strongest = peaks.first().map(|line| line.frequency);
+                self.so_far.lines = peaks;
                 // A line of a silent joint is no tone.
-                if self
+                let is_silent = self
                     .turning
                     .as_ref()
-                    .is_some_and(|turning| !turning.squeaks())
-                {
-                    return None;
+                    .is_some_and(|turning| !turning.squeaks());
+                if !is_silent {
+                    return self.tilts.as_mut()?.add_line(time, strongest?);
                 }
-                self.tilts.as_mut()?.add_line(time, strongest?)
             }
-            StageResult::TrajectoryDivergence(divergence) => {
-                let first = self
-                    .so_far
-                    .separation
-                    .map_or(divergence, |[first, _]| first);
+            Record::TrajectoryDivergence(divergence) => {
+                let [first, _] = self.so_far.separation.unwrap_or([divergence; 2]);
                 self.so_far.separation = Some([first, divergence]);
-                None
             }
-            StageResult::Regime(regime) => {
-                self.so_far.regime = Some(regime);
-                None
-            }
-            StageResult::Exponents(exponents) => {
-                self.so_far.exponents = Some(exponents);
-                None
-            }
+            Record::Regime { verdict, .. } => self.so_far.regime = Some(verdict.regime),
+            Record::Exponents(exponents) => self.so_far.exponents = Some(exponents),
+            _ => {}
         }
+        None
     }
 
     /// Starts a frame, whose samples follow.
@@ -159,7 +133,7 @@ impl LessonMeasurements {
         let time = frame.time(k);
         let until = time + 0.5 * frame.dt;
         while let Some(counts) = frame.contacts.get(self.next[0]).filter(|c| c.time <= until) {
-            self.nodes.push(counts);
+            self.nodes.push(*counts);
             self.next[0] += 1;
         }
         while let Some(energy) = frame.energy.get(self.next[1]).filter(|e| e.time <= until) {
@@ -184,7 +158,7 @@ impl LessonMeasurements {
 
     /// Evaluates the counts since the last call.
     pub fn evaluate(&mut self) {
-        self.so_far.nodes = self.nodes.take();
+        self.so_far.nodes = node_shares(&std::mem::take(&mut self.nodes));
         self.so_far.statuses = self.statuses.take(self.dt);
         self.so_far.leader = self.leaders.evaluate();
         self.so_far.peak_speed = Some(std::mem::take(&mut self.fastest));
@@ -212,65 +186,29 @@ impl LessonMeasurements {
     }
 }
 
-/// Counts of contact nodes that stick or are separated.
-#[derive(Clone, Debug, Default)]
-struct NodeCounts {
-    /// Number of instants, and of nodes.
-    instants: u64,
-    nodes: usize,
-    /// Times of the first and the last instant, s.
-    span: [f64; 2],
-    /// Number of sticking nodes: sum over the instants, and maximum.
-    stuck: [usize; 2],
-    /// Number of separated nodes: sum over the instants, and maximum.
-    separated: [usize; 2],
-    /// Number of instants at which at least half of the nodes stick, and at which all nodes are separated.
-    half_stuck: u64,
-    all_separated: u64,
-    /// Number of transitions from closed to separated.
-    separations: usize,
-}
-
-impl NodeCounts {
-    fn push(&mut self, counts: &ContactSample) {
-        if self.instants == 0 {
-            self.span[0] = counts.time;
-        }
-        self.span[1] = counts.time;
-        self.instants += 1;
-        self.nodes = counts.nodes;
-        let sums = [
-            (&mut self.stuck, counts.stuck),
-            (&mut self.separated, counts.separated),
-        ];
-        for (of, count) in sums {
-            of[0] += count;
-            of[1] = of[1].max(count);
-        }
-        self.half_stuck += u64::from(2 * counts.stuck >= counts.nodes);
-        self.all_separated += u64::from(counts.separated == counts.nodes);
-        self.separations += counts.separations;
-    }
-
-    /// The shares since the last call, if there is an instant.
-    fn take(&mut self) -> Option<NodeShares> {
-        let taken = std::mem::take(self);
-        let (instants, nodes) = (taken.instants as f64, taken.nodes as f64);
-        let span = taken.span[1] - taken.span[0];
-        (taken.instants > 0).then(|| NodeShares {
-            stuck: taken.stuck[0] as f64 / (instants * nodes),
-            most_stuck: taken.stuck[1] as f64 / nodes,
-            half_stuck: taken.half_stuck as f64 / instants,
-            separated: taken.separated[0] as f64 / (instants * nodes),
-            most_separated: taken.separated[1] as f64 / nodes,
-            all_separated: taken.all_separated as f64 / instants,
-            separations_per_s: if span > 0.0 {
-                taken.separations as f64 / (span * nodes)
-            } else {
-                0.0
-            },
-        })
-    }
+/// Shares of the contact nodes that stick or are separated; `None` without an instant.
+fn node_shares(counts: &[ContactSample]) -> Option<NodeShares> {
+    let (first, last) = (counts.first()?, counts.last()?);
+    let (instants, nodes) = (counts.len() as f64, last.nodes as f64);
+    let sum = |of: fn(&ContactSample) -> usize| counts.iter().map(of).sum::<usize>() as f64;
+    let most =
+        |of: fn(&ContactSample) -> usize| counts.iter().map(of).max().unwrap_or(0) as f64 / nodes;
+    let time =
+        |holds: fn(&&ContactSample) -> bool| counts.iter().filter(holds).count() as f64 / instants;
+    let span = last.time - first.time;
+    Some(NodeShares {
+        stuck: sum(|at| at.stuck) / (instants * nodes),
+        most_stuck: most(|at| at.stuck),
+        half_stuck: time(|at| 2 * at.stuck >= at.nodes),
+        separated: sum(|at| at.separated) / (instants * nodes),
+        most_separated: most(|at| at.separated),
+        all_separated: time(|at| at.separated == at.nodes),
+        separations_per_s: if span > 0.0 {
+            sum(|at| at.separations) / (span * nodes)
+        } else {
+            0.0
+        },
+    })
 }
 
 /// Counts of the states of a small system.

@@ -13,15 +13,15 @@ mod turning;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use measured::{LessonMeasurements, StageResult};
+use measured::LessonMeasurements;
 
 use super::clock::samples;
-use super::stage::{Context, Emit, Stage};
+use super::stage::{Context, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
     Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction, Record, TiltedTone,
 };
-use crate::scene::{AnalysisSpec, Mechanism};
+use crate::scene::{AnalysisSpec, Evidence};
 
 /// Minimum time between two lessons, s: a text that changes more often is unreadable.
 const EVERY: f64 = 25e-3;
@@ -31,29 +31,18 @@ const EVERY: f64 = 25e-3;
 pub struct LessonStage {
     computed: Arc<MechanismPrediction>,
     measured: LessonMeasurements,
-    /// Results of other stages that are not processed yet, with their times, s, in time order.
-    found: VecDeque<(f64, StageResult)>,
+    /// Records of other stages that are not processed yet, with their times, s, in time order.
+    found: VecDeque<(f64, Record)>,
     /// Number of samples between two lessons.
     every: u64,
     seen: u64,
     sent: Option<Measurements>,
-    /// Whether the growth is compared with the predicted one.
-    predicts: bool,
 }
 
 impl LessonStage {
     /// For the run described by `header`; `None` if its scene has no mechanism.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Option<Self> {
         let computed = header.computed.clone()?;
-        let predicts = matches!(
-            computed.mechanism,
-            Mechanism::NegativeSlope
-                | Mechanism::ModeCoupling
-                | Mechanism::ExchangedFriction
-                | Mechanism::Bristles
-                | Mechanism::ContactAge
-                | Mechanism::MeasuredFriction
-        );
         Some(Self {
             measured: LessonMeasurements::new(spec, header, &computed),
             computed,
@@ -61,23 +50,22 @@ impl LessonStage {
             every: samples(EVERY, header.sample_rate, 1) as u64,
             seen: 0,
             sent: None,
-            predicts,
         })
     }
 
-    /// Processes the results of other stages up to a time, s.
-    fn take_found(&mut self, until: f64) -> Vec<Record> {
-        let mut courses = Vec::new();
+    /// Processes the records of other stages up to a time, s.
+    fn take_found(&mut self, until: f64, context: &mut Context) {
         while let Some((time, found)) = self.found.pop_front_if(|(time, _)| *time <= until) {
-            let tone = self.measured.take(time, found);
-            courses.extend(tone.map(|tone| self.course(time, Some(tone))));
+            if let Some(tone) = self.measured.take(time, found) {
+                context.records.push(self.level_sample(time, Some(tone)));
+            }
         }
-        courses
     }
 
-    /// Level and prediction at a time, s.
-    fn course(&self, time: f64, tone: Option<TiltedTone>) -> Record {
-        let growth = self.computed.fastest().filter(|_| self.predicts);
+    /// The velocity level at a time (s), or the strongest line at a tilt.
+    fn level_sample(&self, time: f64, tone: Option<TiltedTone>) -> Record {
+        let predicts = self.computed.mechanism.evidence() == Evidence::Growth;
+        let growth = self.computed.fastest().filter(|_| predicts);
         let level = &self.measured.level;
         Record::LevelSample(LevelSample {
             time,
@@ -88,76 +76,57 @@ impl LessonStage {
     }
 
     /// Emits the measurements if they have changed.
-    fn send(&mut self, time: f64, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
+    fn send(&mut self, time: f64, context: &mut Context) {
         let measured = self.measured.measurements();
-        if self.sent.as_ref() == Some(&measured) {
-            return Ok(());
+        if self.sent.as_ref() != Some(&measured) {
+            self.sent = Some(measured.clone());
+            context.records.push(Record::Lesson(Arc::new(Lesson {
+                time,
+                computed: Arc::clone(&self.computed),
+                measured,
+            })));
         }
-        self.sent = Some(measured.clone());
-        emit(Record::Lesson(Arc::new(Lesson {
-            time,
-            computed: Arc::clone(&self.computed),
-            measured,
-        })))
     }
 }
 
 impl Stage for LessonStage {
     fn observe(&mut self, record: &Record) {
-        let found = match record {
-            Record::Spectrum { time, peaks, .. } => (*time, StageResult::Lines(peaks.clone())),
-            Record::TrajectoryDivergence(divergence) => (
-                divergence.time,
-                StageResult::TrajectoryDivergence(*divergence),
-            ),
-            Record::Regime { time, verdict, .. } => (*time, StageResult::Regime(verdict.regime)),
-            Record::Exponents(exponents) => (
-                exponents.time,
-                StageResult::Exponents(Arc::clone(exponents)),
-            ),
+        let time = match record {
+            Record::Spectrum { time, .. } | Record::Regime { time, .. } => *time,
+            Record::TrajectoryDivergence(divergence) => divergence.time,
+            Record::Exponents(exponents) => exponents.time,
             _ => return,
         };
         // The stages of one frame report one after the other, each in time order.
-        let place = self.found.partition_point(|(time, _)| *time <= found.0);
-        self.found.insert(place, found);
+        let place = self.found.partition_point(|(known, _)| *known <= time);
+        self.found.insert(place, (time, record.clone()));
     }
 
-    fn push(
-        &mut self,
-        frame: &Frame,
-        _context: &mut Context,
-        emit: &mut Emit<'_>,
-    ) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
         if self.sent.is_none() {
-            self.send(frame.t0, emit)?;
+            self.send(frame.t0, context);
         }
         self.measured.begin_frame(frame);
         for k in 0..frame.len() {
             // Half a sample of tolerance: times are sums of rounded numbers.
             let time = frame.time(k);
-            for course in self.take_found(time + 0.5 * frame.dt) {
-                emit(course)?;
-            }
+            self.take_found(time + 0.5 * frame.dt, context);
             if self.measured.sample(frame, k) {
-                emit(self.course(time, None))?;
+                context.records.push(self.level_sample(time, None));
             }
             self.seen += 1;
             if self.seen.is_multiple_of(self.every) {
                 self.measured.evaluate();
-                self.send(time, emit)?;
+                self.send(time, context);
             }
         }
         Ok(())
     }
 
-    fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
-        let end = context.newest(self.seen);
-        for course in self.take_found(f64::INFINITY) {
-            emit(course)?;
+    fn finish(&mut self, context: &mut Context) {
+        self.take_found(f64::INFINITY, context);
+        if self.seen > 0 {
+            self.send(context.newest(self.seen), context);
         }
-        if self.seen == 0 {
-            return Ok(());
-        }
-        self.send(end, emit)
     }
 }

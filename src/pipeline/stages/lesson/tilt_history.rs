@@ -53,11 +53,7 @@ impl TiltHistory {
         }
         let so_far = &self.course[..so_far];
         let [before, tilt] = [2, 1].map(|back| so_far[so_far.len() - back][1]);
-        let way = if tilt < before {
-            TiltDirection::Down
-        } else {
-            TiltDirection::Up
-        };
+        let way = TiltDirection::of(before, tilt);
         let observed = TiltedTone {
             tilt,
             way,

@@ -32,11 +32,7 @@ impl Turning {
         let Some(before) = self.tilt.replace(tilt).filter(|before| *before != tilt) else {
             return;
         };
-        let way = if tilt < before {
-            TiltDirection::Down
-        } else {
-            TiltDirection::Up
-        };
+        let way = TiltDirection::of(before, tilt);
         if self.passes.last().is_none_or(|pass| pass.way != way) {
             self.passes.push(SqueakPass {
                 way,

@@ -89,7 +89,6 @@ pub fn geometry(tilt: f64) -> PatchGeometry {
                 polar.cos(),
             ]);
             geometry.positions.push(normal.map(|c| BALL * c));
-            geometry.normals.push(normal);
             geometry
                 .areas
                 .push(std::f64::consts::PI * PATCH * PATCH / 91.0);
