@@ -11,7 +11,7 @@ use toml_edit::{Item, TableLike, Value};
 
 use super::error::{Location, SceneError, did_you_mean, nearest_path};
 use super::schema::kind::{Kind, Mismatch, Tables};
-use super::schema::{IfAbsent, Key, Schema, join, split};
+use super::schema::{Declared, IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
 
 /// A parsed scene file that contains declared keys only.
@@ -253,20 +253,16 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// Rejects parameters of other laws, which would have no effect: keys of the table besides that of the law, the common
-    /// ones and those that the law uses.
-    pub fn reject_unused(
-        self,
-        law: &str,
-        common: &[&str],
-        used: &[&str],
-    ) -> Result<(), SceneError> {
-        let names = SCHEMA.names_in(self.path).into_iter();
-        let is_unused = |name: &&str| *name != law && ![common, used].concat().contains(name);
-        let unused: Vec<&str> = names.filter(is_unused).collect();
-        let remedy = format!("remove it, or choose another {}", self.path_of(law));
+    /// Rejects parameters of other laws than the one that a key selects, since they would have no effect.
+    pub fn reject_unused(self, selector: &str, law: &str) -> Result<(), SceneError> {
+        let is_unused = |key: &&Declared| {
+            let laws = key.key.laws;
+            key.table == self.path && !laws.is_empty() && !laws.contains(&law)
+        };
+        let unused = SCHEMA.0.iter().filter(is_unused).map(|key| key.key.name);
+        let remedy = format!("remove it, or choose another {}", self.path_of(selector));
         let problem = "the selected law does not use this parameter";
-        self.reject(&unused, &[law], problem, &remedy)
+        self.reject(&unused.collect::<Vec<_>>(), &[selector], problem, &remedy)
     }
 
     /// Returns the error for values that are inconsistent with each other. The position is that of the last

@@ -19,6 +19,8 @@ pub struct Key<K: ?Sized> {
     pub meaning: &'static str,
     /// Behaviour if the key is absent.
     pub if_absent: IfAbsent,
+    /// The laws that use the key, where the table selects one; empty for all.
+    pub laws: &'static [&'static str],
     /// Type and range of the value.
     pub kind: K,
 }
@@ -37,19 +39,25 @@ pub enum IfAbsent {
 impl<K: Kind + ?Sized> Key<K> {
     /// Description of the permitted values, and of when the key is required.
     pub fn expected_if_missing(&self) -> String {
-        match self.if_absent {
-            IfAbsent::Described(words) => format!("{} ({words})", self.kind.expected()),
-            IfAbsent::Required | IfAbsent::Default(_) => self.kind.expected(),
+        match (self.if_absent, self.laws) {
+            (IfAbsent::Default(_), _) | (IfAbsent::Required, []) => self.kind.expected(),
+            _ => format!("{} ({})", self.kind.expected(), self.if_absent()),
+        }
+    }
+
+    /// What applies if the key is absent (Markdown).
+    fn if_absent(&self) -> String {
+        match (self.if_absent, self.laws) {
+            (IfAbsent::Required, []) => "required".to_owned(),
+            (IfAbsent::Required, laws) => format!("required with `{}`", laws.join("` and `")),
+            (IfAbsent::Default(literal), _) => format!("`{literal}`"),
+            (IfAbsent::Described(words), _) => words.to_owned(),
         }
     }
 
     /// Row of the key in the guide's table (Markdown).
     pub fn guide_row(&self) -> String {
-        let if_absent = match self.if_absent {
-            IfAbsent::Required => "required".to_owned(),
-            IfAbsent::Default(literal) => format!("`{literal}`"),
-            IfAbsent::Described(words) => words.to_owned(),
-        };
+        let if_absent = self.if_absent();
         let (name, meaning) = (self.name, self.meaning);
         let (unit, allowed) = (self.kind.unit().symbol, self.kind.allowed());
         format!("| `{name}` | {meaning} | {unit} | {allowed} | {if_absent} |\n")
@@ -131,7 +139,8 @@ pub fn join(table: &str, name: &str) -> String {
 /// ```
 ///
 /// A key without a default is required. With `else "words"` it becomes an `Option`; the words describe in
-/// the guide what applies if it is absent. `..field: Type;` reads a field from the keys that `Type`
+/// the guide what applies if it is absent. `with ["law"]` names the laws that use the key; without a default it is an
+/// `Option` that these laws require. `..field: Type;` reads a field from the keys that `Type`
 /// declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a small struct
 /// in place.
 ///
@@ -139,20 +148,27 @@ pub fn join(table: &str, name: &str) -> String {
 /// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: Kind`
 /// declares a single key.
 macro_rules! keys {
-    (@key $meaning:literal, $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?) => {
+    (
+        @key $meaning:literal, $key:literal: $kind:expr
+            $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?
+    ) => {
         Key {
             name: $key,
             meaning: $meaning.trim_ascii(),
             kind: $kind,
             if_absent: keys!(@if_absent $(default $default)? $(else $words)?),
+            laws: keys!(@laws $($laws)?),
         }
     };
+    (@laws) => { &[] };
+    (@laws $laws:tt) => { &$laws };
     (@if_absent) => { IfAbsent::Required };
     (@if_absent default $default:tt) => { IfAbsent::Default(stringify!($default)) };
     (@if_absent else $words:expr) => { IfAbsent::Described($words) };
 
     (@value $table:ident, $key:expr) => { $table.get($key)? };
-    (@value $table:ident, $key:expr, else $words:expr) => { $table.find($key)? };
+    (@value $table:ident, $key:expr, default $default:tt $(, with $laws:tt)?) => { $table.get($key)? };
+    (@value $table:ident, $key:expr, $($optional:tt)+) => { $table.find($key)? };
 
     (@declare $schema:ident, $table:ident, $part:ident { $(
         #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
@@ -176,7 +192,7 @@ macro_rules! keys {
     (
         @table $name:ident |$table:ident| { $(
             #[doc = $meaning:literal]
-            $($field:ident = $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?;)?
+            $($field:ident = $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
         $(=> $made:expr)?
@@ -186,7 +202,7 @@ macro_rules! keys {
             fn declare(schema: &mut Schema, table: &str) { $(
                 $(schema.add(
                     table,
-                    const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) },
+                    const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?) },
                 );)?
                 $(keys!(@declare schema, table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?);)?
             )* }
@@ -195,8 +211,8 @@ macro_rules! keys {
                 $(
                     $(let $field = keys!(
                         @value $table,
-                        const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) }
-                        $(, else $words)?
+                        const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?) }
+                        $(, default $default)? $(, else $words)? $(, with $laws)?
                     );)?
                     $(let $part = keys!(
                         @part $table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?
@@ -210,12 +226,12 @@ macro_rules! keys {
     (
         #[doc = $meaning:literal]
         static $name:ident: $type:ty = $key:literal: $kind:expr
-            $(, default $default:tt)? $(, else $words:expr)?;
+            $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;
         $($rest:tt)*
     ) => {
         #[doc = $meaning]
         pub static $name: Key<$type> =
-            keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?);
+            keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?);
         keys! { $($rest)* }
     };
     (
@@ -223,7 +239,7 @@ macro_rules! keys {
         $visibility:vis struct $name:ident { $(
             #[doc = $meaning:literal]
             $($field:ident: $type:ty = $key:literal: $kind:expr
-                $(, default $default:tt)? $(, else $words:expr)?;)?
+                $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
         $($rest:tt)*
@@ -239,7 +255,7 @@ macro_rules! keys {
         )* }
         keys! { $name { $(
             #[doc = $meaning]
-            $($field = $key: $kind $(, default $default)? $(, else $words)?;)?
+            $($field = $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?;)?
             $(..$part: $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?;)?
         )* } $($rest)* }
     };

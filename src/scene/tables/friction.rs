@@ -54,47 +54,35 @@ keys! {
         /// Friction law: Eq. (5), a constant coefficient, a measured curve, LuGre friction (elastic bristles), rate-and-state friction (age of the contact), or none, which is equivalent to omitting the table.
         law = "law": choice::<Law>(), default "stribeck";
         /// Coefficient of friction.
-        mu = "mu": COEFFICIENT, else "required with `constant`";
+        mu = "mu": COEFFICIENT, with ["constant"];
         /// Static coefficient of friction.
-        mu_s = "mu_s": COEFFICIENT, else "required with `stribeck` and `lugre`";
+        mu_s = "mu_s": COEFFICIENT, with ["stribeck", "lugre"];
         /// Kinetic coefficient of friction; usually at most the static one.
-        mu_d = "mu_d": COEFFICIENT, else "required with `stribeck` and `lugre`";
+        mu_d = "mu_d": COEFFICIENT, with ["stribeck", "lugre"];
         /// Slope factor of the creep region, `d` of Eq. (5); a larger value gives a steeper increase near zero slip.
-        creep = "creep_slope_s_per_m": CREEP, default 1000;
+        creep = "creep_slope_s_per_m": CREEP, default 1000, with ["stribeck", "constant", "table"];
         /// Slope factor of the sliding region, `f` of Eq. (5); a larger value gives a steeper decrease.
-        stribeck = "stribeck_slope_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e6)), default 10;
+        stribeck = "stribeck_slope_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e6)), default 10, with ["stribeck", "lugre"];
         /// Stiffness of the bristles divided by the normal force, `sigma_0`.
-        stiffness = "bristle_stiffness_per_m": number(PER_METRE, Positive(1e9)), else "required with `lugre`";
+        stiffness = "bristle_stiffness_per_m": number(PER_METRE, Positive(1e9)), with ["lugre"];
         /// Damping of the bristles divided by the normal force, `sigma_1`.
-        damping = "bristle_damping_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`";
+        damping = "bristle_damping_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`", with ["lugre"];
         /// Viscous friction divided by the normal force, `sigma_2`.
-        viscous = "viscous_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`";
+        viscous = "viscous_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`", with ["lugre"];
         /// Coefficient of friction of steady sliding at the reference speed.
-        mu_0 = "mu_0": COEFFICIENT, else "required with `rate-and-state`";
+        mu_0 = "mu_0": COEFFICIENT, with ["rate-and-state"];
         /// Direct effect `a`: change of the coefficient at once per factor e of the slip speed.
-        direct = "direct_effect": number(ONE, Positive(1.0)), else "required with `rate-and-state`";
+        direct = "direct_effect": number(ONE, Positive(1.0)), with ["rate-and-state"];
         /// Evolution effect `b`: opposite change after the slip distance; larger than the direct effect for a coefficient that falls with the speed.
-        evolution = "evolution_effect": number(ONE, Closed(0.0, 1.0)), else "required with `rate-and-state`";
+        evolution = "evolution_effect": number(ONE, Closed(0.0, 1.0)), with ["rate-and-state"];
         /// Reference speed `V_0`.
-        reference_speed = "reference_speed_m_per_s": number(METRE_PER_SECOND, Positive(1e3)), else "required with `rate-and-state`";
+        reference_speed = "reference_speed_m_per_s": number(METRE_PER_SECOND, Positive(1e3)), with ["rate-and-state"];
         /// Slip distance `D_c` over which the contact renews its age.
-        distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), else "required with `rate-and-state`";
+        distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), with ["rate-and-state"];
         /// Whether the radial component of the friction force in Eq. (8) is included.
         radial = "radial": Flag, default true;
     } => {
-        table.reject_unused("law", &["radial"], match law {
-            Law::Stribeck => &["mu_s", "mu_d", "creep_slope_s_per_m", "stribeck_slope_s_per_m"],
-            Law::Constant => &["mu", "creep_slope_s_per_m"],
-            Law::Table => &["points", "points_csv", "creep_slope_s_per_m"],
-            Law::Lugre => &[
-                "mu_s", "mu_d", "stribeck_slope_s_per_m", "bristle_stiffness_per_m", "bristle_damping_s_per_m",
-                "viscous_s_per_m",
-            ],
-            Law::RateAndState => {
-                &["mu_0", "direct_effect", "evolution_effect", "reference_speed_m_per_s", "slip_distance_um"]
-            }
-            Law::None => &[],
-        })?;
+        table.reject_unused("law", law.into())?;
         match law {
             Law::Stribeck => {
                 let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
@@ -168,13 +156,13 @@ pub fn check_states(
 
 keys! {
     /// Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.
-    static CURVE_POINTS: Tables = "points": Tables(MAX_POINTS), else ONE_CURVE;
+    static CURVE_POINTS: Tables = "points": Tables(MAX_POINTS), else ONE_CURVE, with ["table"];
     /// Slip speed of the point; higher than that of the previous point.
     static SPEED: Number = "speed_m_per_s": number(METRE_PER_SECOND, Closed(0.0, 1e3));
     /// Coefficient of friction at this speed.
     static MU: Number = "mu": COEFFICIENT;
     /// Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.
-    static CURVE_FILE: Text = "points_csv": Text, else ONE_CURVE;
+    static CURVE_FILE: Text = "points_csv": Text, else ONE_CURVE, with ["table"];
 }
 
 /// Keys of the measured friction curve.

@@ -158,17 +158,16 @@ keys! {
         /// Law of contact damping: a dashpot in parallel with the spring of each node, whose force jumps at closing (steps then end at events for any value of `time.events`), or Hunt-Crossley damping proportional to the stress of the spring, which is continuous. A node never pulls: its force ends where spring and dashpot together would pull.
         law = "law": choice::<DampingLaw>();
         /// Retardation time of the dashpot: its viscosity divided by the contact stiffness.
-        time = "retardation_time_us": number(MICROSECOND, Positive(1e4)), else "required with `kelvin-voigt`";
+        time = "retardation_time_us": number(MICROSECOND, Positive(1e4)), with ["kelvin-voigt"];
         /// Dissipation factor `chi`: the normal stress is that of the spring times 1 + chi du_r/dt.
-        dissipation = "dissipation_s_per_m": number(SECOND_PER_METRE, Positive(100.0)), else "required with `hunt-crossley`";
-    } => match law {
-        DampingLaw::KelvinVoigt => {
-            table.reject_unused("law", &[], &["retardation_time_us"])?;
-            ContactDamping::KelvinVoigt { time: table.needed("retardation_time_us", time)? }
-        }
-        DampingLaw::HuntCrossley => {
-            table.reject_unused("law", &[], &["dissipation_s_per_m"])?;
-            ContactDamping::HuntCrossley { dissipation: table.needed("dissipation_s_per_m", dissipation)? }
+        dissipation = "dissipation_s_per_m": number(SECOND_PER_METRE, Positive(100.0)), with ["hunt-crossley"];
+    } => {
+        table.reject_unused("law", law.into())?;
+        match law {
+            DampingLaw::KelvinVoigt => ContactDamping::KelvinVoigt { time: table.needed("retardation_time_us", time)? },
+            DampingLaw::HuntCrossley => {
+                ContactDamping::HuntCrossley { dissipation: table.needed("dissipation_s_per_m", dissipation)? }
+            }
         }
     };
 }

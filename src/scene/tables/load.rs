@@ -54,6 +54,7 @@ fn key<K>(name: &str, meaning: &str, kind: K, if_absent: IfAbsent) -> &'static K
         meaning: meaning.to_owned().leak(),
         kind,
         if_absent,
+        laws: &[],
     }))
 }
 

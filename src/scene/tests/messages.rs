@@ -30,6 +30,19 @@ fn keys_are_unique_and_named_with_their_units() {
 }
 
 #[test]
+fn laws_of_keys_are_choices_of_their_table() {
+    let with_laws = SCHEMA.0.iter().filter(|key| !key.key.laws.is_empty());
+    for Declared { table, path, key } in with_laws {
+        for law in key.laws {
+            let choice = format!("\"{law}\"");
+            let mut keys = SCHEMA.0.iter().filter(|key| key.table == *table);
+            let is_choice = keys.any(|key| key.key.kind.allowed().contains(&choice));
+            assert!(is_choice, "{path}: {law}");
+        }
+    }
+}
+
+#[test]
 fn unknown_keys_are_reported_with_line_and_suggestion() {
     assert_eq!(
         refusal("[load]\nload_n = 150\ntilt_deq = 2\n[time]\nduration_ms = 1\n"),

@@ -122,7 +122,7 @@ fn inconsistent_values_are_rejected() {
         ),
         (
             "[analysis.chaos]\nradius = 0.1\n",
-            ":7: `analysis.chaos.radius`: the method \"rosenstein\" uses no radius",
+            ":7: `analysis.chaos.radius`: the selected law does not use this parameter; remove it, or choose another analysis.chaos.method",
         ),
         (
             "[analysis.chaos]\nmethod = \"kantz\"\n",

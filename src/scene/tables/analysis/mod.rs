@@ -312,14 +312,13 @@ keys! {
         /// Neighbours whose divergence is computed: the nearest neighbour of each state, or all within a radius.
         method = "method": choice::<Divergence>(), default "rosenstein";
         /// Radius of the neighbourhood, divided by the standard deviation of the displacement in the window.
-        radius = "radius": number(ONE, Positive(10.0)), else "required with `kantz`";
-    } => match method {
-        Divergence::Rosenstein => {
-            let remedy = "remove it, or set method = \"kantz\"";
-            table.reject(&["radius"], &[], "the method \"rosenstein\" uses no radius", remedy)?;
-            DivergenceMethod::Rosenstein
+        radius = "radius": number(ONE, Positive(10.0)), with ["kantz"];
+    } => {
+        table.reject_unused("method", method.into())?;
+        match method {
+            Divergence::Rosenstein => DivergenceMethod::Rosenstein,
+            Divergence::Kantz => DivergenceMethod::Kantz { radius: table.needed("radius", radius)? },
         }
-        Divergence::Kantz => DivergenceMethod::Kantz { radius: table.needed("radius", radius)? },
     };
 
     /// Classification of the type of motion in a sliding window.
