@@ -19,6 +19,8 @@ use crate::scene::AnalysisSpec;
 pub struct Analyser {
     /// The last one observes the records of the others.
     groups: Vec<StageGroup>,
+    /// Whether it has warned that steps have passed over events.
+    has_warned: bool,
 }
 
 /// Memory of an analysis per sample of its window, bytes: four copies of the window while it slides, and its
@@ -47,6 +49,7 @@ impl Analyser {
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {
         Self {
             groups: stages(spec, header),
+            has_warned: false,
         }
     }
 
@@ -73,6 +76,16 @@ impl Analyser {
             send(Record::Event { time, text })?;
         }
         send(Record::Samples(Arc::clone(frame)))?;
+        if let Some(time) = frame.unlocated_since.filter(|_| !self.has_warned) {
+            self.has_warned = true;
+            let text = format!(
+                "from {:.3} ms on, contact nodes separate and close too often to stop at each event: \
+                 some steps integrate over their events, as all steps do with time.events = \"through\"; \
+                 error control still applies to these steps",
+                1e3 * time
+            );
+            send(Record::Warning { time, text })?;
+        }
         let Some((last, independent)) = self.groups.split_last_mut() else {
             return Ok(());
         };

@@ -178,6 +178,7 @@ fn errors_and_panics_of_any_thread_end_the_analysis() {
             .chain([StageGroup::new(Vec::new(), RATE)]);
         let mut analyser = Analyser {
             groups: groups.collect(),
+            has_warned: false,
         };
         let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
         analyser.push(&frames[0], &mut Vec::<Record>::new())
@@ -187,6 +188,24 @@ fn errors_and_panics_of_any_thread_end_the_analysis() {
     assert!(error.to_string().contains("1 sample"), "{error}");
     let panic = AssertUnwindSafe(|| analyse([Failing(Some(1)), Failing(None)]));
     assert!(catch_unwind(panic).is_err());
+}
+
+#[test]
+fn events_that_steps_pass_over_are_reported_once() {
+    let mut analyser = Analyser::new(&AnalysisSpec::default(), &header());
+    let mut records: Vec<Record> = Vec::new();
+    let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
+    for (k, mut frame) in frames.into_iter().enumerate() {
+        Arc::make_mut(&mut frame).unlocated_since = (k > 0).then_some(1e-3);
+        analyser.push(&frame, &mut records).unwrap();
+    }
+    records.retain(|record| !matches!(record, Record::Samples(_)));
+    let [Record::Warning { time, text }] = &records[..] else {
+        panic!("{records:?}")
+    };
+    assert_eq!(*time, 1e-3);
+    assert!(text.contains("from 1.000 ms on, contact nodes"), "{text}");
+    assert!(!text.contains("  "), "{text}");
 }
 
 #[test]

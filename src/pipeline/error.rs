@@ -40,9 +40,6 @@ pub enum PipelineError {
     /// A sink could not store a record.
     #[error("the recording failed")]
     Sink(#[source] SinkError),
-    /// The recorder stopped before the other threads. Its own error is reported instead.
-    #[error(transparent)]
-    RecorderStopped(#[from] RecorderStopped),
     /// The windows of the analyses do not fit into memory.
     #[error(
         "the analysis windows need about {megabytes} MB, which the system does not grant; choose shorter \
@@ -99,8 +96,3 @@ pub enum AnalyseError {
     #[error("cannot store a record: {0}")]
     Sink(#[source] SinkError),
 }
-
-/// The recorder has stopped. Its own error gives the reason.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the recorder has stopped")]
-pub struct RecorderStopped;

@@ -233,7 +233,7 @@ fn repeated_commands_are_described_once() {
     }
     assert_eq!(
         run.done,
-        ["playback speed 1999000 ms/s", "paused", "resumed"]
+        ["playback speed 1.999e6 ms/s", "paused", "resumed"]
     );
 }
 

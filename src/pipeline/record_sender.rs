@@ -4,9 +4,11 @@ use std::mem::discriminant;
 
 use crossbeam_channel::{Sender, TrySendError};
 
-use super::error::RecorderStopped;
 use super::message::Record;
 use super::sink::{Delivery, Sink, SinkError};
+
+/// Error of a channel that is closed; the recorder has the reason.
+const STOPPED: &str = "the recorder has stopped";
 
 /// Sends records to the recorder. If the sink permits it, a picture that cannot be sent at once may be
 /// replaced by the next one of its kind. Samples, texts and numbers always wait.
@@ -40,17 +42,17 @@ impl RecordSender {
     }
 
     /// Sends all buffered pictures and waits until they are accepted.
-    pub fn flush(&mut self) -> Result<(), RecorderStopped> {
+    pub fn flush(&mut self) -> Result<(), SinkError> {
         for record in self.buffered.drain(..) {
-            self.sender.send(record).map_err(|_| RecorderStopped)?;
+            self.sender.send(record).map_err(|_| STOPPED)?;
         }
         Ok(())
     }
 
-    fn send_or_buffer(&mut self, record: Record) -> Result<(), RecorderStopped> {
+    fn send_or_buffer(&mut self, record: Record) -> Result<(), SinkError> {
         match self.sender.try_send(record) {
             Ok(()) => Ok(()),
-            Err(TrySendError::Disconnected(_)) => Err(RecorderStopped),
+            Err(TrySendError::Disconnected(_)) => Err(STOPPED.into()),
             Err(TrySendError::Full(record)) => {
                 let waiting = self.buffered.len();
                 self.buffered
@@ -70,10 +72,10 @@ impl Sink for RecordSender {
                 self.send_or_buffer(buffered)?;
             }
             if record.is_picture() {
-                return Ok(self.send_or_buffer(record)?);
+                return self.send_or_buffer(record);
             }
         }
-        Ok(self.sender.send(record).map_err(|_| RecorderStopped)?)
+        Ok(self.sender.send(record).map_err(|_| STOPPED)?)
     }
 }
 

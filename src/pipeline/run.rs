@@ -172,7 +172,7 @@ fn analyse(
             .map_err(PipelineError::Sink)?;
     }
     analyser.finish(&mut record_sender)?;
-    record_sender.flush()?;
+    record_sender.flush().map_err(PipelineError::Sink)?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
     summary.analysis_rate = budget.rate();

@@ -2,7 +2,6 @@
 
 mod appearance;
 mod chaos;
-mod chatter;
 mod choices;
 mod clock;
 mod delay;
@@ -28,7 +27,6 @@ pub use group::StageGroup;
 #[cfg(test)]
 pub(super) use stage::Context;
 
-use chatter::ChatterStage;
 use divergence::DivergenceStage;
 use exponents::ExponentsStage;
 use lesson::LessonStage;
@@ -76,7 +74,6 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
         boxed(&spec.perturbed_trajectory, |spec| {
             DivergenceStage::new(*spec, rate)
         }),
-        boxed(&joint, |_| ChatterStage::default()),
         LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
         Some(Box::new(summary) as Box<dyn Stage>),
     ];
