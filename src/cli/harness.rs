@@ -18,6 +18,7 @@ use super::figures::{DrawnAs, FigureArgs};
 use super::output::{Kind, OutputError, OutputFile, Overwrite, is_stdout};
 use super::progress::{Notifier, Progress};
 use super::{interrupt, resources};
+use crate::export;
 use crate::number::size;
 use crate::plot::{Figure, Format};
 use crate::report::{Report, terminal};
@@ -203,7 +204,7 @@ impl Files<'_> {
     /// # Errors
     /// If the file does not exist.
     pub fn add(&mut self, path: &Path) -> Result<(), OutputError> {
-        let file = fs::metadata(path).map_err(|source| OutputError::Failed {
+        let file = fs::metadata(path).map_err(|source| export::OutputError {
             path: path.to_owned(),
             source,
         })?;

@@ -10,6 +10,7 @@ use super::args::{Args, CompletionsArgs, ManArgs};
 use super::console;
 use super::error::CliError;
 use super::output::OutputError;
+use crate::export;
 
 /// Commands for one kind of task.
 struct Task {
@@ -134,9 +135,9 @@ pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
     args.overwrite.check_directory(directory, "DIR", &pages)?;
     fs::create_dir_all(directory)
         .and_then(|()| clap_mangen::generate_to(command, directory))
-        .map_err(|source| OutputError::Failed {
-            path: directory.clone(),
-            source,
+        .map_err(|source| {
+            let path = directory.clone();
+            OutputError::from(export::OutputError { path, source })
         })?;
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use clap::Args as Arguments;
 use thiserror::Error;
 
-use crate::export::{is_protected, replace_file, try_folder_of};
+use crate::export::{self, is_protected, replace_file, try_folder_of};
 
 /// Longest suffix of a temporary name: a recording, if other recordings of that name are being written.
 const LONGEST_SUFFIX: &str = ".99.part";
@@ -134,14 +134,9 @@ pub enum OutputError {
     /// The standard output cannot be written.
     #[error("cannot write to the standard output; check its destination and the free space")]
     Terminal(#[source] io::Error),
-    /// Writing failed after the checks had passed.
-    #[error("cannot write `{path}`; a file that existed before is unchanged")]
-    Failed {
-        /// Path of the output.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
+    /// Writing failed after the checks had passed; a file that existed before is unchanged.
+    #[error(transparent)]
+    Failed(#[from] export::OutputError),
 }
 
 impl OutputError {
@@ -159,7 +154,7 @@ impl OutputError {
 
     /// Whether the path is invalid input (exit code 2), in contrast to a failure while writing (exit code 1).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Failed { .. } | Self::Terminal(_))
+        !matches!(self, Self::Failed(_) | Self::Terminal(_))
     }
 }
 
@@ -205,10 +200,7 @@ impl OutputFile {
         &self,
         content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
     ) -> Result<(), OutputError> {
-        replace_file(&self.path, content).map_err(|fault| OutputError::Failed {
-            path: fault.path,
-            source: fault.source,
-        })
+        Ok(replace_file(&self.path, content)?)
     }
 }
 

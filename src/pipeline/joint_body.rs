@@ -120,10 +120,7 @@ impl JointBody {
             None
         };
         let labels = self.ball.mode_labels();
-        let rotation = match &tilted.rotation {
-            Some(rotation) => rotation.rad_s,
-            None => spec.rotation,
-        };
+        let rotation = tilted.full_rotation();
         // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);

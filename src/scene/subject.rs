@@ -119,23 +119,22 @@ impl LoadedJoint {
     /// `dd/dt = -Omega x d`. The axis of `Omega` is fixed, and the turn is the integral of its magnitude.
     fn patch_turn(&self, t: f64) -> Option<[f64; 3]> {
         let from = self.patch_moves_from?;
-        let (velocity, amount) = match &self.rotation {
-            Some(rotation) => {
-                let [start, end] = [from, t].map(|time| rotation.factor.integral(time));
-                (rotation.rad_s, end - start)
-            }
-            None => (self.spec.rotation, t - from),
+        let amount = match &self.rotation {
+            Some(ScaledRotation { factor, .. }) => factor.integral(t) - factor.integral(from),
+            None => t - from,
         };
-        Some(velocity.map(|w| -amount * w))
+        Some(self.full_rotation().map(|w| -amount * w))
+    }
+
+    /// Angular velocity vector at a factor of 1, rad/s.
+    pub fn full_rotation(&self) -> [f64; 3] {
+        let scaled = self.rotation.as_ref();
+        scaled.map_or(self.spec.rotation, |rotation| rotation.rad_s)
     }
 
     /// Whether the rotation moves the patch.
     pub fn patch_moves(&self) -> bool {
-        let velocity = match &self.rotation {
-            Some(rotation) => rotation.rad_s,
-            None => self.spec.rotation,
-        };
-        self.patch_moves_from.is_some() && velocity != [0.0; 3]
+        self.patch_moves_from.is_some() && self.full_rotation() != [0.0; 3]
     }
 
     /// Loadings at the start of a run of a duration (s), at its end, and at equal intervals between.
@@ -211,18 +210,16 @@ impl FixedAt {
     pub fn description(&self) -> Option<String> {
         // The conversion to radians and back is accurate to about twelve digits.
         let short = |x: f64| (1e9 * x).round() / 1e9;
-        let tilt = self
-            .tilt
-            .map(|x| format!("tilt {} deg", short(x.to_degrees())));
-        let load = self.load.map(|x| format!("load {} N", short(x)));
-        let factor = self.rotation_factor;
-        let rotation = factor.map(|x| {
-            format!(
-                "rotation {} times rotation.angular_velocity_rad_per_s",
-                short(x)
-            )
-        });
-        let all: Vec<String> = [tilt, load, rotation].into_iter().flatten().collect();
+        let turns = "times rotation.angular_velocity_rad_per_s";
+        let values = [
+            ("tilt", self.tilt.map(f64::to_degrees), "deg"),
+            ("load", self.load, "N"),
+            ("rotation", self.rotation_factor, turns),
+        ];
+        let values = values.into_iter();
+        let all: Vec<String> = values
+            .filter_map(|(name, value, unit)| Some(format!("{name} {} {unit}", short(value?))))
+            .collect();
         (!all.is_empty()).then(|| all.join(", "))
     }
 }

@@ -177,14 +177,17 @@ fn inconsistent_scenes_are_rejected() {
     assert_rejected(
         "tilt_deg = 3.0",
         ramp,
-        ["`load.tilt`: the tilt changes", "remove body.modes"],
+        [
+            "one load and tilt only, which change with time",
+            "remove body.modes",
+        ],
     );
     assert_rejected(
         "load_n = 150",
         "load_sine = { mean_n = 150, amplitude_n = 1, frequency_hz = 10 }",
         [
-            "`load.load`: the load changes",
-            "set a constant load.load_n",
+            "one load and tilt only, which change with time",
+            "set a constant load.tilt_deg and load.load_n",
         ],
     );
     assert_rejected(

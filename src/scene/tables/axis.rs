@@ -53,30 +53,10 @@ pub fn check_imported_patch(
     };
     let others = vec!["rotation.moves_patch", "body.modes"];
     let keys = [tilt_keys(), LOAD.paths(), others].concat();
-    for (is_constant, key, what, fix) in [
-        (
-            !tilt.varies(),
-            "load.tilt",
-            "the tilt changes with time",
-            "set a constant load.tilt_deg",
-        ),
-        (
-            !load.as_ref().is_some_and(Schedule::varies),
-            "load.load",
-            "the load changes with time",
-            "set a constant load.load_n",
-        ),
-        (
-            !joint.patch_moves(),
-            "rotation.moves_patch",
-            "the rotation moves the patch",
-            "remove rotation.moves_patch",
-        ),
-    ] {
-        ensure!(document, is_constant => key, &keys;
-            "{what}, but the contact patch of `{}` is valid for one load and tilt only", modes.name();
-            "{fix}, or remove body.modes");
-    }
+    let load_varies = load.as_ref().is_some_and(Schedule::varies);
+    ensure!(document, !(tilt.varies() || load_varies || joint.patch_moves()) => "body.modes", &keys;
+        "the contact patch of `{}` is valid for one load and tilt only, which change with time", modes.name();
+        "set a constant load.tilt_deg and load.load_n without rotation.moves_patch, or remove body.modes");
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);
     modes
         .check_load(spec.load, direction)
