@@ -10,7 +10,7 @@ use super::clock::Timing;
 use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 use crate::memory;
-use crate::numpy::{ArrayReader, Npz};
+use crate::numpy::{ArrayForm, ArrayReader, Npz};
 
 /// Names of a number with the sample rate.
 const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
@@ -33,28 +33,17 @@ pub(super) struct Matrix {
     pub values: Vec<f64>,
 }
 
-/// An opened array.
-struct Opened<'a> {
-    /// Length along each axis; empty for a single number.
-    shape: Vec<usize>,
-    /// Whether the first axis changes fastest.
-    fortran: bool,
-    /// Relative rounding error of the values.
-    rounding: f64,
-    /// The values, in the order of the file.
-    values: Box<dyn Iterator<Item = Result<f64, Problem>> + 'a>,
-}
+/// The values of an array, in the order of the file.
+type Values<'a> = Box<dyn Iterator<Item = Result<f64, Problem>> + 'a>;
 
-impl<'a> Opened<'a> {
-    fn read(source: impl Read + 'a, name: &str, length: u64) -> Result<Self, Problem> {
-        let array = ArrayReader::open(source, name, length)?;
-        Ok(Self {
-            shape: array.shape.clone(),
-            fortran: array.fortran,
-            rounding: array.rounding,
-            values: Box::new(array),
-        })
-    }
+/// Reads an array of NumPy.
+fn opened<'a>(
+    source: impl Read + 'a,
+    name: &str,
+    length: u64,
+) -> Result<(ArrayForm, Values<'a>), Problem> {
+    let array = ArrayReader::open(source, name, length)?;
+    Ok((array.form.clone(), Box::new(array)))
 }
 
 impl<R: Read + Seek> Container<R> {
@@ -68,26 +57,26 @@ impl<R: Read + Seek> Container<R> {
     }
 
     /// Opens an array at its first value.
-    fn array(&mut self, name: &str) -> Result<Opened<'_>, Problem> {
+    fn array(&mut self, name: &str) -> Result<(ArrayForm, Values<'_>), Problem> {
         match self {
             Self::Npy(content, _) => {
                 let length = content.seek(SeekFrom::End(0))?;
                 content.rewind()?;
-                Opened::read(content, name, length)
+                opened(content, name, length)
             }
             Self::Npz(archive) => {
                 let (entry, length) = archive.entry(name)?.ok_or_else(Problem::changed)?;
-                Opened::read(entry, name, length)
+                opened(entry, name, length)
             }
             Self::Mat(arrays) => {
                 let array = arrays.iter().find(|array| array.name == name);
                 let array = array.ok_or_else(Problem::changed)?;
-                Ok(Opened {
+                let form = ArrayForm {
                     shape: array.shape.clone(),
                     fortran: true,
                     rounding: 0.0,
-                    values: Box::new(array.values.iter().map(|x| Ok(*x))),
-                })
+                };
+                Ok((form, Box::new(array.values.iter().map(|x| Ok(*x)))))
             }
         }
     }
@@ -119,15 +108,15 @@ impl<R: Read + Seek> Arrays<R> {
         let is_archive = !matches!(container, Container::Npy(..));
         let (mut columns, mut times, mut rate) = (Vec::new(), None, None);
         for name in container.names() {
-            let mut array = container.array(&name)?;
+            let (form, mut values) = container.array(&name)?;
             let (bare, unit) = units::split(&name);
             let second = units::seconds(unit).filter(|_| units::is_time(bare));
-            match (array.shape.len(), second) {
+            match (form.shape.len(), second) {
                 (1, Some(second)) if is_archive => times = Some((name, second)),
                 (0, _) if RATES.contains(&&*name) && rate.is_none() => {
-                    rate = array.values.next().transpose()?;
+                    rate = values.next().transpose()?;
                 }
-                _ => columns.extend(columns_of(&array, &name, is_archive)?),
+                _ => columns.extend(columns_of(&form, &name, is_archive)?),
             }
             check_column_count(columns.len())?;
         }
@@ -152,16 +141,16 @@ impl<R: Read + Seek> Source for Arrays<R> {
     fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem> {
         let timing = match (&self.times, self.rate) {
             (Some((name, second)), _) => {
-                let array = self.container.array(name)?;
-                let mut times = memory::allocate(array.shape[0])
+                let (form, values) = self.container.array(name)?;
+                let mut times = memory::allocate(form.shape[0])
                     .map_err(|shortage| Problem::too_large(name, shortage))?;
-                for time in array.values {
+                for time in values {
                     times.push(second * time?);
                 }
                 Timing::Times {
                     times: Arc::new(times),
                     resolution: 0.0,
-                    relative: array.rounding,
+                    relative: form.rounding,
                 }
             }
             (None, Some(rate)) => Timing::Rate(rate),
@@ -180,7 +169,7 @@ impl<R: Read + Seek> Source for Arrays<R> {
             Container::Npy(..) | Container::Mat(_) => start + range.end * step,
         };
         let mut wanted = range.map(|sample| start + sample * step).peekable();
-        let values = self.container.array(array)?.values;
+        let (_, values) = self.container.array(array)?;
         for (place, number) in values.enumerate().take(end) {
             let number = number?;
             if wanted.next_if_eq(&place).is_some() {
@@ -194,7 +183,7 @@ impl<R: Read + Seek> Source for Arrays<R> {
 /// The columns of an array, none of a single number: a single axis is one column; with two axes, the longer one is the
 /// time.
 fn columns_of(
-    array: &Opened<'_>,
+    array: &ArrayForm,
     name: &str,
     is_archive: bool,
 ) -> Result<impl Iterator<Item = ArrayColumn> + use<>, Problem> {

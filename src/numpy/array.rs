@@ -53,6 +53,17 @@ impl Array {
     }
 }
 
+/// What the header of an array states besides its type.
+#[derive(Clone)]
+pub(crate) struct ArrayForm {
+    /// Length along each axis; empty for a single number.
+    pub shape: Vec<usize>,
+    /// Whether the first axis changes fastest (the order of Fortran).
+    pub fortran: bool,
+    /// Relative rounding error of the values; 0 for integers.
+    pub rounding: f64,
+}
+
 /// An array in a file; its values are read on demand.
 ///
 /// As an iterator it yields the values in the order of the file and keeps one block of them in memory.
@@ -60,12 +71,7 @@ impl Array {
 pub(crate) struct ArrayReader<R> {
     /// Name for messages.
     name: String,
-    /// Length along each axis; empty for a single number.
-    pub shape: Vec<usize>,
-    /// Whether the file is in Fortran order (the first axis changes fastest).
-    pub fortran: bool,
-    /// Relative rounding error of the type in the file; 0 for integers.
-    pub rounding: f64,
+    pub form: ArrayForm,
     /// Number of values.
     pub total: usize,
     element: ElementType,
@@ -100,9 +106,11 @@ impl<R: Read> ArrayReader<R> {
         };
         let reader = Self {
             name: name.to_owned(),
-            shape,
-            fortran: header.order() == Order::Fortran,
-            rounding,
+            form: ArrayForm {
+                shape,
+                fortran: header.order() == Order::Fortran,
+                rounding,
+            },
             total,
             element,
             source: BufReader::with_capacity(BLOCK, source),
@@ -128,7 +136,7 @@ impl<R: Read> ArrayReader<R> {
         let mut values = memory::allocate(self.total)
             .map_err(|shortage| Problem::too_large(&self.name, shortage))?;
         values.resize(self.total, 0.0);
-        let (shape, fortran) = (self.shape.clone(), self.fortran);
+        let ArrayForm { shape, fortran, .. } = self.form.clone();
         // The index along each axis, the fastest first, and with them the place in row-major order.
         let row_major = |mut place: usize| {
             shape.iter().fold(0, |position, &length| {

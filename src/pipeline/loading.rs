@@ -92,8 +92,8 @@ pub(super) fn check_reach(
     ball.set_load(largest_load);
     if tilted.patch_moves() {
         let height = |now: &Loading| now.patch.map_or(f64::INFINITY, |patch| patch.direction[2]);
-        let course = tilted.course(duration);
-        let farthest = course.min_by(|a, b| height(a).total_cmp(&height(b)));
+        let loadings = tilted.loadings(duration);
+        let farthest = loadings.min_by(|a, b| height(a).total_cmp(&height(b)));
         if let Some(Loading { patch, tilt, .. }) = farthest {
             ball.set_patch(patch);
             ball.model(tilt)?;

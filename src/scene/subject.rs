@@ -138,7 +138,7 @@ impl LoadedJoint {
     }
 
     /// Loadings at the start of a run of a duration (s), at its end, and at equal intervals between.
-    pub fn course(&self, duration: f64) -> impl Iterator<Item = Loading> {
+    pub fn loadings(&self, duration: f64) -> impl Iterator<Item = Loading> {
         const INTERVALS: u32 = 1000;
         let times = (0..=INTERVALS).map(move |k| duration * f64::from(k) / f64::from(INTERVALS));
         times.map(|t| self.loading(t))
@@ -148,7 +148,7 @@ impl LoadedJoint {
     pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
         let start = [self.tilt.min(), self.tilt.max()];
         if self.patch_moves() {
-            self.course(duration).fold(start, |[low, high], now| {
+            self.loadings(duration).fold(start, |[low, high], now| {
                 [low.min(now.tilt), high.max(now.tilt)]
             })
         } else {
