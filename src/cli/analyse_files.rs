@@ -298,60 +298,57 @@ fn reason(error: &CliError) -> String {
 impl Report for AnalysedFiles {
     /// The signals, one per row, then those that failed, and how many events have labels.
     fn blocks(&self, _name: &str) -> Vec<Block> {
-        let has_levels = self.analyses.iter().any(|file| file.sound_levels.is_some());
         let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
-        let has_scores = scores().next().is_some();
-        let mut table = Table::default().left("file");
-        if self.each_channel {
-            table = table.left("channel");
-        }
-        table = table.right("duration, s");
-        if has_levels {
-            table = table.right("dB(A)");
-        }
-        table = table.right("events").right("event, Hz").right("line, Hz");
-        if has_scores {
-            table = table.right("found").right("false").right("missed");
-        }
-        table = table.left("type of motion");
-        for file in &self.analyses {
-            let report = &file.report;
-            let mut row = vec![file.file.as_deref().map(escape::path).unwrap_or_default()];
-            if self.each_channel {
-                row.push(escape::line(&report.facts.name).into_owned());
-            }
-            row.push(fixed(Some(report.facts.duration_s), 3));
-            if has_levels {
-                let levels = file.sound_levels.as_ref();
-                row.push(fixed(levels.map(|l| l.levels.a_weighted_level_db), 1));
-            }
-            let line = report.tones.lines.first();
-            row.extend([
-                report.events().len().to_string(),
-                fixed(report.event().map(|event| event.frequency_hz), 1),
-                fixed(line.map(|named| named.line.frequency), 1),
-            ]);
-            if let Some(score) = &file.truth {
-                let counts = [score.found, score.false_events.len(), score.missed.len()];
-                row.extend(counts.map(|count| count.to_string()));
-            }
-            let verdict = report.verdict.get().ok();
-            row.push(verdict.map_or(String::new(), |verdict| verdict.regime.to_string()));
-            table.row(row);
-        }
-        let columns = 6 + [self.each_channel, has_levels]
-            .map(usize::from)
-            .iter()
-            .sum::<usize>();
-        let columns = if has_scores { columns + 3 } else { columns };
-        for FailedFile { file, reason } in &self.failures {
-            let mut row = vec![String::new(); columns];
-            row[0] = escape::path(file);
-            row[columns - 1] = escape::line(reason).into_owned();
-            table.row(row);
-        }
-        let mut blocks = vec![Block::Table(table)];
-        if has_scores {
+        let analyses = self.analyses.iter().map(Ok);
+        let table = Table::of(analyses.chain(self.failures.iter().map(Err)))
+            .left("file", |row| match row {
+                Ok(file) => file.file.as_deref().map(escape::path),
+                Err(failed) => Some(escape::path(&failed.file)),
+            })
+            .left("channel", |row| {
+                let file = row.ok().filter(|_| self.each_channel)?;
+                Some(escape::line(&file.report.facts.name).into_owned())
+            })
+            .right("duration, s", |row| {
+                fixed(row.ok().map(|file| file.report.facts.duration_s), 3)
+            })
+            .right("dB(A)", |row| {
+                let levels = row.ok()?.sound_levels.as_ref();
+                levels.map(|found| fixed(found.levels.a_weighted_level_db, 1))
+            })
+            .right("events", |row| {
+                row.ok().map(|file| file.report.events().len().to_string())
+            })
+            .right("event, Hz", |row| {
+                let event = row.ok()?.report.event();
+                event.map(|event| fixed(event.frequency_hz, 1))
+            })
+            .right("line, Hz", |row| {
+                let line = row.ok()?.report.tones.lines.first();
+                line.map(|named| fixed(named.line.frequency, 1))
+            });
+        let counts: [(_, fn(&Score) -> usize); 3] = [
+            ("found", |score| score.found),
+            ("false", |score| score.false_events.len()),
+            ("missed", |score| score.missed.len()),
+        ];
+        let table = counts.into_iter().fold(table, |table, (title, count)| {
+            table.right(title, |row| {
+                let score = row.ok()?.truth.as_ref();
+                score.map(|score| count(score).to_string())
+            })
+        });
+        let table = table.left("type of motion", |row| match row {
+            Ok(file) => file
+                .report
+                .verdict
+                .get()
+                .ok()
+                .map(|it| it.regime.to_string()),
+            Err(failed) => Some(escape::line(&failed.reason).into_owned()),
+        });
+        let mut blocks = vec![table.into()];
+        if scores().next().is_some() {
             let mut sum = Score::default();
             scores().for_each(|score| sum += score.clone());
             blocks.extend(sum.blocks());

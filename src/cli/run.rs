@@ -320,15 +320,11 @@ fn lines(lines: &[SpectralLine]) -> Block {
     if lines.is_empty() {
         return Block::text("no lines in the spectrum");
     }
-    let mut table = Table::default().right("").right("").left("");
-    for line in lines.iter().take(MAX_LINES) {
-        table.row([
-            format!("{:.1} Hz", line.frequency),
-            format!("{:.4} mm/s", line.amplitude * 1e3),
-            line.label.clone(),
-        ]);
-    }
-    Block::Table(table)
+    Table::of(lines.iter().take(MAX_LINES))
+        .right("", |line| format!("{:.1} Hz", line.frequency))
+        .right("", |line| format!("{:.4} mm/s", line.amplitude * 1e3))
+        .left("", |line| line.label.clone())
+        .into()
 }
 
 /// The divergence of the perturbed trajectory.

@@ -7,7 +7,7 @@ use super::args::ScenesArgs;
 use super::console;
 use super::error::CliError;
 use super::harness::Outputs;
-use crate::report::{Block, Cell, Report, Table, Tone};
+use crate::report::{Block, Report, Table, Tone};
 use crate::scene::{PRESETS, Scene, SceneComparison, SceneError, key_reference};
 
 /// The built-in scenes.
@@ -79,11 +79,10 @@ impl Report for Entry<'_> {
 
 impl Report for Scenes<'_> {
     fn blocks(&self, _name: &str) -> Vec<Block> {
-        let mut table = Table::default().left("").left("");
-        for Entry { name, title, .. } in &self.scenes {
-            table.row([Tone::Strong.cell(name), Cell::from(*title)]);
-        }
+        let table = Table::of(&self.scenes)
+            .left("", |scene| Tone::Strong.cell(scene.name))
+            .left("", |scene| scene.title);
         let hint = "`squeakscope scenes NAME` prints a scene, `squeakscope run NAME` runs it.";
-        vec![Block::Table(table), Block::Code(format!("{hint}\n"))]
+        vec![table.into(), Block::Code(format!("{hint}\n"))]
     }
 }

@@ -1,6 +1,7 @@
 //! Results as text: a result gives its blocks, and one renderer each writes them for the terminal and in Markdown.
 
 #[cfg(test)]
+#[path = "agreement_tests.rs"]
 pub mod agreement;
 mod table;
 #[cfg(feature = "cli")]
@@ -14,7 +15,7 @@ use crate::dynamics::Exponent;
 use crate::escape;
 use crate::number::{short, value_and_error, with_error};
 
-pub use table::Table;
+pub use table::{Table, TableOf};
 #[cfg(feature = "cli")]
 pub use terminal::{BAD, HEADING, WARNING, terminal};
 
@@ -94,12 +95,22 @@ impl Tone {
     }
 }
 
-impl<T: Into<String>> From<T> for Cell {
-    fn from(text: T) -> Self {
-        Self {
-            text: text.into(),
-            tone: Tone::Plain,
-        }
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Tone::Plain.cell(text)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Tone::Plain.cell(text)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Cell {
+    /// An empty cell for nothing.
+    fn from(cell: Option<T>) -> Self {
+        cell.map_or_else(Self::default, Into::into)
     }
 }
 

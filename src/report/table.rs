@@ -1,87 +1,124 @@
 //! Tables of texts.
 
-use super::Cell;
+use super::{Block, Cell};
 
-/// Alignment of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Align {
-    Left,
-    Right,
-}
-
-/// A table with titled columns and rows of cells.
+/// A table with titled columns of cells. A column without any text is left out.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    columns: Vec<(String, Align)>,
-    rows: Vec<Vec<Cell>>,
+    columns: Vec<Column>,
+}
+
+#[derive(Clone, Debug)]
+struct Column {
+    title: String,
+    /// Whether it is aligned right, as numbers are.
+    is_right: bool,
+    /// The cell in each row.
+    cells: Vec<Cell>,
+}
+
+/// A table under construction: what its rows stand for, and the columns so far.
+pub struct TableOf<R> {
+    rows: Vec<R>,
+    table: Table,
 }
 
 impl Table {
-    /// Adds a left-aligned column, for text.
-    pub fn left(mut self, title: impl Into<String>) -> Self {
-        self.columns.push((title.into(), Align::Left));
-        self
+    /// Begins a table with a row for each item.
+    pub fn of<R>(items: impl IntoIterator<Item = R>) -> TableOf<R> {
+        TableOf {
+            rows: items.into_iter().collect(),
+            table: Self::default(),
+        }
+    }
+}
+
+impl<R> TableOf<R> {
+    /// Adds a left-aligned column, for text: its title, and its cell in the row of an item.
+    pub fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl FnMut(&R) -> C) -> Self {
+        self.column(title.into(), false, cell)
     }
 
     /// Adds a right-aligned column, for numbers.
-    pub fn right(mut self, title: impl Into<String>) -> Self {
-        self.columns.push((title.into(), Align::Right));
+    pub fn right<C: Into<Cell>>(self, title: impl Into<String>, cell: impl FnMut(&R) -> C) -> Self {
+        self.column(title.into(), true, cell)
+    }
+
+    fn column<C: Into<Cell>>(
+        mut self,
+        title: String,
+        is_right: bool,
+        mut cell: impl FnMut(&R) -> C,
+    ) -> Self {
+        let cells: Vec<Cell> = self.rows.iter().map(|row| cell(row).into()).collect();
+        if cells.is_empty() || cells.iter().any(|cell| !cell.text.is_empty()) {
+            self.table.columns.push(Column {
+                title,
+                is_right,
+                cells,
+            });
+        }
         self
     }
 
-    /// Adds a row with one cell per column.
-    pub fn row<C: Into<Cell>>(&mut self, cells: impl IntoIterator<Item = C>) {
-        let row: Vec<Cell> = cells.into_iter().map(Into::into).collect();
-        debug_assert_eq!(row.len(), self.columns.len(), "{row:?}");
-        self.rows.push(row);
+    /// The table in Markdown.
+    pub fn markdown(&self) -> String {
+        self.table.markdown()
+    }
+}
+
+impl<R> From<TableOf<R>> for Block {
+    fn from(table: TableOf<R>) -> Self {
+        Self::Table(table.table)
+    }
+}
+
+impl Table {
+    /// The lines of the table: in each the texts of all columns, which `text` makes of their cells.
+    fn lines(&self, text: impl Fn(&Column, &Cell) -> String) -> Vec<Vec<String>> {
+        let rows = self.columns.first().map_or(0, |column| column.cells.len());
+        let line = |row: usize| {
+            let columns = self.columns.iter();
+            columns
+                .map(|column| text(column, &column.cells[row]))
+                .collect()
+        };
+        (0..rows).map(line).collect()
     }
 
     /// The table for the terminal: lines are indented by two spaces, columns separated by two. Without titles there is
     /// no title line.
     #[cfg(feature = "cli")]
     pub(super) fn terminal(&self) -> String {
-        let titles: Vec<Cell> = self
-            .columns
-            .iter()
-            .map(|(t, _)| t.as_str().into())
-            .collect();
-        let has_titles = titles.iter().any(|title| !title.text.is_empty());
-        let lines = has_titles.then_some(&titles).into_iter().chain(&self.rows);
-        let width = |cell: &Cell| cell.text.chars().count();
-        let widths = (0..self.columns.len()).map(|column| {
-            let cells = lines.clone().filter_map(|line| line.get(column));
-            cells.map(width).max().unwrap_or(0)
-        });
-        let widths: Vec<usize> = widths.collect();
-        let mut text = String::new();
-        for line in lines {
-            let cells = line.iter().zip(&self.columns).zip(&widths);
-            let cells = cells.map(|((cell, (_, align)), whole)| {
-                let blanks = " ".repeat(whole - width(cell));
-                match align {
-                    Align::Left => format!("  {}{blanks}", cell.terminal()),
-                    Align::Right => format!("  {blanks}{}", cell.terminal()),
-                }
-            });
-            text += cells.collect::<String>().trim_end();
-            text.push('\n');
-        }
-        text
+        let length = |text: &str| text.chars().count();
+        let padded = |column: &Column, cell: &Cell| {
+            let lengths = column.cells.iter().map(|cell| length(&cell.text));
+            let width = lengths.fold(length(&column.title), usize::max);
+            let blanks = " ".repeat(width - length(&cell.text));
+            if column.is_right {
+                format!("  {blanks}{}", cell.terminal())
+            } else {
+                format!("  {}{blanks}", cell.terminal())
+            }
+        };
+        let titles = self.columns.iter();
+        let titles = titles.map(|column| padded(column, &column.title.as_str().into()));
+        let has_titles = self.columns.iter().any(|column| !column.title.is_empty());
+        let titles = has_titles.then(|| titles.collect::<Vec<_>>());
+        let lines = titles.into_iter().chain(self.lines(padded));
+        lines
+            .map(|line| format!("{}\n", line.concat().trim_end()))
+            .collect()
     }
 
     /// The table in Markdown.
-    pub fn markdown(&self) -> String {
+    pub(super) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let mut text = line(
-            self.columns
-                .iter()
-                .map(|(title, _)| title.clone())
-                .collect(),
-        );
+        let titles = self.columns.iter().map(|column| column.title.clone());
+        let mut text = line(titles.collect());
         text += &"|---".repeat(self.columns.len());
         text += "|\n";
-        let rows = self.rows.iter();
-        text.extend(rows.map(|row| line(row.iter().map(Cell::markdown).collect())));
+        text.extend(self.lines(|_, cell| cell.markdown()).into_iter().map(line));
         text
     }
 }

@@ -69,14 +69,13 @@ impl Report for SceneComparison {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let [one, other] = &self.scenes;
         let count = format!(": {} keys differ", self.differences.len());
-        let mut table = Table::default().left("key").left(one).left(other);
-        for KeyDifference { key, values } in &self.differences {
-            let [one, other] = values.clone().map(Option::unwrap_or_default);
-            table.row([key.clone(), one, other]);
-        }
+        let table = Table::of(&self.differences)
+            .left("key", |found| found.key.clone())
+            .left(one, |found| found.values[0].clone())
+            .left(other, |found| found.values[1].clone());
         vec![
             Block::heading(format!("{one} and {other}"), count),
-            Block::Table(table),
+            table.into(),
         ]
     }
 }

@@ -109,27 +109,21 @@ impl Report for Basins {
             let missing = format!("{done} of {all} kicks computed; --resume computes the rest");
             blocks.push(Block::Warning(missing));
         }
-        let table = Table::default().right("share").right("95 % interval");
-        let table = table.left("type of motion").right("line, Hz");
-        let mut table = table.right("amplitude, um").left("seeds");
-        for attractor in &self.attractors {
-            let seeds = attractor.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
-            let more = if attractor.seeds.len() > MAX_SEEDS {
-                ", ..."
-            } else {
-                ""
-            };
-            let [low, high] = attractor.interval.map(|share| 100.0 * share);
-            table.row([
-                format!("{:.0} %", 100.0 * attractor.share),
-                format!("{low:.0} to {high:.0}"),
-                attractor.regime.to_string(),
-                fixed(attractor.frequency, 1),
-                fixed(1e6 * attractor.amplitude, 4),
-                seeds.collect::<Vec<_>>().join(", ") + more,
-            ]);
-        }
-        blocks.push(Block::Table(table));
+        let table = Table::of(&self.attractors)
+            .right("share", |it| format!("{:.0} %", 100.0 * it.share))
+            .right("95 % interval", |it| {
+                let [low, high] = it.interval.map(|share| 100.0 * share);
+                format!("{low:.0} to {high:.0}")
+            })
+            .left("type of motion", |it| it.regime.to_string())
+            .right("line, Hz", |it| fixed(it.frequency, 1))
+            .right("amplitude, um", |it| fixed(1e6 * it.amplitude, 4))
+            .left("seeds", |it| {
+                let seeds = it.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
+                let more = (it.seeds.len() > MAX_SEEDS).then(|| "...".to_owned());
+                seeds.chain(more).collect::<Vec<_>>().join(", ")
+            });
+        blocks.push(table.into());
         if self.undecided > 0 {
             blocks.push(Block::text(format!(
                 "{} kicks undecided: the motion had not settled, or the simulation failed; raise --max-transient",

@@ -362,19 +362,17 @@ fn runs_score(residuals: &[f64]) -> f64 {
 
 impl Report for FrictionFit {
     fn blocks(&self, _name: &str) -> Vec<Block> {
-        let mut table = Table::default().left("").right("").right("95 %").left("");
-        let row = |name: &str, FittedNumber { value, half_width }: FittedNumber, unit: &str| {
-            let [value, error] = Measured::new(value, half_width).parts();
-            [
-                name.to_owned(),
-                value,
-                format!("± {error}"),
-                unit.to_owned(),
-            ]
-        };
-        table.row(row("mu_s", self.mu_s, ""));
-        table.row(row("mu_d", self.mu_d, ""));
-        table.row(row("stribeck_slope", self.stribeck_slope_s_per_m, "s/m"));
+        let numbers = [
+            ("mu_s", self.mu_s, ""),
+            ("mu_d", self.mu_d, ""),
+            ("stribeck_slope", self.stribeck_slope_s_per_m, "s/m"),
+        ];
+        let parts = |number: &FittedNumber| Measured::new(number.value, number.half_width).parts();
+        let table = Table::of(numbers)
+            .left("", |(name, ..)| *name)
+            .right("", |(_, number, _)| parts(number)[0].clone())
+            .right("95 %", |(_, number, _)| format!("± {}", parts(number)[1]))
+            .left("", |(.., unit)| *unit);
         let deviation = significant(self.residual_deviation, 2);
         let mut residuals = format!("residuals: standard deviation {deviation}");
         if let Some(chi_square) = self.chi_square_per_degree {
@@ -386,7 +384,7 @@ impl Report for FrictionFit {
         let rest = format!(", Eq. (5), fitted to {} points", self.points);
         let mut blocks = vec![
             Block::heading("Stribeck law", rest),
-            Block::Table(table),
+            table.into(),
             Block::text(residuals),
         ];
         let doubts = self.doubts.iter();

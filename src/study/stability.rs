@@ -8,7 +8,7 @@ use crate::joint::{
     AssemblyError, BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH, NamedMode, StabilityError,
 };
 use crate::number::{degrees, fixed, significant};
-use crate::report::{Block, Cell, Report, Table, Tone};
+use crate::report::{Block, Report, Table, TableOf, Tone};
 
 /// Error of a stability study.
 #[derive(Debug, thiserror::Error)]
@@ -154,31 +154,27 @@ impl ModesAt {
     }
 
     /// The modes, one per row, with the share of each cause.
-    fn table(&self) -> Table {
+    fn table(&self) -> TableOf<(&NamedMode, Option<&ExplainedMode>)> {
         let causes = self.explained.first().map_or(&[][..], |mode| &mode.causes);
-        let table = Table::default()
-            .right("frequency, Hz")
-            .right("growth rate, 1/s");
-        let table = causes
-            .iter()
-            .fold(table, |table, cause| table.right(cause.cause.name()));
-        let mut table = table.left("mode").left("");
         // Both lists are sorted by frequency; `explained` has only the oscillating modes.
         let mut explained = self.explained.iter();
-        for mode in &self.at.modes {
+        let modes = self.at.modes.iter().map(|mode| {
             let oscillates = mode.frequency_hz > 0.0;
-            let own = oscillates.then(|| explained.next()).flatten();
-            let mut row = vec![fixed(mode.frequency_hz, 1), fixed(mode.growth, 2)];
-            row.extend(
-                (0..causes.len())
-                    .map(|k| own.map_or_else(String::new, |mode| share(&mode.causes[k]))),
-            );
-            row.push(mode.label.clone());
-            let unstable = mode.unstable.then(|| Tone::Bad.cell("unstable"));
-            let row = row.into_iter().map(Cell::from);
-            table.row(row.chain([unstable.unwrap_or_default()]));
-        }
+            (mode, oscillates.then(|| explained.next()).flatten())
+        });
+        let table = Table::of(modes)
+            .right("frequency, Hz", |(mode, _)| fixed(mode.frequency_hz, 1))
+            .right("growth rate, 1/s", |(mode, _)| fixed(mode.growth, 2));
+        let table = causes.iter().enumerate().fold(table, |table, (k, cause)| {
+            table.right(cause.cause.name(), |(_, explained)| {
+                explained.map(|mode| share(&mode.causes[k]))
+            })
+        });
         table
+            .left("mode", |(mode, _)| mode.label.clone())
+            .left("", |(mode, _)| {
+                mode.unstable.then(|| Tone::Bad.cell("unstable"))
+            })
     }
 }
 
@@ -200,7 +196,7 @@ impl Report for StabilityResult {
             let rest =
                 format!(": {unstable} of {all} modes unstable (growth rate from {MIN_GROWTH} 1/s)");
             blocks.push(Block::heading(title, rest));
-            blocks.push(Block::Table(modes.table()));
+            blocks.push(modes.table().into());
             if !modes.explained.is_empty() {
                 blocks.push(Block::text(
                     "share of each term in the growth rate, 1/s; in brackets the growth rate without the term",
@@ -218,24 +214,15 @@ impl Report for StabilityResult {
 fn sensitivity_blocks(mode: &ModeSensitivities) -> Vec<Block> {
     let title = format!("{} at {:.1} Hz", mode.mode.label, mode.mode.frequency_hz);
     let rest = ": change of growth rate and frequency with the numbers of the scene";
-    let table = Table::default().left("number").right("value");
-    let table = table
-        .right("1/s per 1 %")
-        .right("1/s per unit")
-        .right("Hz per 1 %");
-    let mut table = table.right("Hz per unit").left("unit");
-    for parameter in mode.parameters.iter().take(MOST_SENSITIVE) {
-        table.row([
-            parameter.parameter.clone(),
-            significant(parameter.value, 5),
-            significant(parameter.growth_per_percent, 4),
-            significant(parameter.growth_per_unit, 4),
-            significant(parameter.frequency_per_percent, 4),
-            significant(parameter.frequency_per_unit, 4),
-            parameter.unit.clone(),
-        ]);
-    }
-    let mut blocks = vec![Block::heading(title, rest), Block::Table(table)];
+    let table = Table::of(mode.parameters.iter().take(MOST_SENSITIVE))
+        .left("number", |it| it.parameter.clone())
+        .right("value", |it| significant(it.value, 5))
+        .right("1/s per 1 %", |it| significant(it.growth_per_percent, 4))
+        .right("1/s per unit", |it| significant(it.growth_per_unit, 4))
+        .right("Hz per 1 %", |it| significant(it.frequency_per_percent, 4))
+        .right("Hz per unit", |it| significant(it.frequency_per_unit, 4))
+        .left("unit", |it| it.unit.clone());
+    let mut blocks = vec![Block::heading(title, rest), table.into()];
     if mode.parameters.len() > MOST_SENSITIVE {
         let rest = mode.parameters.len() - MOST_SENSITIVE;
         blocks.push(Block::text(format!(

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use crate::number::{quantity, short};
+use crate::number::{fixed, quantity, short};
 use crate::report::Table;
 use crate::study::branch::{Branch, OrbitPoint};
 
@@ -40,17 +40,12 @@ pub fn orbit(branch: &Branch, point: &OrbitPoint) -> String {
             quantity(second, 4, "Hz")
         );
     }
-    let mut table = Table::default()
-        .right("magnitude")
-        .right("turns per period")
-        .right("growth, 1/s");
-    for multiplier in orbit.multipliers.iter().take(MULTIPLIERS) {
-        table.row([
-            format!("{:.6}", multiplier.magnitude()),
-            format!("{:.5}", multiplier.angle.abs() / TAU),
-            format!("{:.2}", multiplier.growth_per_s(orbit.period_s)),
-        ]);
-    }
+    let table = Table::of(orbit.multipliers.iter().take(MULTIPLIERS))
+        .right("magnitude", |it| fixed(it.magnitude(), 6))
+        .right("turns per period", |it| fixed(it.angle.abs() / TAU, 5))
+        .right("growth, 1/s", |it| {
+            fixed(it.growth_per_s(orbit.period_s), 2)
+        });
     text += &table.markdown();
     if let Some(error) = orbit.trivial_multiplier_error {
         let _ = writeln!(text, "\nError of the multipliers: {error:.0e}.");

@@ -83,26 +83,14 @@ pub fn page(
     ending: &str,
     (score, findings): (&Score, &[Finding]),
 ) -> String {
-    let mut table = Table::default()
-        .left("reference")
-        .left("claim")
-        .left("published");
-    table = table
-        .left("computed")
-        .left("verdict")
-        .left("short average")
-        .right("weight");
-    for finding in findings {
-        table.row([
-            finding.place.clone(),
-            finding.statement.clone(),
-            finding.expected.clone(),
-            finding.measured.clone(),
-            verdict(finding),
-            short_average(finding),
-            finding.weight.to_string(),
-        ]);
-    }
+    let table = Table::of(findings)
+        .left("reference", |it| it.place.clone())
+        .left("claim", |it| it.statement.clone())
+        .left("published", |it| it.expected.clone())
+        .left("computed", |it| it.measured.clone())
+        .left("verdict", |it| verdict(it))
+        .left("short average", |it| short_average(it))
+        .right("weight", |it| it.weight.to_string());
     let figures = figures.iter();
     let values = context! {
         scene => escape::code(scene),

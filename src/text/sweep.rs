@@ -9,7 +9,6 @@ use crate::analysis::Regime;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::escape;
 use crate::number::with_error;
-use crate::report::Table;
 use crate::scene::Scene;
 use crate::study::response::{SettledResponse, section_lag};
 use crate::study::sweep::SweepPoint;
@@ -88,7 +87,7 @@ pub(crate) fn about(
     scene: &Scene,
     parameter: &str,
     timeline: &str,
-    points: &Table,
+    points: &str,
     origin: &str,
 ) -> String {
     or_error_text(fill(
@@ -97,7 +96,7 @@ pub(crate) fn about(
             scene => escape::code(&scene.name),
             parameter,
             timeline,
-            points => points.markdown(),
+            points,
             lag => section_lag(scene),
             origin,
         },

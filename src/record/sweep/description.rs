@@ -75,16 +75,18 @@ pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     let scene = &sweep.plan.scene;
     let axis = sweep.plan.axes.first();
     let label = axis.map_or_else(String::new, |axis| axis.label());
-    let mut points = Table::default().right(label);
-    for start in sweep.starts() {
-        points = points.left(start.to_string());
-    }
-    for value in sweep.values() {
-        let kinds = sweep.starts().map(|start| kind(sweep.at(start, *value)));
-        points.row(std::iter::once(value.to_string()).chain(kinds));
-    }
+    let points = Table::of(sweep.values()).right(label, |value| value.to_string());
+    let points = sweep.starts().fold(points, |points, start| {
+        points.left(start.to_string(), |value| kind(sweep.at(start, **value)))
+    });
     let origin = text::study_about(scene, sweep.command);
-    words::about(scene, &parameter(sweep), timeline, &points, &origin)
+    words::about(
+        scene,
+        &parameter(sweep),
+        timeline,
+        &points.markdown(),
+        &origin,
+    )
 }
 
 /// The type of motion of a point in one word.

@@ -1,7 +1,7 @@
 //! The reports of branches and of stability maps.
 
 use super::{
-    Branch, OrbitBifurcation, OrbitPoint, StabilityMap, SteadyBifurcation, Torus, TorusCurvePoint,
+    Branch, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus, TorusCurve, TorusCurvePoint,
 };
 use crate::analysis::range;
 use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
@@ -27,7 +27,7 @@ impl Report for Branch {
         let bifurcations: Vec<_> = self.steady_bifurcations().collect();
         if !bifurcations.is_empty() {
             blocks.push(Block::heading("bifurcations of the equilibria", ""));
-            blocks.push(Block::Table(steady_table(self, &bifurcations)));
+            blocks.push(steady_table(self, &bifurcations));
         }
         blocks.extend(
             bifurcations
@@ -36,12 +36,12 @@ impl Report for Branch {
         );
         if !self.points.is_empty() {
             blocks.push(Block::heading("periodic orbits", ""));
-            blocks.push(Block::Table(orbit_table(self)));
+            blocks.push(orbit_table(self));
         }
         let found: Vec<_> = self.orbit_bifurcations().collect();
         if !found.is_empty() {
             blocks.push(Block::heading("their bifurcations", ""));
-            blocks.push(Block::Table(bifurcation_table(self, &found)));
+            blocks.push(bifurcation_table(self, &found));
         }
         blocks.extend(self.tori.iter().flat_map(|torus| self::torus(self, torus)));
         let ended = self.ended.iter();
@@ -55,67 +55,59 @@ impl Report for Branch {
 }
 
 /// The bifurcations of the equilibria, one per row.
-fn steady_table(branch: &Branch, found: &[&SteadyBifurcation]) -> Table {
+fn steady_table(branch: &Branch, found: &[&SteadyBifurcation]) -> Block {
     let per_unit = match &branch.unit[..] {
         "" => "crossing speed, 1/s".to_owned(),
         unit => format!("crossing speed, 1/s per {unit}"),
     };
-    let mut table = Table::default()
-        .right(branch.name())
-        .left("bifurcation")
-        .right("frequency, Hz")
-        .left("mode")
-        .right(per_unit)
-        .right("first Lyapunov coefficient")
-        .left("cycle");
-    for found in found {
-        let cycle = found.cycle.as_ref();
-        table.row([
-            format!("{:.9}", found.at.value),
-            found.kind.to_string(),
-            fixed(found.frequency_hz, 3),
-            found.label.clone(),
-            found
-                .crossing_speed
-                .map_or_else(String::new, |speed| format!("{speed:.4}")),
-            cycle.map_or_else(String::new, |cycle| {
+    Table::of(found)
+        .right(branch.name(), |found| fixed(found.at.value, 9))
+        .left("bifurcation", |found| found.kind.to_string())
+        .right("frequency, Hz", |found| fixed(found.frequency_hz, 3))
+        .left("mode", |found| found.label.clone())
+        .right(per_unit, |found| fixed(found.crossing_speed, 4))
+        .right("first Lyapunov coefficient", |found| {
+            found.cycle.as_ref().map(|cycle| {
                 let (value, error) = (cycle.first_lyapunov, cycle.first_lyapunov_error);
                 format!("{value:.4e} ±{error:.0e}")
-            }),
-            cycle.map_or_else(String::new, |cycle| {
-                format!("{}, by the {}", cycle.criticality, cycle.method)
-            }),
-        ]);
-    }
-    table
+            })
+        })
+        .left("cycle", |found| {
+            let cycle = found.cycle.as_ref();
+            cycle.map(|cycle| format!("{}, by the {}", cycle.criticality, cycle.method))
+        })
+        .into()
+}
+
+/// The smallest and the largest of some values.
+fn span(values: impl Iterator<Item = f64>, decimals: usize) -> String {
+    let [low, high] = range(values);
+    format!("{low:.decimals$} to {high:.decimals$}")
 }
 
 /// The branches of periodic orbits, one per row.
-fn orbit_table(branch: &Branch) -> Table {
-    let mut table = Table::default()
-        .right("branch")
-        .right("orbits")
-        .right(branch.name())
-        .right("frequency, Hz")
-        .right("amplitude, um")
-        .left("attracting at");
-    let count = branch.orbit_branches();
-    for number in 0..count {
-        let own = || branch.points.iter().filter(|point| point.branch == number);
-        let span = |of: fn(&OrbitPoint) -> f64, digits: usize| {
-            let [low, high] = range(own().map(of));
-            format!("{low:.digits$} to {high:.digits$}")
-        };
-        table.row([
-            number.to_string(),
-            own().count().to_string(),
-            span(|point| point.at.value, 4),
-            span(|point| point.orbit.frequency_hz(), 2),
-            span(|point| 1e6 * point.orbit.amplitude, 4),
-            stable_intervals(&branch.course(number)),
-        ]);
-    }
-    table
+fn orbit_table(branch: &Branch) -> Block {
+    let orbits = |number: &usize| {
+        let number = *number;
+        let points = branch.points.iter();
+        points.filter(move |point| point.branch == number)
+    };
+    Table::of(0..branch.orbit_branches())
+        .right("branch", usize::to_string)
+        .right("orbits", |number| orbits(number).count().to_string())
+        .right(branch.name(), |number| {
+            span(orbits(number).map(|point| point.at.value), 4)
+        })
+        .right("frequency, Hz", |number| {
+            span(orbits(number).map(|point| point.orbit.frequency_hz()), 2)
+        })
+        .right("amplitude, um", |number| {
+            span(orbits(number).map(|point| 1e6 * point.orbit.amplitude), 4)
+        })
+        .left("attracting at", |number| {
+            stable_intervals(&branch.course(*number))
+        })
+        .into()
 }
 
 /// Parts of a branch whose orbits attract, in its order.
@@ -145,70 +137,47 @@ fn stable_intervals(course: &[(&PeriodicOrbit, bool)]) -> String {
 }
 
 /// The bifurcations of the periodic orbits, one per row.
-fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
-    let mut table = Table::default()
-        .right("branch")
-        .right(branch.name())
-        .right("±")
-        .left("bifurcation")
-        .right("frequency, Hz")
-        .right("rotation number")
-        .right("second frequency, Hz")
-        .right("unstable")
-        .left("motion born there, by the normal form");
-    for found in found {
-        let bifurcation = &found.bifurcation;
-        table.row([
-            found.branch.to_string(),
-            format!("{:.7}", found.at.value),
-            format!("{:.0e}", bifurcation.accuracy),
-            found.name(),
-            format!("{:.3}", bifurcation.frequency_hz),
-            bifurcation
-                .rotation_number
-                .map_or_else(String::new, |r| format!("{r:.6}")),
-            fixed(bifurcation.torus_frequency_hz, 3),
-            format!("{:+}", bifurcation.unstable_change),
-            bifurcation.birth.map_or_else(String::new, |birth| {
+fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Block {
+    Table::of(found.iter().map(|found| (*found, &found.bifurcation)))
+        .right("branch", |(found, _)| found.branch.to_string())
+        .right(branch.name(), |(found, _)| fixed(found.at.value, 7))
+        .right("±", |(_, it)| format!("{:.0e}", it.accuracy))
+        .left("bifurcation", |(found, _)| found.name())
+        .right("frequency, Hz", |(_, it)| fixed(it.frequency_hz, 3))
+        .right("rotation number", |(_, it)| fixed(it.rotation_number, 6))
+        .right("second frequency, Hz", |(_, it)| {
+            fixed(it.torus_frequency_hz, 3)
+        })
+        .right("unstable", |(_, it)| format!("{:+}", it.unstable_change))
+        .left("motion born there, by the normal form", |(_, it)| {
+            it.birth.map(|birth| {
                 let (value, error) = (birth.coefficient, birth.coefficient_error);
                 format!("{} ({value:.3} ±{error:.0e})", birth.criticality)
-            }),
-        ]);
-    }
-    table
+            })
+        })
+        .into()
 }
 
 /// A torus from its birth on, one row per value, and its tongues.
 fn torus(branch: &Branch, torus: &Torus) -> Vec<Block> {
-    let mut table = Table::default()
-        .right(branch.name())
-        .left("motion")
-        .right("first tone, Hz")
-        .right("second tone, Hz")
-        .right("side line")
-        .right("rotation number")
-        .right("±");
-    for point in &torus.points {
-        let [p, q] = point.locking.unwrap_or_default();
-        table.row([
-            format!("{:.6}", point.at.value),
-            match point.locking {
-                Some(_) => format!("{} {p}:{q}", point.kind),
-                None => point.kind.to_string(),
-            },
-            format!("{:.4}", point.first_hz),
-            fixed(point.second_hz, 4),
-            format!("{:.2e}", point.side_line),
-            fixed(point.rotation_number, 8),
-            point
-                .rotation_number_error
-                .map_or_else(String::new, |error| format!("{error:.0e}")),
-        ]);
-    }
+    let table = Table::of(&torus.points)
+        .right(branch.name(), |point| fixed(point.at.value, 6))
+        .left("motion", |point| match point.locking {
+            Some([p, q]) => format!("{} {p}:{q}", point.kind),
+            None => point.kind.to_string(),
+        })
+        .right("first tone, Hz", |point| fixed(point.first_hz, 4))
+        .right("second tone, Hz", |point| fixed(point.second_hz, 4))
+        .right("side line", |point| format!("{:.2e}", point.side_line))
+        .right("rotation number", |point| fixed(point.rotation_number, 8))
+        .right("±", |point| {
+            let error = point.rotation_number_error;
+            error.map(|error| format!("{error:.0e}"))
+        });
     let title = format!("torus of branch {}", torus.branch);
     let mut blocks = vec![
         Block::heading(title, format!(", born at {:.7}", torus.born)),
-        Block::Table(table),
+        table.into(),
     ];
     for tongue in &torus.tongues {
         let [p, q] = tongue.locking;
@@ -269,64 +238,50 @@ impl Report for StabilityMap {
             x.values.len(),
             y.values.len()
         );
-        let mut blocks = vec![Block::heading(scene, rest)];
-        let mut table = Table::default()
-            .right("unstable modes")
-            .right("share of the map");
         let counts = || map.grid.iter().map(|point| point.unstable_modes);
         let most = counts().flatten().max().unwrap_or(0);
         let kinds = (0..=most).map(Some).chain([None]);
-        for kind in kinds {
-            let number = counts().filter(|count| *count == kind).count();
-            if number > 0 {
-                let name =
-                    kind.map_or_else(|| "no equilibrium".to_owned(), |count| count.to_string());
-                let share = 100.0 * number as f64 / map.grid.len() as f64;
-                table.row([name, format!("{share:.1} %")]);
-            }
-        }
-        blocks.push(Block::Table(table));
+        let numbers = kinds.map(|kind| (kind, counts().filter(|count| *count == kind).count()));
+        let shares = Table::of(numbers.filter(|(_, number)| *number > 0))
+            .right("unstable modes", |(kind, _)| match kind {
+                Some(count) => count.to_string(),
+                None => "no equilibrium".to_owned(),
+            })
+            .right("share of the map", |(_, number)| {
+                format!("{:.1} %", 100.0 * *number as f64 / map.grid.len() as f64)
+            });
+        let mut blocks = vec![Block::heading(scene, rest), shares.into()];
         if !map.curves.is_empty() {
-            let mut table = Table::default()
-                .left("Hopf curve")
-                .right("points")
-                .right("frequency, Hz")
-                .left("end");
-            for curve in &map.curves {
-                let frequencies = curve.points.iter().map(|point| point.frequency_hz);
-                let [low, high] = range(frequencies);
-                table.row([
-                    curve.label.clone(),
-                    curve.points.len().to_string(),
-                    format!("{low:.1} to {high:.1}"),
-                    curve_end(curve.closed, &curve.ended),
-                ]);
-            }
-            blocks.push(Block::Table(table));
+            let curves = Table::of(&map.curves)
+                .left("Hopf curve", |curve| curve.label.clone())
+                .right("points", |curve| curve.points.len().to_string())
+                .right("frequency, Hz", |curve| {
+                    span(curve.points.iter().map(|point| point.frequency_hz), 1)
+                })
+                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+            blocks.push(curves.into());
         }
         if !map.torus_curves.is_empty() {
-            let mut table = Table::default()
-                .left("Neimark-Sacker curve of")
-                .right("points")
-                .right(&x.parameter)
-                .right(&y.parameter)
-                .right("second frequency, Hz")
-                .left("end");
-            for curve in &map.torus_curves {
-                let span = |of: fn(&TorusCurvePoint) -> f64, digits: usize| {
-                    let [low, high] = range(curve.points.iter().map(of));
-                    format!("{low:.digits$} to {high:.digits$}")
-                };
-                table.row([
-                    "the periodic motion of the scene".to_owned(),
-                    curve.points.len().to_string(),
-                    span(|point| point.values[0], 4),
-                    span(|point| point.values[1], 4),
-                    span(|point| point.second_hz, 1),
-                    curve_end(curve.closed, &curve.ended),
-                ]);
-            }
-            blocks.push(Block::Table(table));
+            let spans = |curve: &TorusCurve, of: fn(&TorusCurvePoint) -> f64, decimals| {
+                span(curve.points.iter().map(of), decimals)
+            };
+            let curves = Table::of(&map.torus_curves)
+                .left(
+                    "Neimark-Sacker curve of",
+                    |_| "the periodic motion of the scene",
+                )
+                .right("points", |curve| curve.points.len().to_string())
+                .right(&x.parameter, |curve| {
+                    spans(curve, |point| point.values[0], 4)
+                })
+                .right(&y.parameter, |curve| {
+                    spans(curve, |point| point.values[1], 4)
+                })
+                .right("second frequency, Hz", |curve| {
+                    spans(curve, |point| point.second_hz, 1)
+                })
+                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+            blocks.push(curves.into());
         }
         blocks
     }

@@ -28,19 +28,19 @@ impl Report for Cost {
             if !sets.is_empty() {
                 let rest = format!(": error, and {}", setting.time());
                 blocks.push(Block::heading(setting.name(), rest));
-                blocks.push(Block::Table(levels(&sets)));
+                blocks.push(levels(&sets));
             }
         }
         if !self.choices.is_empty() {
             let rest = ", verified by a run at the next finer level of everything";
             blocks.push(Block::heading("settings for a total error", rest));
-            blocks.push(Block::Table(choices(self)));
+            blocks.push(choices(self));
         }
         if let Some(run) = self.run_time {
             let run = short(run);
             let rest = format!(": a complete run takes {run} s of CPU time per simulated s");
             blocks.push(Block::heading("effects", rest));
-            blocks.push(Block::Table(effects(&self.effects)));
+            blocks.push(effects(&self.effects));
         }
         blocks
     }
@@ -67,94 +67,67 @@ fn motion(motion: &Motion) -> String {
 }
 
 /// The levels of one setting: a column for each method.
-fn levels(sets: &[&WorkPrecision]) -> Table {
-    let mut table = Table::default().right("");
-    for set in sets {
-        table = table.right(&set.method).right("");
-    }
-    for (row, level) in sets[0].points.iter().enumerate() {
-        let cells = sets.iter().filter_map(|set| set.points.get(row));
-        let cells = cells.flat_map(|point| match point.error {
-            Some(found) => [error(found), short(point.cpu_s)],
-            None => ["failed".to_owned(), String::new()],
-        });
-        table.row([tolerance(level.value)].into_iter().chain(cells));
-    }
-    table
+fn levels(sets: &[&WorkPrecision]) -> Block {
+    let table = Table::of(sets[0].points.iter().enumerate());
+    let table = table.right("", |(_, level)| tolerance(level.value));
+    let table = sets.iter().fold(table, |table, set| {
+        table
+            .right(&set.method, |(row, _)| match set.points.get(*row)?.error {
+                Some(found) => Some(error(found)),
+                None => Some("failed".to_owned()),
+            })
+            .right("", |(row, _)| {
+                let point = set.points.get(*row)?;
+                point.error.map(|_| short(point.cpu_s))
+            })
+    });
+    table.into()
 }
 
-fn choices(study: &Cost) -> Table {
-    let mut table = Table::default().right("error").left("").left("method");
-    for title in ["tolerance", "nodes", "elements, mm", "s per s", "verified"] {
-        table = table.right(title);
-    }
-    table = table.left("");
-    for choice in &study.choices {
-        let settings = &choice.settings;
-        let remark = match (choice.is_met, choice.exponents_agree) {
+fn choices(study: &Cost) -> Block {
+    Table::of(&study.choices)
+        .right("error", |choice| error(choice.target))
+        .left("", |choice| match choice.origin {
+            Origin::Cheapest => "cheapest",
+            Origin::Accuracy => "--accuracy",
+        })
+        .left("method", |choice| choice.settings.method.clone())
+        .right("tolerance", |choice| tolerance(choice.settings.tolerance))
+        .right("nodes", |choice| {
+            choice.settings.nodes.map(|nodes| nodes.to_string())
+        })
+        .right("elements, mm", |choice| {
+            choice.settings.element_size_mm.map(short)
+        })
+        .right("s per s", |choice| short(choice.cpu_s_per_s))
+        .right("verified", |choice| error(choice.error))
+        .left("", |choice| match (choice.is_met, choice.exponents_agree) {
             (false, _) => "not met",
             (true, Some(false)) => "exponents differ",
             (true, _) => "",
-        };
-        table.row([
-            error(choice.target),
-            match choice.origin {
-                Origin::Cheapest => "cheapest".to_owned(),
-                Origin::Accuracy => "--accuracy".to_owned(),
-            },
-            settings.method.clone(),
-            tolerance(settings.tolerance),
-            settings.nodes.map(|n| n.to_string()).unwrap_or_default(),
-            settings.element_size_mm.map(short).unwrap_or_default(),
-            short(choice.cpu_s_per_s),
-            error(choice.error),
-            remark.to_owned(),
-        ]);
-    }
-    table
+        })
+        .into()
 }
 
-fn effects(effects: &[Effect]) -> Table {
-    let mut table = Table::default().left("effect").left("key");
-    table = table.right("s per s").right("ratio").left("without it");
-    for effect in effects {
-        let price = match effect.price_s_per_s {
-            Some(price) if price.abs() < effect.noise_s_per_s => {
+fn effects(effects: &[Effect]) -> Block {
+    Table::of(effects)
+        .left("effect", |effect| effect.name.clone())
+        .left("key", |effect| effect.key.clone())
+        .right("s per s", |effect| {
+            let price = effect.price_s_per_s?;
+            Some(if price.abs() < effect.noise_s_per_s {
                 format!("< {}", short(effect.noise_s_per_s))
+            } else {
+                short(price)
+            })
+        })
+        .right("ratio", |effect| effect.ratio.map(short))
+        .left("without it", |effect| {
+            if let Some(reason) = &effect.unavailable {
+                return Some(format!("cannot be switched off alone: {reason}"));
             }
-            Some(price) => short(price),
-            None => String::new(),
-        };
-        let without = match (&effect.unavailable, &effect.without, effect.change) {
-            (Some(reason), ..) => format!("cannot be switched off alone: {}", reason),
-            (None, Some(other), Some(change)) => {
-                format!("{} ({} different)", motion(other), error(change))
-            }
-            _ => String::new(),
-        };
-        table.row([
-            effect.name.clone(),
-            effect.key.clone(),
-            price,
-            effect.ratio.map(short).unwrap_or_default(),
-            without,
-        ]);
-    }
-    table
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::report::agreement;
-    use crate::scene::Scene;
-    use crate::study::cost::cost;
-
-    #[test]
-    fn the_report_has_the_numbers_of_the_result() {
-        let scene = Scene::load("mass-on-belt").unwrap();
-        let study = cost(&scene, None, &mut |_| Ok(())).unwrap();
-        agreement::check(&study, &[]);
-        let json = serde_json::to_value(&study).unwrap();
-        assert_eq!(json["choices"][0]["error"], study.choices[0].error);
-    }
+            let (other, change) = effect.without.as_ref().zip(effect.change)?;
+            Some(format!("{} ({} different)", motion(other), error(change)))
+        })
+        .into()
 }

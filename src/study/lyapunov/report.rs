@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Classification, Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, SceneLyapunov};
-use crate::dynamics::{Attractor, Motion, Sign, Stability};
-use crate::number::{brief, degrees, short};
+use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use crate::number::{brief, degrees, fixed, short};
 use crate::pipeline::message::{Exponents, MotionSegment};
-use crate::report::{Block, Cell, Measured, Report, Table, Tone};
+use crate::report::{Block, Measured, Report, Table, Tone};
 use crate::scene::FixedAt;
 use crate::study::lyapunov::Classified;
 use crate::text::earlier_motion;
@@ -188,12 +188,10 @@ impl Report for LyapunovResult {
         let rest = format!("{held}: {}", self.classification.description);
         let mut blocks = vec![Block::heading(title(scene, found.tilt), rest)];
         if !study.spectrum.exponents.is_empty() {
-            blocks.push(Block::Table(
-                self.classification.table(&study.spectrum.exponents),
-            ));
+            blocks.push(self.classification.table(&study.spectrum.exponents));
         }
         if study.segments.len() > 1 {
-            blocks.push(Block::Table(segments(&study.segments)));
+            blocks.push(segments(&study.segments));
         }
         if let Some(dimension) = &self.classification.kaplan_yorke {
             blocks.push(Block::text(format!(
@@ -241,23 +239,32 @@ impl Report for LyapunovResult {
 
 impl Classification {
     /// The exponents with their signs, one per row.
-    pub fn table(&self, exponents: &[crate::dynamics::Exponent]) -> Table {
-        let titles = ["", "exponent, 1/s", "95 % ±", "/ omega_1"];
-        let table = titles.into_iter().fold(Table::default(), Table::right);
-        let mut table = table.left("sign");
-        for (k, (exponent, sign)) in exponents.iter().zip(&self.signs).enumerate() {
-            let [value, error] = Measured::from(exponent).parts();
-            let scaled = self.exponents_over_omega_1.get(k);
-            let scaled = scaled.map_or(String::new(), |scaled| format!("{:.3e}", scaled.value));
-            let tone = match sign {
-                Sign::Positive => Tone::Bad,
-                Sign::Undetermined => Tone::Doubtful,
-                Sign::Zero | Sign::Negative => Tone::Plain,
-            };
-            let numbers = [(k + 1).to_string(), value, error, scaled].map(Cell::from);
-            table.row(numbers.into_iter().chain([tone.cell(sign)]));
-        }
-        table
+    pub fn table(&self, exponents: &[Exponent]) -> Block {
+        let exponents = exponents.iter().zip(&self.signs).enumerate();
+        let parts = |exponent: &Exponent| Measured::from(exponent).parts();
+        Table::of(exponents)
+            .right("", |(k, _)| (k + 1).to_string())
+            .right("exponent, 1/s", |(_, (exponent, _))| {
+                let [value, _] = parts(exponent);
+                value
+            })
+            .right("95 % ±", |(_, (exponent, _))| {
+                let [_, error] = parts(exponent);
+                error
+            })
+            .right("/ omega_1", |(k, _)| {
+                let scaled = self.exponents_over_omega_1.get(*k);
+                scaled.map(|scaled| format!("{:.3e}", scaled.value))
+            })
+            .left("sign", |(_, (_, sign))| {
+                let tone = match sign {
+                    Sign::Positive => Tone::Bad,
+                    Sign::Undetermined => Tone::Doubtful,
+                    Sign::Zero | Sign::Negative => Tone::Plain,
+                };
+                tone.cell(sign)
+            })
+            .into()
     }
 }
 
@@ -265,21 +272,25 @@ impl Classification {
 const SEGMENT_EXPONENTS: usize = 3;
 
 /// The successive motions, one per row.
-fn segments(segments: &[MotionSegment]) -> Table {
-    let table = Table::default().right("start, s").right("end, s");
-    let mut table = table.left("attractor").left("largest exponents, 1/s");
-    for segment in segments {
-        let largest = segment.spectrum.exponents.iter().take(SEGMENT_EXPONENTS);
-        let largest = if segment.spectrum.time > 0.0 {
-            let largest = largest.map(|exponent| Measured::from(exponent).to_string());
-            largest.collect::<Vec<_>>().join(", ")
-        } else {
-            "too short to average".to_owned()
-        };
-        let [start, end] = [segment.start, segment.end].map(|t| format!("{t:.3}"));
-        table.row([start, end, segment.attractor.to_string(), largest]);
-    }
-    table
+fn segments(segments: &[MotionSegment]) -> Block {
+    Table::of(segments)
+        .right("start, s", |segment| fixed(segment.start, 3))
+        .right("end, s", |segment| fixed(segment.end, 3))
+        .left("attractor", |segment| segment.attractor.to_string())
+        .left("largest exponents, 1/s", |segment| {
+            if segment.spectrum.time == 0.0 {
+                return "too short to average".to_owned();
+            }
+            listed(&segment.spectrum.exponents, SEGMENT_EXPONENTS)
+        })
+        .into()
+}
+
+/// The first of some exponents.
+fn listed(exponents: &[Exponent], count: usize) -> String {
+    let exponents = exponents.iter().take(count);
+    let exponents = exponents.map(|exponent| Measured::from(exponent).to_string());
+    exponents.collect::<Vec<_>>().join(", ")
 }
 
 /// Number of exponents of a run that are printed. The recording and JSON have all of them.
@@ -308,7 +319,7 @@ impl Report for Classified<&Exponents> {
                 brief(spectrum.time, "s"),
                 brief(self.found.time, "s"),
             )),
-            Block::Table(self.classification.table(&spectrum.exponents)),
+            self.classification.table(&spectrum.exponents),
             Block::Text(vec!["Kaplan-Yorke dimension: ".into(), dimension]),
             Block::text(format!(
                 "± is the 95 % interval. Exponents within ±{} 1/s cannot be distinguished from zero in this averaging \
@@ -324,10 +335,7 @@ impl Classified<&Exponents> {
     /// The exponents at the end of a run in one line.
     pub fn line(&self) -> String {
         let spectrum = &self.found.spectrum;
-        let shown = spectrum.exponents.iter().take(RUN_EXPONENTS);
-        let shown: Vec<_> = shown
-            .map(|exponent| Measured::from(exponent).to_string())
-            .collect();
+        let shown = listed(&spectrum.exponents, RUN_EXPONENTS);
         let more = if spectrum.exponents.len() > RUN_EXPONENTS {
             ", ..."
         } else {
@@ -339,8 +347,7 @@ impl Classified<&Exponents> {
         });
         let earlier = after(&self.found.segments, self.found.chaotic_transient);
         format!(
-            "Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
-            shown.join(", "),
+            "Lyapunov exponents {shown}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
             1e3 * spectrum.time,
             self.classification.description
         )

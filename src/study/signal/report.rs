@@ -10,7 +10,7 @@ use crate::analysis::{
     SoundLevels, Span, Threshold, TonalEvent, Verdict,
 };
 use crate::escape;
-use crate::number::{significant, time};
+use crate::number::{fixed, significant, time};
 use crate::report::{Block, Report, Table};
 
 /// Number of significant digits.
@@ -100,17 +100,10 @@ fn levels(found: &CalibratedLevels) -> Vec<Block> {
             tone.tone_hz, tone.stated_level_db, tone.level_deviation_db
         ),
     };
-    let mut table = Table::default()
-        .right("third octave, Hz")
-        .right("dB")
-        .right("±");
-    for band in third_octaves {
-        table.row([
-            band.centre_hz.to_string(),
-            format!("{:.1}", band.band_level_db),
-            format!("{:.1}", band.standard_deviation_db),
-        ]);
-    }
+    let table = Table::of(third_octaves)
+        .right("third octave, Hz", |band| band.centre_hz.to_string())
+        .right("dB", |band| fixed(band.band_level_db, 1))
+        .right("±", |band| fixed(band.standard_deviation_db, 1));
     vec![
         Block::heading("sound levels", ", dB re 20 uPa"),
         Block::text(format!(
@@ -118,7 +111,7 @@ fn levels(found: &CalibratedLevels) -> Vec<Block> {
              equivalent {equivalent_level_db:.1}, peak {peak_level_db:.1}"
         )),
         Block::text(calibration),
-        Block::Table(table),
+        table.into(),
         Block::text("±: standard deviation for random noise; less for tones"),
     ]
 }
@@ -197,19 +190,16 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
 fn spectrum(tones: &SpectralLines, amount: Amount<'_>) -> Vec<Block> {
     // Frequencies are accurate to a small fraction of a bin.
     let decimals = (3.0 - tones.bin_hz.log10().floor()).clamp(3.0, 15.0) as usize;
-    let mut table = Table::default().right("").right("").left("").left("");
-    for named in &tones.lines {
-        let line = &named.line;
-        // The misfit of a fundamental is zero by definition.
-        let is_fundamental = ["f1", "f2"].contains(&&*line.label);
-        let misfit = named.misfit_hz.filter(|_| !is_fundamental);
-        table.row([
-            format!("{:.decimals$} Hz", line.frequency),
-            amount(line.amplitude),
-            line.label.clone(),
-            misfit.map_or_else(String::new, |hz| format!("misfit {hz:+.decimals$} Hz")),
-        ]);
-    }
+    let table = Table::of(&tones.lines)
+        .right("", |it| format!("{:.decimals$} Hz", it.line.frequency))
+        .right("", |it| amount(it.line.amplitude))
+        .left("", |it| it.line.label.clone())
+        .left("", |it| {
+            // The misfit of a fundamental is zero by definition.
+            let is_fundamental = ["f1", "f2"].contains(&&*it.line.label);
+            let misfit = it.misfit_hz.filter(|_| !is_fundamental);
+            misfit.map(|hz| format!("misfit {hz:+.decimals$} Hz"))
+        });
     let rest = format!(
         " (bin width {} Hz, broadband share {} of the power)",
         significant(tones.bin_hz, DIGITS),
@@ -217,7 +207,7 @@ fn spectrum(tones: &SpectralLines, amount: Amount<'_>) -> Vec<Block> {
     );
     let lines = match tones.lines[..] {
         [] => Block::text("none"),
-        _ => Block::Table(table),
+        _ => table.into(),
     };
     let blocks = [Block::heading("spectral lines", rest), lines];
     blocks.into_iter().chain(pattern(tones)).collect()
@@ -409,7 +399,7 @@ fn sound(sound: &MeasuredSound, duration_s: f64, amount: Amount<'_>) -> Vec<Bloc
         [] => vec![Block::heading("no tonal events", "")],
         events => vec![
             Block::heading("tonal events", ""),
-            Block::Table(event_table(events, sound.level_reference)),
+            event_table(events, sound.level_reference),
         ],
     };
     let mut lines = condition(&sound.condition, duration_s, amount);
@@ -422,36 +412,26 @@ fn sound(sound: &MeasuredSound, duration_s: f64, amount: Amount<'_>) -> Vec<Bloc
 }
 
 /// The tonal events, one per row.
-fn event_table(events: &[TonalEvent], reference: LevelReference) -> Table {
-    let mut table = Table::default()
-        .right("event")
-        .left("kind")
-        .right("start, s")
-        .right("end, s")
-        .right("frequency, Hz")
-        .right("low to high, Hz")
-        .right("harmonics")
-        .right(format!("level, {reference}"))
-        .right("SNR, dB")
-        .left("modulation");
-    for (event, number) in events.iter().zip(1..) {
-        table.row([
-            format!("{number}"),
-            format!("{}, {:.0} %", event.kind, 100.0 * event.probability),
-            format!("{:.3}", event.start_s),
-            format!("{:.3}", event.end_s),
-            format!("{:.1}", event.frequency_hz),
-            format!(
-                "{:.1} to {:.1}",
-                event.frequency_low_hz, event.frequency_high_hz
-            ),
-            format!("{}", event.harmonics),
-            format!("{:.1}", event.level_db),
-            format!("{:.1}", event.snr_db),
-            modulation(event),
-        ]);
-    }
-    table
+fn event_table(events: &[TonalEvent], reference: LevelReference) -> Block {
+    Table::of((1..).zip(events))
+        .right("event", |(number, _)| format!("{number}"))
+        .left("kind", |(_, it)| {
+            format!("{}, {:.0} %", it.kind, 100.0 * it.probability)
+        })
+        .right("start, s", |(_, it)| fixed(it.start_s, 3))
+        .right("end, s", |(_, it)| fixed(it.end_s, 3))
+        .right("frequency, Hz", |(_, it)| fixed(it.frequency_hz, 1))
+        .right("low to high, Hz", |(_, it)| {
+            let [low, high] = [it.frequency_low_hz, it.frequency_high_hz];
+            format!("{low:.1} to {high:.1}")
+        })
+        .right("harmonics", |(_, it)| it.harmonics.to_string())
+        .right(format!("level, {reference}"), |(_, it)| {
+            fixed(it.level_db, 1)
+        })
+        .right("SNR, dB", |(_, it)| fixed(it.snr_db, 1))
+        .left("modulation", |(_, it)| modulation(it))
+        .into()
 }
 
 /// Modulation of amplitude and frequency; empty if there is none.

@@ -44,6 +44,11 @@ pub struct SweepPoint {
 }
 
 impl SweepPoint {
+    /// The response, if there is one.
+    pub fn found(&self) -> Option<&SettledResponse> {
+        self.outcome.as_ref().ok()
+    }
+
     /// Name of the regime with its doubling ([`SettledResponse::motion`]), or "no response".
     pub fn regime_name(&self) -> String {
         match &self.outcome {

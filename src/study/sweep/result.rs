@@ -245,7 +245,7 @@ impl Report for SweepResult {
             )));
         }
         if self.points.len() <= MAX_ROWS {
-            blocks.push(Block::Table(self.table()));
+            blocks.push(self.table());
         }
         let count = |is_counted: fn(&SweepPoint) -> bool| {
             let counted = self.points.iter().filter(|point| is_counted(point));
@@ -275,34 +275,36 @@ impl Report for SweepResult {
 
 impl SweepResult {
     /// The points, one per row.
-    fn table(&self) -> Table {
-        let axes = self.axes.iter();
-        let table = axes.fold(Table::default().right(""), |table, axis| table.right(axis));
-        let table = table
-            .left("type of motion")
-            .right("amplitude, um")
-            .right("line, Hz");
-        let table = table.right("doubling").right("exponent, 1/s");
-        let mut table = table.right("unstable modes");
-        for point in self.points.iter() {
-            let response = point.outcome.as_ref().ok();
-            let mark = if point.is_unsettled() { "*" } else { "" };
-            let line = response.and_then(|response| response.lines.first());
-            let spectrum = response.and_then(|response| response.exponents.as_ref());
-            let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
-            let linear = response.and_then(|response| response.linear.as_ref());
-            let mut row = vec![point.place.start.to_string()];
-            row.extend(point.place.values.iter().map(f64::to_string));
-            row.extend([
-                format!("{}{mark}", point.regime_name()),
-                fixed(response.map(|response| 1e6 * response.amplitude), 4),
-                fixed(line.map(|line| line.frequency), 1),
-                response.map_or_else(String::new, |response| response.doubling.to_string()),
-                largest.map_or_else(String::new, |largest| Measured::from(largest).to_string()),
-                linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),
-            ]);
-            table.row(row);
-        }
+    fn table(&self) -> Block {
+        let table = Table::of(self.points.iter());
+        let table = table.right("", |point| point.place.start.to_string());
+        let axes = self.axes.iter().enumerate();
+        let table = axes.fold(table, |table, (k, axis)| {
+            table.right(axis, |point| point.place.values[k].to_string())
+        });
         table
+            .left("type of motion", |point| {
+                let mark = if point.is_unsettled() { "*" } else { "" };
+                point.regime_name() + mark
+            })
+            .right("amplitude, um", |point| {
+                fixed(point.found().map(|found| 1e6 * found.amplitude), 4)
+            })
+            .right("line, Hz", |point| {
+                let line = point.found().and_then(|found| found.lines.first());
+                fixed(line.map(|line| line.frequency), 1)
+            })
+            .right("doubling", |point| {
+                point.found().map(|found| found.doubling.to_string())
+            })
+            .right("exponent, 1/s", |point| {
+                let largest = point.found()?.exponents.as_ref()?.exponents.first();
+                largest.map(|largest| Measured::from(largest).to_string())
+            })
+            .right("unstable modes", |point| {
+                let linear = point.found()?.linear.as_ref();
+                linear.map(|linear| linear.unstable().count().to_string())
+            })
+            .into()
     }
 }
