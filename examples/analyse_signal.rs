@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         start: 0.0,
         samples: (0..24_000).map(sample).collect(),
     };
-    let report = analyse_signal(signal, &SignalOptions::default(), &mut |(step, share)| {
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut |share, step| {
         eprintln!("{:>3.0} % {step}", 100.0 * share);
         Ok(())
     })?;

@@ -68,13 +68,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tolerance: 1e-6,
     };
     let start = branch::settled_orbit(&stick_slip, 0.2, &[0.0, 0.2], &search, &options)?;
-    branch::continue_orbits(&stick_slip, &start.into(), &options, &mut |update| {
-        if let branch::BranchUpdate::Point(orbit) = update {
-            let (belt, found) = (orbit.parameter, orbit.period_s);
-            let error = found - period(belt);
-            println!("belt {belt:.3}: period {found:.6} s, error {error:.0e} s");
-        }
-        true
+    branch::continue_orbits(&stick_slip, &start.into(), &options, &mut |orbit| {
+        let (belt, found) = (orbit.parameter, orbit.period_s);
+        let error = found - period(belt);
+        println!("belt {belt:.3}: period {found:.6} s, error {error:.0e} s");
+        Ok(())
     })?;
     Ok(())
 }

@@ -91,7 +91,7 @@
 //!     start: 0.0,
 //!     samples: (0..9600).map(|k| (0.5 * f64::from(k)).sin()).collect(),
 //! };
-//! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()))?;
+//! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(()))?;
 //! assert_eq!(report.verdict.get()?.regime, Regime::Periodic);
 //! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -103,26 +103,8 @@
 //! ```
 //! use squeakscope::scene::{Parameter, Scene};
 //! use squeakscope::study::response::ResponsePlan;
-//! use squeakscope::study::Stopped;
-//! use squeakscope::study::sweep::{
-//!     SweepObserver, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep,
-//! };
-//!
-//! #[derive(Default)]
-//! struct Points(Vec<SweepPoint>);
-//!
-//! impl SweepObserver for Points {
-//!     type Error = Box<dyn std::error::Error>;
-//!
-//!     fn on_point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
-//!         self.0.push(point);
-//!         Ok(())
-//!     }
-//!
-//!     fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
-//!         Ok(())
-//!     }
-//! }
+//! use squeakscope::study::StudyError;
+//! use squeakscope::study::sweep::{Axis, Shard, Start, SweepPlan, sweep};
 //!
 //! let plan = SweepPlan {
 //!     scene: Scene::load("periodic-2deg")?,
@@ -136,13 +118,16 @@
 //!         ..ResponsePlan::default()
 //!     },
 //! };
-//! let mut points = Points::default();
-//! sweep(&plan, Shard::WHOLE, &[], 1, &mut points)?;
-//! for point in &points.0 {
+//! let mut points = Vec::new();
+//! sweep(&plan, Shard::WHOLE, &[], 1, &mut |_, _| Ok(()), |point| {
+//!     points.push(point);
+//!     Ok::<_, StudyError>(())
+//! })?;
+//! for point in &points {
 //!     let response = point.outcome.clone()?;
 //!     println!("{} deg: {}, {:.2e} m", point.place.values[0], response.regime, response.amplitude);
 //! }
-//! assert_eq!(points.0.len(), 2);
+//! assert_eq!(points.len(), 2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

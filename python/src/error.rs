@@ -9,8 +9,7 @@ use squeakscope::analysis::AnalysisError;
 use squeakscope::chain_of_causes;
 use squeakscope::pipeline::PipelineError;
 use squeakscope::scene::SceneError;
-use squeakscope::study::branch::BranchError;
-use squeakscope::study::cost::CostError;
+use squeakscope::study::StudyError;
 use squeakscope::study::signal::SignalError;
 
 use crate::recording::FileError;
@@ -33,12 +32,11 @@ pub fn raise(error: &(dyn Error + 'static)) -> PyErr {
             || matches!(
                 cause.downcast_ref(),
                 Some(
-                    BranchError::Scene(_)
-                        | BranchError::Start(_)
-                        | BranchError::Pipeline(PipelineError::Scene(_))
+                    StudyError::Scene(_)
+                        | StudyError::StartOutside { .. }
+                        | StudyError::Pipeline(PipelineError::Scene(_))
                 )
             )
-            || matches!(cause.downcast_ref(), Some(CostError::Scene(_)))
     };
     let text = chain_of_causes(error);
     if causes().any(is_input) {

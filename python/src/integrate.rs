@@ -424,8 +424,8 @@ pub fn exponents<'py>(
     let done = system.run(py, || {
         let mut integrator = integrator.with_tangents(&system, width, seed)?;
         integrator.start(&system, 0.0, state)?;
-        lyapunov(&system, &mut integrator, &plan, &mut |at| {
-            system.calls.watch.report(at.share)
+        lyapunov(&system, &mut integrator, &plan, &mut |share, _| {
+            system.calls.watch.report(share)
         })
     });
     let found = system.finish(done)?;

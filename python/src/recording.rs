@@ -107,8 +107,8 @@ pub fn analyse<'py>(
         let calibration = calibration
             .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
             .transpose()?;
-        let watch = &mut |(_, share)| watch.report(share);
-        let found = AnalysedFile::of(path, signal, calibration, &options, watch);
+        let progress = &mut |share: f64, _: &str| watch.report(share);
+        let found = AnalysedFile::of(path, signal, calibration, &options, progress);
         found.map_err(FileError::from)
     })?;
     let fields = Fields::of(py, &found)?;

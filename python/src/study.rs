@@ -8,8 +8,7 @@ use squeakscope::joint::BallJoint;
 use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figure};
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{
-    self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
-    OrbitStarts, add_orbits, equilibria,
+    self as branches, Branch, BranchPlan, OrbitStarts, add_equilibria, add_orbits,
 };
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{
@@ -94,7 +93,7 @@ pub fn sensitivities<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.load(None)?;
     let found = long_call(py, progress.as_ref(), |watch| {
-        branches::sensitivities(&scene, &mut |share| watch.report(share))
+        branches::sensitivities(&scene, &mut |share, _| watch.report(share))
     })?;
     result(py, &found)
 }
@@ -190,29 +189,21 @@ fn branches_of(
     plan: &BranchPlan,
     starts: Option<OrbitStarts<'_>>,
     watch: &Watch,
-) -> Result<Branch, BranchError> {
-    let [from, to] = plan.interval;
+) -> Result<Branch, StudyError> {
     if let Some(OrbitStarts::At(start)) = starts {
         plan.check_start(start)?;
     }
-    let steady = match equilibria(plan, &mut |share| watch.report(0.1 * share)) {
+    let mut found = Branch::new(plan);
+    let steady = add_equilibria(plan, &mut found, &mut |share, _| watch.report(0.1 * share));
+    match steady {
         // A system driven in time has no equilibria, but periodic orbits.
-        Err(BranchError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {
-            EquilibriumBranch::default()
-        }
+        Err(StudyError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {}
         steady => steady?,
-    };
-    let mut found = Branch::new(plan, steady);
+    }
     if let Some(starts) = starts {
-        let mut report = |update: OrbitProgress<'_>| {
-            let share = match update {
-                OrbitProgress::Settling(_) => 0.1,
-                OrbitProgress::Branch(_) => 1.0,
-                OrbitProgress::Orbit { value, .. } => 0.2 + 0.8 * (value - from) / (to - from),
-            };
-            watch.report(share)
-        };
-        add_orbits(plan, starts, &mut found, &mut report)?;
+        add_orbits(plan, starts, &mut found, &mut |share, _, _| {
+            watch.report(0.2 + 0.8 * share)
+        })?;
     }
     Ok(found)
 }
@@ -273,9 +264,7 @@ pub fn lyapunov<'py>(
     };
     let scene = scene.load(duration)?;
     let found = long_call(py, progress.as_ref(), |watch| {
-        scene_lyapunov(&scene, &request, &mut |progress| {
-            watch.report(progress.share)
-        })
+        scene_lyapunov(&scene, &request, &mut |share, _| watch.report(share))
     })?;
     let found = LyapunovResult::new(request.goal, found);
     Fields::of(py, &found)?
@@ -305,7 +294,7 @@ pub fn cost<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.load(None)?;
     let found = long_call(py, progress.as_ref(), |watch| {
-        cost_study::cost(&scene, None, &mut |(_, share)| watch.report(share))
+        cost_study::cost(&scene, None, &mut |share, _| watch.report(share))
     })?;
     Fields::of(py, &found)?
         .drawn(move || vec![cost_figure(&scene.name, &found)])?

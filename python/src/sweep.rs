@@ -9,13 +9,13 @@ use squeakscope::scene::Scene;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::response::ResponsePlan;
 use squeakscope::study::sweep::{
-    Axis, Grid, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
-    sweep as sweep_scene, sweep_subject,
+    Axis, Grid, Shard, Start, SweepPlan, SweepPoint, SweepResult, sweep as sweep_scene,
+    sweep_subject,
 };
-use squeakscope::study::{Stopped, ThreadSpawnError, threads};
+use squeakscope::study::{StudyError, threads};
 
 use crate::array::{check_names, choice, optional, options, positive, vector, whole};
-use crate::call::{Watch, long_call};
+use crate::call::long_call;
 use crate::error::{input, raise};
 use crate::own::{OwnSystems, SEED, Studied};
 use crate::result::Fields;
@@ -51,23 +51,17 @@ impl Options {
     }
 }
 
-/// Collects the points of a sweep.
-struct Points<'a> {
-    points: Vec<SweepPoint>,
-    watch: &'a Watch,
-}
-
-impl SweepObserver for Points<'_> {
-    type Error = ThreadSpawnError;
-
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), ThreadSpawnError> {
-        self.points.push(point);
+/// The points of a sweep in ascending order of index.
+fn collected(
+    sweep: impl FnOnce(&mut dyn FnMut(SweepPoint) -> Result<(), StudyError>) -> Result<(), StudyError>,
+) -> Result<Vec<SweepPoint>, StudyError> {
+    let mut points = Vec::new();
+    sweep(&mut |point| {
+        points.push(point);
         Ok(())
-    }
-
-    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
-        self.watch.report(progress.share)
-    }
+    })?;
+    points.sort_by_key(|point: &SweepPoint| point.place.index);
+    Ok(points)
 }
 
 /// What is swept over one or two parameters.
@@ -141,16 +135,6 @@ impl Swept {
     ) -> PyResult<Vec<SweepPoint>> {
         let number = optional("threads", options.threads, 1)?.and_then(NonZero::new);
         let response = options.response(self.is_own())?;
-        let collect =
-            |watch: &Watch, sweep: &dyn Fn(&mut Points<'_>) -> Result<bool, ThreadSpawnError>| {
-                let mut found = Points {
-                    points: Vec::new(),
-                    watch,
-                };
-                sweep(&mut found)?;
-                found.points.sort_by_key(|point| point.place.index);
-                Ok::<_, ThreadSpawnError>(found.points)
-            };
         match &self.of {
             Of::Scene(scene, axes) => {
                 let plan = SweepPlan {
@@ -160,16 +144,18 @@ impl Swept {
                     response,
                 };
                 long_call(py, progress, |watch| {
-                    collect(watch, &|found| {
-                        sweep_scene(&plan, shard, &[], threads(number), found)
-                    })
+                    let threads = threads(number);
+                    let mut report = |share, _: &str| watch.report(share);
+                    collected(|add| sweep_scene(&plan, shard, &[], threads, &mut report, add))
                 })
             }
             Of::Systems(systems) => {
                 let (grid, number) = (self.grid(starts), number.map_or(1, NonZero::get));
                 systems.call(py, progress, |watch| {
-                    collect(watch, &|found| {
-                        sweep_subject(systems, &grid, &response, (shard, &[]), number, found)
+                    let work = (shard, &[][..], number);
+                    let mut report = |share, _: &str| watch.report(share);
+                    collected(|add| {
+                        sweep_subject(systems, &grid, &response, work, &mut report, add)
                     })
                 })
             }
@@ -271,7 +257,7 @@ pub fn sweep<'py>(
     let options = Options::of(options)?;
     let found = swept.points(py, (&chosen, shard), &options, progress.as_ref())?;
     let axes = swept.names.iter().cloned().zip(swept.labels.clone());
-    let all = SweepResult::of(axes.collect(), &grid, found, (shard, false));
+    let all = SweepResult::of(axes.collect(), &grid, found, shard);
     let fields = Fields::of(py, &all)?;
     let figures = move |scene: &Scene, axes: &[Axis]| {
         let plan = SweepPlan {
@@ -325,7 +311,7 @@ pub fn basins<'py>(
     let options = Options::of(options)?;
     let starts = (&[Start::Fresh][..], Shard::WHOLE);
     let points = swept.points(py, starts, &options, progress.as_ref())?;
-    let mut found = Basins::of(kicks, &points, false);
+    let mut found = Basins::of(kicks, &points);
     if let Of::Scene(scene, _) = &swept.of {
         found.tilt = scene.joint().ok().map(|joint| joint.tilt.at(0.0));
     }

@@ -100,9 +100,9 @@ pub(super) fn analyse(
         .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
         .transpose()?;
     let options = options(args);
-    let on_progress = &mut |(task, share)| watch.update(share, task);
+    let progress = &mut |share: f64, task: &str| watch.update(share, task);
     let path = Some(file.to_owned());
-    let analysed = AnalysedFile::of(path, signal, calibration, &options, on_progress);
+    let analysed = AnalysedFile::of(path, signal, calibration, &options, progress);
     let mut analysed = analysed.map_err(|reason| match reason {
         SignalError::Stopped(_) => CliError::NoResult,
         reason => CliError::Signal {

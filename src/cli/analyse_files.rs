@@ -327,17 +327,18 @@ impl Report for AnalysedFiles {
                 let line = row.ok()?.report.tones.lines.first();
                 line.map(|named| fixed(named.line.frequency, 1))
             });
-        let counts: [(_, fn(&Score) -> usize); 3] = [
-            ("found", |score| score.found),
-            ("false", |score| score.false_events.len()),
-            ("missed", |score| score.missed.len()),
-        ];
-        let table = counts.into_iter().fold(table, |table, (title, count)| {
-            table.right(title, |row| {
-                let score = row.ok()?.truth.as_ref();
-                score.map(|score| count(score).to_string())
+        let counted = |file: &AnalysedFile, count: fn(&Score) -> usize| {
+            let score = file.truth.as_ref();
+            score.map(|score| count(score).to_string())
+        };
+        let table = table
+            .right("found", |row| counted(row.ok()?, |score| score.found))
+            .right("false", |row| {
+                counted(row.ok()?, |score| score.false_events.len())
             })
-        });
+            .right("missed", |row| {
+                counted(row.ok()?, |score| score.missed.len())
+            });
         let table = table.left("type of motion", |row| match row {
             Ok(file) => file
                 .report

@@ -29,11 +29,11 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let (mut points, done) = compute_points(&plan, &args.work, &files, &watch)?;
+    let mut points = compute_points(&plan, &args.work, &files, &watch)?;
     points.sort_by_key(|point| point.place.index);
-    let basins = Basins::new(&plan, &points, !done);
+    let basins = Basins::new(&plan, &points);
     files.finish(watch, Some(&plan.scene.name), &basins, |files| {
-        write_points(&plan, &points, files, done)?;
+        write_points(&plan, &points, files, !basins.interrupted)?;
         let title = title(&plan.scene.name, basins.tilt);
         let drawn = files.draw(|| vec![basins_figure(&title, &points, &basins.attractors)]);
         write_recording(&plan, &points, files)?;

@@ -17,12 +17,11 @@ use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
 use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
-    Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, OrbitStarts,
-    TiltDiagram, add_orbits, add_tori, equilibria, portraits, settled_responses, stability_map,
-    write_branch,
+    Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_equilibria, add_orbits, add_tori,
+    portraits, settled_responses, stability_map, write_branch,
 };
 use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
-use crate::study::threads;
+use crate::study::{StudyError, threads};
 
 /// Default interval of the tilt, degrees.
 const TILTS: [f64; 2] = [0.0, 8.0];
@@ -66,7 +65,8 @@ fn branch(
         )));
     }
     if let Some(start) = args.start {
-        plan.check_start(start)?;
+        plan.check_start(start)
+            .map_err(|error| CliError::Input(error.to_string()))?;
     }
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--out", Kind::TABLE, args.out.as_ref())
@@ -122,49 +122,38 @@ fn compute(
     plan: &BranchPlan,
     settled: &mut Vec<SweepPoint>,
 ) -> Result<Branch, CliError> {
-    let steady = equilibria(plan, &mut |share| watch.update(0.1 * share, "equilibria"));
-    let steady = match steady {
-        Err(BranchError::Equilibrium(EquilibriumError::Driven)) if !args.equilibria => {
-            EquilibriumBranch::default()
-        }
-        steady => steady.map_err(failed)?,
-    };
-    let mut result = Branch::new(plan, steady);
+    let mut result = Branch::new(plan);
+    let equilibria = add_equilibria(plan, &mut result, &mut |share, task| {
+        watch.update(0.1 * share, task)
+    });
+    match equilibria {
+        Err(StudyError::Equilibrium(EquilibriumError::Driven)) if !args.equilibria => {}
+        equilibria => equilibria.map_err(failed)?,
+    }
     if args.equilibria {
         return Ok(result);
     }
     if args.diagram.is_some() {
-        let responses =
-            settled_responses(scene, plan.interval, threads(args.threads), &mut |share| {
-                watch.update(0.1 + 0.7 * share, "settled responses")
-            });
-        *settled = responses.map_err(|source| failed(source.into()))?;
+        let responses = settled_responses(
+            scene,
+            plan.interval,
+            threads(args.threads),
+            &mut |share, task| watch.update(0.1 + 0.7 * share, task),
+        );
+        *settled = responses.map_err(failed)?;
     }
     let starts = match (args.start, args.diagram.is_some()) {
         (Some(value), _) => OrbitStarts::At(value),
         (None, true) => OrbitStarts::Settled(settled),
         (None, false) => OrbitStarts::Scene,
     };
-    let [from, to] = plan.interval;
-    let name = plan.subject.name(0);
-    let mut on_orbit = |update: OrbitProgress<'_>| match update {
-        OrbitProgress::Branch(_) => watch.check(),
-        OrbitProgress::Settling(value) => {
-            watch.update(0.1, format!("settling at {name} = {value}"))
-        }
-        OrbitProgress::Orbit {
-            branch,
-            orbits,
-            value,
-        } => {
-            let share = 0.2 + 0.8 * (value - from) / (to - from);
-            let task = format!("branch {branch}: {orbits} orbits, {name} = {value:.4}");
-            watch.update(share, task)
-        }
-    };
-    add_orbits(plan, starts, &mut result, &mut on_orbit).map_err(failed)?;
+    let mut update = |share: f64, task: &str| watch.update(0.2 + 0.8 * share, task);
+    add_orbits(plan, starts, &mut result, &mut |share, task, _| {
+        update(share, task)
+    })
+    .map_err(failed)?;
     if let Some(count) = args.tori {
-        add_tori(plan, count, &mut result, &mut on_orbit).map_err(failed)?;
+        add_tori(plan, count, &mut result, &mut update).map_err(failed)?;
     }
     Ok(result)
 }
@@ -240,8 +229,8 @@ fn map(
     };
     let name = &plan.scene.name;
     let watch = Watch::new(stop);
-    let map = stability_map(&plan, threads(args.threads), &mut |share| {
-        watch.update(share, "stability map")
+    let map = stability_map(&plan, threads(args.threads), &mut |share, task| {
+        watch.update(share, task)
     });
     let map = map.map_err(failed)?;
     files.finish(watch, Some(name), &map, |files| {
@@ -286,6 +275,6 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
     Ok(spans)
 }
 
-fn failed(source: BranchError) -> CliError {
+fn failed(source: StudyError) -> CliError {
     CliError::during("study of branches")(source)
 }

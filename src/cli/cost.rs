@@ -13,7 +13,8 @@ use crate::pipeline::{Monitor, Simulation, drive};
 use crate::plot::cost_figure;
 use crate::record::{Output, RerunSink};
 use crate::scene::Scene;
-use crate::study::cost::{Cost, CostError, cost};
+use crate::study::StudyError;
+use crate::study::cost::{Cost, cost};
 
 /// Runs the command.
 ///
@@ -34,7 +35,7 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
 }
 
 /// Runs the study; recordings go to a temporary directory.
-fn measure(scene: &Scene, stop: &Arc<AtomicBool>, watch: &Watch<'_>) -> Result<Cost, CostError> {
+fn measure(scene: &Scene, stop: &Arc<AtomicBool>, watch: &Watch<'_>) -> Result<Cost, StudyError> {
     let run_all = &mut |scene: &Scene| {
         let folder = tempfile::tempdir()?;
         let output = Output {
@@ -50,7 +51,7 @@ fn measure(scene: &Scene, stop: &Arc<AtomicBool>, watch: &Watch<'_>) -> Result<C
         drive(run, "", &mut sink, monitor)?;
         Ok(())
     };
-    cost(scene, Some(run_all), &mut |(task, share)| {
+    cost(scene, Some(run_all), &mut |share, task| {
         watch.update(share, task)
     })
 }

@@ -16,10 +16,9 @@ use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::sound::NoSurface;
-use crate::study::branch::StartOutside;
+use crate::study::Stopped;
 use crate::study::signal::{CalibrationError, SignalError};
 use crate::study::sweep::TableError;
-use crate::study::{Stopped, ThreadSpawnError};
 
 /// An error of another module, as the source of a [`CliError`].
 pub(super) type Cause = Box<dyn Error + Send + Sync>;
@@ -60,9 +59,6 @@ pub enum CliError {
     /// The signal cannot be calibrated.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// A start of periodic orbits outside the interval.
-    #[error(transparent)]
-    Start(#[from] StartOutside),
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
@@ -127,9 +123,6 @@ pub enum CliError {
         /// Error of the operating system.
         source: Cause,
     },
-    /// The operating system refuses a thread for a study.
-    #[error(transparent)]
-    ThreadSpawnError(#[from] ThreadSpawnError),
     /// Interrupted while files are read and the joint is assembled.
     #[error("interrupted before the computation started; nothing is written")]
     BeforeWork,
@@ -182,9 +175,8 @@ impl CliError {
             | Self::NotSaved { .. }
             | Self::Serve { .. }
             | Self::Threads { .. }
-            | Self::ThreadSpawnError(_)
             | Self::Table(
-                TableError::Write { .. } | TableError::Removed { .. } | TableError::Threads(_),
+                TableError::Write { .. } | TableError::Removed { .. } | TableError::Study(_),
             ) => 1,
             Self::Output(error) if !error.is_bad_input() => 1,
             Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,

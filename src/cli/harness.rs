@@ -1,7 +1,6 @@
 //! How every command that has a result runs: check the outputs, work with progress until it is done or interrupted,
 //! write the files, and print the report or the JSON.
 
-use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Write as _;
@@ -347,7 +346,7 @@ impl<'a> Watch<'a> {
     ///
     /// # Errors
     /// If the user has interrupted the work.
-    pub fn update(&self, share: f64, task: impl Into<Cow<'static, str>>) -> Result<(), Stopped> {
+    pub fn update(&self, share: f64, task: &str) -> Result<(), Stopped> {
         self.progress.update(share, task);
         self.check()
     }

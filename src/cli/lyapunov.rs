@@ -14,11 +14,9 @@ use super::harness::{Outputs, Watch};
 use super::output::{Kind, OutputError, is_stdout};
 use crate::dynamics::DynamicsError;
 use crate::plot::lyapunov_figure;
-use crate::report::Measured;
 use crate::scene::Scene;
 use crate::study::lyapunov::{
-    ExponentCount, Goal, LyapunovProgress, LyapunovRequest, LyapunovResult, Phase,
-    RunningExponents, scene_lyapunov, title,
+    ExponentCount, Goal, LyapunovRequest, LyapunovResult, RunningExponents, scene_lyapunov, title,
 };
 
 /// Runs the command.
@@ -40,8 +38,8 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
     let files = outputs.check()?.without_report(is_csv_printed);
     let request = request(args);
     let watch = Watch::new(stop);
-    let found = scene_lyapunov(&scene, &request, &mut |at| {
-        watch.update(at.share, task(&at))
+    let found = scene_lyapunov(&scene, &request, &mut |share, task| {
+        watch.update(share, task)
     });
     let found = found.map_err(|fault| failure(fault.into()))?;
     let result = LyapunovResult::new(request.goal, found);
@@ -115,19 +113,6 @@ fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
         scene.with_overrides(&[("start.seed", seed.to_string())])
     })?;
     Ok(scene.without_analyses())
-}
-
-/// The task in the progress bar.
-fn task(at: &LyapunovProgress) -> String {
-    match (at.phase, &at.largest) {
-        (Phase::Transient, _) => "running the scene".to_owned(),
-        (Phase::Settling, _) => "aligning the tangent vectors".to_owned(),
-        (Phase::Averaging, None) => "averaging".to_owned(),
-        (Phase::Averaging, Some(largest)) => {
-            let largest = Measured::from(largest).unit("1/s");
-            format!("averaging, largest exponent {largest}")
-        }
-    }
 }
 
 #[cfg(test)]

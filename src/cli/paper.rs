@@ -151,8 +151,8 @@ fn simulated(
     };
     let [table, growing] = names.map(|name| args.out.join(name));
     let paths = [table.clone(), growing.clone()];
-    let (mut points, done) = compute_missing(plan, &work, paths, watch)?;
-    if !done {
+    let mut points = compute_missing(plan, &work, paths, watch)?;
+    if points.len() < plan.grid().len() {
         return Err(CliError::Interrupted);
     }
     points.sort_by_key(|point| point.place.index);

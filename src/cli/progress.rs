@@ -1,6 +1,5 @@
 //! A progress bar on the standard error, if that is a terminal.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -28,8 +27,8 @@ impl Progress {
     }
 
     /// Sets the completed share, 0 to 1, and the task.
-    pub fn update(&self, share: f64, task: impl Into<Cow<'static, str>>) {
-        self.bar.set_message(task);
+    pub fn update(&self, share: f64, task: &str) {
+        self.bar.set_message(task.to_owned());
         // The bar counts in integers.
         self.bar.set_position((share * 1e6).round() as u64);
     }

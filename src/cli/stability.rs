@@ -103,8 +103,8 @@ fn add_sensitivities(
 ) -> Result<(), CliError> {
     for (k, (tilt_deg, at)) in tilts_deg.iter().zip(&mut result.tilts).enumerate() {
         let tilted = scene.with_values(&[(Parameter::tilt(), *tilt_deg)])?;
-        at.sensitivities = sensitivities(&tilted, &mut |share| {
-            watch.update((k as f64 + share) / tilts_deg.len() as f64, "sensitivities")
+        at.sensitivities = sensitivities(&tilted, &mut |share, task| {
+            watch.update((k as f64 + share) / tilts_deg.len() as f64, task)
         })
         .map_err(CliError::during("study of sensitivities"))?;
     }

@@ -21,10 +21,10 @@ use crate::scene::Parameter;
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult, SweepTable,
-    TableError, TableWriter, read_table, sweep, write_table,
+    Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
+    read_table, sweep, write_table,
 };
-use crate::study::{Stopped, threads};
+use crate::study::{StudyError, threads};
 
 /// Default tilts, degrees: first, last, step, as in Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
@@ -50,9 +50,9 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     );
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let (points, done) = compute_points(&plan, &args.work, &files, &watch)?;
+    let points = compute_points(&plan, &args.work, &files, &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
-    let result = result(&plan, points, (shard, !done), &watch);
+    let result = result(SweepResult::new(&plan, points, shard), &plan, &watch);
     files.finish(watch, Some(&plan.scene.name), &result, |files| {
         write(&plan, &result, files)
     })
@@ -76,14 +76,14 @@ pub(super) fn outputs<'a>(
         .figures(&args.figures, STUDY, stems)
 }
 
-/// Computes the points that the table lacks and adds them to it. Returns all known points, and whether the
-/// shard is complete.
+/// Computes the points that the table lacks and adds them to it. Returns all known points; some are missing after an
+/// interrupt.
 pub(super) fn compute_points(
     plan: &SweepPlan,
     work: &WorkArgs,
     files: &Files<'_>,
     watch: &Watch<'_>,
-) -> Result<(Vec<SweepPoint>, bool), CliError> {
+) -> Result<Vec<SweepPoint>, CliError> {
     let paths = ["--out", GROWING].map(|option| files.path(option).expect("is always written"));
     compute_missing(plan, work, paths, watch)
 }
@@ -94,7 +94,7 @@ pub(super) fn compute_missing(
     work: &WorkArgs,
     [table, growing]: [std::path::PathBuf; 2],
     watch: &Watch<'_>,
-) -> Result<(Vec<SweepPoint>, bool), CliError> {
+) -> Result<Vec<SweepPoint>, CliError> {
     let known = if work.resume {
         known_points(plan, [&growing, &table])?
     } else {
@@ -102,15 +102,20 @@ pub(super) fn compute_missing(
     };
     resources::start_thread_pool()?;
     super::interrupt::start_work();
-    let mut recorder = Recorder {
-        table: TableWriter::new(&growing, plan, &known)?,
-        points: known.clone(),
-        watch,
-    };
+    let mut table = TableWriter::new(&growing, plan, &known)?;
+    let mut points = known.clone();
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
-    let done = sweep(plan, shard, &known, threads, &mut recorder)?;
-    Ok((recorder.points, done))
+    let mut progress = |share: f64, task: &str| watch.update(share, task);
+    let ended = sweep(plan, shard, &known, threads, &mut progress, |point| {
+        table.add(&point)?;
+        points.push(point);
+        Ok(())
+    });
+    match ended {
+        Ok(()) | Err(TableError::Study(StudyError::Stopped(_))) => Ok(points),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// Runs `squeakscope merge`.
@@ -156,7 +161,11 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
     }
     let merged = merged.into_values().collect();
     let watch = Watch::new(stop);
-    let result = result(&plan, merged, (Shard::WHOLE, false), &watch);
+    let merged = SweepResult {
+        interrupted: false,
+        ..SweepResult::new(&plan, merged, Shard::WHOLE)
+    };
+    let result = result(merged, &plan, &watch);
     files.finish(watch, Some(&plan.scene.name), &result, |files| {
         write(&plan, &result, files)
     })
@@ -181,38 +190,10 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
     }
 }
 
-/// Writes each point to the tables and shows the progress.
-struct Recorder<'a> {
-    table: TableWriter,
-    points: Vec<SweepPoint>,
-    watch: &'a Watch<'a>,
-}
-
-impl SweepObserver for Recorder<'_> {
-    type Error = TableError;
-
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), TableError> {
-        self.table.add(&point)?;
-        self.points.push(point);
-        Ok(())
-    }
-
-    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
-        let SweepProgress { done, all, share } = progress;
-        self.watch.update(share, format!("{done} of {all} points"))
-    }
-}
-
 /// The result with the bifurcations that end its hysteresis.
-fn result(
-    plan: &SweepPlan,
-    points: Vec<SweepPoint>,
-    (shard, interrupted): (Shard, bool),
-    watch: &Watch<'_>,
-) -> SweepResult {
-    let mut result = SweepResult::new(plan, points, shard, interrupted);
-    if !interrupted && !result.hysteresis.is_empty() {
-        let ends = hysteresis_ends(plan, &result.points, &result.hysteresis, &mut |_| {
+fn result(mut result: SweepResult, plan: &SweepPlan, watch: &Watch<'_>) -> SweepResult {
+    if !result.interrupted && !result.hysteresis.is_empty() {
+        let ends = hysteresis_ends(plan, &result.points, &result.hysteresis, &mut |_, _| {
             watch.update(1.0, "branches that end the hysteresis")
         });
         match ends {

@@ -8,11 +8,10 @@ use super::panel::StatusStore;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
-use crate::study::Stopped;
 use crate::study::branch::{
-    BranchError, DiagramBifurcation, DiagramBifurcationKind, DiagramProgress, OrbitProgress,
-    TiltDiagram, shipped_diagram, tilt_diagram,
+    DiagramBifurcation, DiagramBifurcationKind, TiltDiagram, shipped_diagram, tilt_diagram,
 };
+use crate::study::{Stopped, StudyError};
 
 /// The store of the diagram of the present scene.
 #[derive(Default)]
@@ -107,20 +106,21 @@ impl DiagramStore {
                 change(&mut present);
             }
         };
-        let found = tilt_diagram(scene, interval, 1, &mut |progress| {
+        let mut progress = |share: f64, task: &str| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Stopped);
             }
-            change(&mut |present| match (progress, words(&progress)) {
-                (DiagramProgress::Part(diagram), _) => present.set(Shown::of(diagram.clone())),
-                (_, words) => present.note = computing(&words),
-            });
+            let note = computing(&format!("{task}, {:.0} %", 100.0 * share));
+            change(&mut |present| present.note.clone_from(&note));
             Ok(())
+        };
+        let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
+            change(&mut |present| present.set(Shown::of(diagram.clone())));
         });
         let time = store.read(None, 0).time_s;
         let (note, message) = match found {
             Ok(_) => (String::new(), "the branch diagram is complete".to_owned()),
-            Err(BranchError::Stopped(_)) => return,
+            Err(StudyError::Stopped(_)) => return,
             Err(fault) => {
                 let note = format!("no branch diagram: {fault}");
                 (note.clone(), note)
@@ -174,19 +174,6 @@ impl DiagramStore {
 /// A note on a computation.
 fn computing(what: &str) -> String {
     format!("the branch diagram is being computed: {what}")
-}
-
-/// What is computed, in words.
-fn words(progress: &DiagramProgress<'_>) -> String {
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    match progress {
-        DiagramProgress::Equilibria(share) => format!("steady sliding, {}", percent(*share)),
-        DiagramProgress::Responses(share) => format!("settled motions, {}", percent(*share)),
-        DiagramProgress::Orbits(OrbitProgress::Orbit { branch, value, .. }) => {
-            format!("branch {branch} at {value:.2} degrees")
-        }
-        DiagramProgress::Orbits(_) | DiagramProgress::Part(_) => "periodic motions".to_owned(),
-    }
 }
 
 impl Present {

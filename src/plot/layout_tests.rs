@@ -8,37 +8,20 @@ use crate::joint::{BallJoint, Friction};
 use crate::scene::{Parameter, Scene};
 use crate::study::basins::attractors;
 use crate::study::branch::{
-    Branch, BranchPlan, MapPlan, OrbitStarts, add_orbits, equilibria, sensitivities, stability_map,
+    Branch, BranchPlan, MapPlan, OrbitStarts, add_equilibria, add_orbits, sensitivities,
+    stability_map,
 };
 use crate::study::cost::cost;
 use crate::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
 use crate::study::paper as evidence;
 use crate::study::response::ResponsePlan;
 use crate::study::signal::{SignalOptions, analyse_signal};
-use crate::study::sweep::{
-    Axis as SweptAxis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
-};
-use crate::study::{Stopped, ThreadSpawnError, growth_causes, stability};
+use crate::study::sweep::{Axis as SweptAxis, Shard, Start, SweepPlan, SweepPoint, sweep};
+use crate::study::{StudyError, growth_causes, stability};
 use crate::test_signals::{noise, sines};
 
 /// Sizes that are tried besides the default, mm.
 const SIZES: [&str; 3] = ["254x143", "160x90", "120x70"];
-
-/// Collects the points of a sweep.
-struct Points(Vec<SweepPoint>);
-
-impl SweepObserver for Points {
-    type Error = ThreadSpawnError;
-
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), ThreadSpawnError> {
-        self.0.push(point);
-        Ok(())
-    }
-
-    fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
-        Ok(())
-    }
-}
 
 /// A sweep. With a short transient some motions are not settled, with a long one no exponents are computed.
 fn swept(
@@ -63,17 +46,29 @@ fn swept(
             ..ResponsePlan::default()
         },
     };
-    let mut points = Points(Vec::new());
-    sweep(&plan, Shard::WHOLE, &[], 2, &mut points).unwrap();
-    (plan, points.0)
+    let mut points = Vec::new();
+    let mut progress = |_: f64, _: &str| Ok(());
+    sweep(&plan, Shard::WHOLE, &[], 2, &mut progress, |point| {
+        points.push(point);
+        Ok::<_, StudyError>(())
+    })
+    .unwrap();
+    (plan, points)
 }
 
 fn branch(scene: &str, key: &str, interval: [f64; 2], start: Option<f64>) -> Branch {
     let parameter = Parameter::named(key).unwrap();
     let plan = BranchPlan::new(Scene::load(scene).unwrap(), parameter, interval, 20);
-    let mut branch = Branch::new(&plan, equilibria(&plan, &mut |_| Ok(())).unwrap());
+    let mut branch = Branch::new(&plan);
+    add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
     if let Some(start) = start {
-        add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_| Ok(())).unwrap();
+        add_orbits(
+            &plan,
+            OrbitStarts::At(start),
+            &mut branch,
+            &mut |_, _, _| Ok(()),
+        )
+        .unwrap();
     }
     branch
 }
@@ -157,7 +152,7 @@ fn studies() -> Vec<Figure> {
             tolerance: Some(1e-5),
         };
         let scene = Scene::load(scene).unwrap().with_duration(20.0).unwrap();
-        let found = scene_lyapunov(&scene, &request, &mut |_| Ok(())).unwrap();
+        let found = scene_lyapunov(&scene, &request, &mut |_, _| Ok(())).unwrap();
         figures.push(lyapunov_figure(&scene.name, &found));
     }
     for name in ["torus-1.75deg", "which-mode-wins"] {
@@ -167,7 +162,7 @@ fn studies() -> Vec<Figure> {
         let causes = growth_causes(&ball, &tilt).unwrap();
         let at = stability(&ball, &tilt).unwrap();
         figures.push(causes_figure(name, &at[0], &causes[0]));
-        let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
+        let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
         figures.push(sensitivities_figure(
             name,
             &modes.iter().collect::<Vec<_>>(),
@@ -199,12 +194,12 @@ fn studies() -> Vec<Figure> {
         size: [12, 12],
         orbits: false,
     };
-    let map = stability_map(&map, 2, &mut |_| Ok(())).unwrap();
+    let map = stability_map(&map, 2, &mut |_, _| Ok(())).unwrap();
     figures.push(map_figure("torus-1.75deg", &map));
     let belt = Scene::load("mass-on-belt").unwrap();
     figures.push(cost_figure(
         "mass-on-belt",
-        &cost(&belt, None, &mut |_| Ok(())).unwrap(),
+        &cost(&belt, None, &mut |_, _| Ok(())).unwrap(),
     ));
     figures
 }
@@ -234,7 +229,7 @@ fn signals() -> Vec<Figure> {
             start: 0.0,
             samples,
         };
-        let found = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()));
+        let found = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(()));
         signal_figures(&found.unwrap())
     });
     let report = signal_figures(&super::tests::report("probe/displacement"));

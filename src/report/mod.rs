@@ -213,12 +213,14 @@ mod tests {
     }
 
     fn blocks() -> Vec<Block> {
-        let mut table = Table::default().right("Hz").left("");
-        table.row([Cell::from("1780.1"), Tone::Bad.cell("unstable")]);
+        let table = Table::of(["1780.1"])
+            .right("Hz", |text| *text)
+            .left("", |_| Tone::Bad.cell("unstable"))
+            .right("without text", |_| "");
         vec![
             Block::heading("a\u{1b}b", ": 1 of 2 modes"),
             Block::Text(vec!["sum ".into(), Tone::Strong.cell(3)]),
-            Block::Table(table),
+            table.into(),
             Block::Warning("too short".to_owned()),
         ]
     }

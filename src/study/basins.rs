@@ -71,15 +71,15 @@ pub struct Basins {
 
 impl Basins {
     /// Collects the attractors from the points so far of a sweep over the seed of the kick.
-    pub fn new(plan: &SweepPlan, points: &[SweepPoint], interrupted: bool) -> Self {
+    pub fn new(plan: &SweepPlan, points: &[SweepPoint]) -> Self {
         Self {
             tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
-            ..Self::of(plan.grid().len(), points, interrupted)
+            ..Self::of(plan.grid().len(), points)
         }
     }
 
     /// Collects the attractors from the points so far of a sweep over `kicks` seeds.
-    pub fn of(kicks: usize, points: &[SweepPoint], interrupted: bool) -> Self {
+    pub fn of(kicks: usize, points: &[SweepPoint]) -> Self {
         let attractors = attractors(points);
         let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
         Self {
@@ -87,7 +87,7 @@ impl Basins {
             kicks,
             simulated: points.len(),
             undecided: points.len() - decided,
-            interrupted,
+            interrupted: points.len() < kicks,
             attractors,
         }
     }
@@ -258,7 +258,7 @@ mod tests {
         let mut points = run(&plan, Shard::WHOLE, &[], 2);
         let found = attractors(&points);
         // 95 % intervals.
-        crate::report::agreement::check(&Basins::new(&plan, &points, false), &[95.0]);
+        crate::report::agreement::check(&Basins::new(&plan, &points), &[95.0]);
         assert!(found.len() >= 2, "{found:?}");
         let members: usize = found.iter().map(|attractor| attractor.members.len()).sum();
         assert!(members <= 6 && found[0].members.len() >= found[1].members.len());

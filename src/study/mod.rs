@@ -3,6 +3,7 @@
 pub mod basins;
 pub mod branch;
 pub mod cost;
+mod error;
 pub mod friction_fit;
 pub mod lyapunov;
 pub mod paper;
@@ -15,14 +16,12 @@ pub mod sweep;
 #[cfg(feature = "table")]
 mod table;
 
-/// The caller of a study has stopped it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("stopped")]
-pub struct Stopped;
-
-/// Callback on the progress of a study, which stops the study with an error.
-pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> Result<(), Stopped>;
-
-pub use pool::{ThreadSpawnError, threads};
-pub use stability::{ModesAt, StabilityAt, StabilityResult, StudyError, growth_causes, stability};
+pub use crate::dynamics::Stopped;
+pub use error::StudyError;
+pub use pool::threads;
+pub use stability::{ModesAt, StabilityAt, StabilityResult, growth_causes, stability};
 pub use subject::{Subject, Trial};
+
+/// Receives the progress of a study: the share of the work that is done, 0 to 1, and the task. It stops the study with an
+/// error.
+pub type OnProgress<'a> = &'a mut dyn FnMut(f64, &str) -> Result<(), Stopped>;

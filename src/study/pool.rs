@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
-use super::Stopped;
+use super::{Stopped, StudyError};
 
 /// Number of threads: as requested, or the number of cores.
 pub fn threads(asked: Option<NonZero<usize>>) -> usize {
@@ -37,11 +37,6 @@ impl PollTimer {
     }
 }
 
-/// Error of starting (spawning) the threads: not one could be started.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cannot start a thread ({0}); raise the process limit (ulimit -u) or free some memory")]
-pub struct ThreadSpawnError(String);
-
 /// Event delivered to the caller.
 pub(super) enum Event<R> {
     /// A result; results arrive in any order.
@@ -50,19 +45,26 @@ pub(super) enum Event<R> {
     Tick,
 }
 
-/// Sends a job's results, and says whether to continue.
+/// Sends the results of a job, unless the study is stopped.
 pub(super) struct ResultSender<'a, R> {
     sender: &'a Sender<R>,
     stop: &'a AtomicBool,
 }
 
 impl<R> ResultSender<'_, R> {
-    /// Sends a result; returns whether to continue.
-    pub fn send(&self, result: R) -> bool {
-        self.sender.send(result).is_ok() && self.check().is_ok()
+    /// Sends a result.
+    ///
+    /// # Errors
+    /// If the study is stopped.
+    pub fn send(&self, result: R) -> Result<(), Stopped> {
+        self.sender.send(result).map_err(|_| Stopped)?;
+        self.check()
     }
 
-    /// Whether the study is stopped.
+    /// Checks that the study goes on.
+    ///
+    /// # Errors
+    /// If it is stopped.
     pub fn check(&self) -> Result<(), Stopped> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Stopped);
@@ -74,19 +76,16 @@ impl<R> ResultSender<'_, R> {
 /// Runs the jobs in order on `threads` threads (at least one), or on fewer if the system cannot start more.
 ///
 /// A job receives a value cached by its thread (initially the default), the index of the thread, the index
-/// of the job, and the sender for its results. `on_event` is called for each event and returns whether to
-/// continue.
-///
-/// Returns `false` if `on_event` requested a stop.
+/// of the job, and the sender for its results. `on_event` is called for each event.
 ///
 /// # Errors
-/// The error of `on_event`, after which no job is started. [`ThreadSpawnError`].
-pub(super) fn run_jobs<K: Default, R: Send, E: From<ThreadSpawnError>>(
+/// The error of `on_event`, after which no job is started. [`StudyError::Threads`].
+pub(super) fn run_jobs<K: Default, R: Send, E: From<StudyError>>(
     jobs: usize,
     threads: usize,
     job: impl Fn(&mut K, usize, usize, &ResultSender<'_, R>) + Sync,
-    mut on_event: impl FnMut(Event<R>) -> Result<bool, E>,
-) -> Result<bool, E> {
+    mut on_event: impl FnMut(Event<R>) -> Result<(), E>,
+) -> Result<(), E> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
         let (sender, receiver) = bounded(threads.max(1));
@@ -113,13 +112,13 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<ThreadSpawnError>>(
                 Ok(worker) => workers.push(worker),
                 // The results do not depend on the number of threads.
                 Err(fault) if workers.is_empty() => {
-                    return Err(ThreadSpawnError(fault.to_string()).into());
+                    return Err(StudyError::Threads(fault.to_string()).into());
                 }
                 Err(_) => break,
             }
         }
         drop(sender);
-        let mut outcome = Ok(true);
+        let mut outcome = Ok(());
         loop {
             let event = match receiver.recv_timeout(TICK) {
                 Ok(result) => Event::Result(result),
@@ -127,14 +126,9 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<ThreadSpawnError>>(
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             // After an error, remaining events are dropped.
-            if let Ok(should_continue) = &mut outcome {
-                match on_event(event) {
-                    Ok(yes) => *should_continue &= yes,
-                    Err(error) => outcome = Err(error),
-                }
-            }
-            if !matches!(outcome, Ok(true)) {
-                stop.store(true, Ordering::Relaxed);
+            if outcome.is_ok() {
+                outcome = on_event(event);
+                stop.fetch_or(outcome.is_err(), Ordering::Relaxed);
             }
         }
         for worker in workers {
@@ -167,8 +161,8 @@ mod tests {
     #[derive(Debug, PartialEq)]
     struct Fault(&'static str);
 
-    impl From<ThreadSpawnError> for Fault {
-        fn from(_: ThreadSpawnError) -> Self {
+    impl From<StudyError> for Fault {
+        fn from(_: StudyError) -> Self {
             Self("no thread")
         }
     }
@@ -179,39 +173,43 @@ mod tests {
             let mut results = Vec::new();
             let job = |kept: &mut usize, _, place: usize, sender: &ResultSender<'_, usize>| {
                 *kept += 1;
-                sender.send(place);
+                let _ = sender.send(place);
             };
             let done = run_jobs(20, threads, job, |event| {
                 if let Event::Result(result) = event {
                     results.push(result);
                 }
-                Ok::<bool, Fault>(true)
+                Ok::<_, Fault>(())
             });
             results.sort_unstable();
-            assert_eq!((done, results), (Ok(true), (0..20).collect()));
+            assert_eq!((done, results), (Ok(()), (0..20).collect()));
         }
         let none = run_jobs(
             0,
             2,
             |(): &mut (), _, _, _: &ResultSender<'_, ()>| (),
-            |_| Ok::<bool, Fault>(true),
+            |_| Ok::<_, Fault>(()),
         );
-        assert_eq!(none, Ok(true));
+        assert_eq!(none, Ok(()));
     }
 
     #[test]
     fn the_pool_stops_on_request_and_on_an_error() {
         let job = |(): &mut (), _, place: usize, sender: &ResultSender<'_, usize>| {
-            while !sender.send(place) && sender.check().is_ok() {}
+            let _ = sender.send(place);
         };
         let mut events = 0;
         let stopped = run_jobs(1000, 2, job, |_| {
             events += 1;
-            Ok::<bool, Fault>(events < 5)
+            if events < 5 {
+                Ok(())
+            } else {
+                Err(Fault("stopped"))
+            }
         });
-        assert_eq!(stopped, Ok(false));
+        assert_eq!(stopped, Err(Fault("stopped")));
         assert!(events < 20, "{events}");
-        let failed = run_jobs(1000, 2, job, |_| Err::<bool, Fault>(Fault("full")));
+        let failed = run_jobs(1000, 2, job, |_| Err(Fault("full")));
         assert_eq!(failed, Err(Fault("full")));
     }
 
@@ -221,7 +219,7 @@ mod tests {
         let job = |(): &mut (), _, place: usize, _: &ResultSender<'_, ()>| {
             assert!(place != 2, "the third");
         };
-        let _ = run_jobs(5, 2, job, |_| Ok::<bool, Fault>(true));
+        let _ = run_jobs(5, 2, job, |_| Ok::<_, Fault>(()));
     }
 
     #[test]
@@ -232,7 +230,7 @@ mod tests {
             assert!(place != 2, "the third");
             thread::sleep(Duration::from_millis(5));
         };
-        let all = AssertUnwindSafe(|| run_jobs(1000, 2, job, |_| Ok::<bool, Fault>(true)));
+        let all = AssertUnwindSafe(|| run_jobs(1000, 2, job, |_| Ok::<_, Fault>(())));
         assert!(catch_unwind(all).is_err());
         assert!(begun.into_inner() < 100);
     }

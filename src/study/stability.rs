@@ -3,34 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::StudyError;
 use super::branch::ModeSensitivities;
-use crate::joint::{
-    AssemblyError, BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH, NamedMode, StabilityError,
-};
+use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH, NamedMode};
 use crate::number::{degrees, fixed, significant};
 use crate::report::{Block, Report, Table, TableOf, Tone};
-
-/// Error of a stability study.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// The joint cannot be assembled at one of the tilts.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// The causes of growth are not defined for the friction law.
-    #[error(
-        "the causes of growth are computed for friction that depends on the slip velocity alone; omit --causes for \
-         friction with a state"
-    )]
-    NoCauses,
-    /// The eigenvalues at one of the tilts could not be computed.
-    #[error("the eigenvalues at a tilt of {tilt_deg} deg could not be computed")]
-    Eigenvalues {
-        /// The tilt, degrees.
-        tilt_deg: f64,
-        /// The cause.
-        source: StabilityError,
-    },
-}
 
 /// Linear stability at one tilt of the load: the linear modes of steady sliding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,11 +4,10 @@ use crate::joint::BallJoint;
 use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
 use crate::scene::{Parameter, Scene, SystemSpec};
 
-use super::OnProgress;
 use super::response::{
-    InitialState, ResponseError, ResponsePlan, ResponseProgress, SettledResponse, respond,
-    response, section_lag,
+    InitialState, ResponsePlan, SettledResponse, respond, response, section_lag,
 };
+use super::{OnProgress, StudyError};
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
@@ -35,18 +34,18 @@ pub trait Subject: Send + Sync {
     /// The settled response at some values of the parameters.
     ///
     /// # Errors
-    /// If there is no system, or its motion cannot be computed or analysed; [`ResponseError::Stopped`].
+    /// If there is no system, or its motion cannot be computed or analysed; [`StudyError::Stopped`].
     fn response(
         &self,
         values: &[f64],
         from: InitialState<'_>,
         plan: &ResponsePlan,
         ball: &mut Option<BallJoint>,
-        watch: OnProgress<'_, ResponseProgress>,
-    ) -> Result<SettledResponse, ResponseError> {
+        progress: OnProgress<'_>,
+    ) -> Result<SettledResponse, StudyError> {
         let trial = self.trial(values, ball)?;
         let plan = plan.scaled(trial.period.unwrap_or(1.0));
-        respond(trial, from, &plan, |_| None, watch)
+        respond(trial, from, &plan, |_| None, progress)
     }
 
     /// Does work on a thread that calls the systems.
@@ -146,9 +145,9 @@ impl Subject for SceneSubject {
         from: InitialState<'_>,
         plan: &ResponsePlan,
         ball: &mut Option<BallJoint>,
-        watch: OnProgress<'_, ResponseProgress>,
-    ) -> Result<SettledResponse, ResponseError> {
-        response(&self.scene_at(values)?, from, plan, ball, watch)
+        progress: OnProgress<'_>,
+    ) -> Result<SettledResponse, StudyError> {
+        response(&self.scene_at(values)?, from, plan, ball, progress)
     }
 
     fn first_value(&self) -> Option<f64> {

@@ -88,7 +88,7 @@ fn tone(
 }
 
 fn follow(family: &TiltFamily, start: PeriodicOrbit) -> OrbitBranch {
-    continue_orbits(family, &start.into(), &joint_options(), &mut |_| true)
+    continue_orbits(family, &start.into(), &joint_options(), &mut |_| Ok(()))
         .expect("an orbit at the start")
 }
 

@@ -13,7 +13,7 @@ fn follow(scene: Scene, count: ExponentCount, goal: Goal) -> SceneLyapunov {
         goal,
         tolerance: None,
     };
-    scene_lyapunov(&scene, &request, &mut |_| Ok(())).expect("done")
+    scene_lyapunov(&scene, &request, &mut |_, _| Ok(())).expect("done")
 }
 
 fn scene(name: &str) -> Scene {

@@ -135,7 +135,7 @@ fn settled(
         portrait: false,
         ..ResponsePlan::default()
     };
-    response(&scene, from, &plan, ball, &mut |_| Ok(())).unwrap()
+    response(&scene, from, &plan, ball, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.

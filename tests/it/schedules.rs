@@ -268,7 +268,7 @@ fn studies_use_initial_values_and_exponents_final_values() {
         goal: Goal::Time(1e-3),
         tolerance: None,
     };
-    let found = scene_lyapunov(&changing, &request, &mut |_| Ok(())).unwrap();
+    let found = scene_lyapunov(&changing, &request, &mut |_, _| Ok(())).unwrap();
     assert_eq!(
         (found.fixed_at.load, found.fixed_at.rotation_factor),
         (Some(150.0), Some(1.0))

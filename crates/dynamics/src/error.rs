@@ -2,6 +2,11 @@
 
 use thiserror::Error;
 
+/// The caller has stopped a computation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("stopped")]
+pub struct Stopped;
+
 /// An integration that cannot be set up or continued.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DynamicsError {

@@ -115,7 +115,7 @@ mod tableau;
 mod tangents;
 mod trigonometry;
 
-pub use error::DynamicsError;
+pub use error::{DynamicsError, Stopped};
 pub use error_control::{Accuracy, max_rk4_step};
 pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{

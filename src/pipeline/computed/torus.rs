@@ -63,7 +63,7 @@ pub fn birth(
     let Ok(orbit) = settled_orbit(&family, tilt, integrator.state(), &search, &options) else {
         return Ok(());
     };
-    let Ok(branch) = continue_orbits(&family, &orbit.into(), &options, &mut |_| true) else {
+    let Ok(branch) = continue_orbits(&family, &orbit.into(), &options, &mut |_| Ok(())) else {
         return Ok(());
     };
     let points = branch

@@ -98,7 +98,7 @@ fn report(name: &str) -> SignalAnalysis {
             samples: family.signal(number).0,
         };
         // A signal too short for a report is an error.
-        analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(())).ok()
+        analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(())).ok()
     };
     let is_right = |report: &SignalAnalysis| {
         let verdict = report.verdict.get().expect("classified");

@@ -1,11 +1,11 @@
 //! The bifurcations that end the coexistence of two motions: the causes of hysteresis in a sweep.
 
-use super::BranchError;
-use super::equilibria::{BranchPlan, EquilibriumBranch};
-use super::orbits::{OnOrbitProgress, OrbitStarts, add_orbits};
+use super::equilibria::BranchPlan;
+use super::orbits::{OrbitStarts, add_orbits};
 use super::result::Branch;
 use crate::dynamics::continuation::BifurcationKind;
 use crate::study::sweep::{HysteresisEnd, SweepPlan, SweepPoint};
+use crate::study::{OnProgress, StudyError};
 
 /// The bifurcations at which a periodic motion that coexists with another one ends or loses its stability: those of the
 /// branches through the periodic motions of a sweep over one parameter, within or next to the values at which upward and
@@ -18,8 +18,8 @@ pub fn hysteresis_ends(
     plan: &SweepPlan,
     points: &[SweepPoint],
     differing: &[f64],
-    watch: OnOrbitProgress<'_>,
-) -> Result<Vec<HysteresisEnd>, BranchError> {
+    progress: OnProgress<'_>,
+) -> Result<Vec<HysteresisEnd>, StudyError> {
     let ([axis], Some(first), Some(last)) = (&plan.axes[..], differing.first(), differing.last())
     else {
         return Ok(Vec::new());
@@ -32,8 +32,11 @@ pub fn hysteresis_ends(
         return Ok(Vec::new());
     }
     let branches = BranchPlan::new(plan.scene.clone(), parameter, [*from, *to], 2);
-    let mut branch = Branch::new(&branches, EquilibriumBranch::default());
-    add_orbits(&branches, OrbitStarts::Settled(points), &mut branch, watch)?;
+    let mut branch = Branch::new(&branches);
+    let starts = OrbitStarts::Settled(points);
+    add_orbits(&branches, starts, &mut branch, &mut |share, task, _| {
+        progress(share, task)
+    })?;
     // The change lies between the last value that differs and the next one.
     let before = values.iter().rfind(|value| *value < first).unwrap_or(from);
     let after = values.iter().find(|value| *value > last).unwrap_or(to);

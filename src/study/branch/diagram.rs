@@ -6,20 +6,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::BranchError;
 use super::diagram_text::{orbit_sentence, steady_sentence};
-use super::equilibria::{BranchPlan, equilibria};
+use super::equilibria::{BranchPlan, add_equilibria};
 use super::hopf::SteadyBifurcationKind;
-use super::orbits::{OrbitProgress, OrbitStarts, add_orbits};
+use super::orbits::{OrbitStarts, add_orbits};
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::Regime;
 use crate::dynamics::continuation::{BifurcationKind, PeriodicOrbit};
 use crate::scene::{Parameter, Scene, preset};
 use crate::study::response::ResponsePlan;
-use crate::study::sweep::{
-    Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
-};
-use crate::study::{OnProgress, Stopped, ThreadSpawnError};
+use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
+use crate::study::{OnProgress, StudyError};
 
 /// Number of points of steady sliding.
 const EQUILIBRIA: usize = 81;
@@ -106,19 +103,6 @@ pub struct UnstableModes {
     pub count: usize,
 }
 
-/// Progress of the computation of a diagram.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DiagramProgress<'a> {
-    /// Share of the points of steady sliding that are done, 0 to 1.
-    Equilibria(f64),
-    /// Share of the settled responses that are done, 0 to 1.
-    Responses(f64),
-    /// Progress of the periodic orbits.
-    Orbits(OrbitProgress<'a>),
-    /// The diagram so far, after steady sliding, the settled responses, and each branch.
-    Part(&'a TiltDiagram),
-}
-
 impl TiltDiagram {
     /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
     pub fn new(branch: &Branch, settled: &[SweepPoint]) -> Self {
@@ -166,41 +150,39 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number.
+/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch.
 ///
 /// # Errors
-/// [`BranchError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
+/// [`StudyError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
-    watch: &mut dyn FnMut(DiagramProgress<'_>) -> Result<(), Stopped>,
-) -> Result<TiltDiagram, BranchError> {
+    progress: OnProgress<'_>,
+    mut on_part: impl FnMut(&TiltDiagram),
+) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
-    let steady = equilibria(&plan, &mut |share| {
-        watch(DiagramProgress::Equilibria(share))
-    })?;
-    let mut branch = Branch::new(&plan, steady);
-    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &[])))?;
-    let settled = settled_responses(scene, interval, threads, &mut |share| {
-        watch(DiagramProgress::Responses(share))
-    })?;
-    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &settled)))?;
+    let mut branch = Branch::new(&plan);
+    add_equilibria(&plan, &mut branch, progress)?;
+    on_part(&TiltDiagram::new(&branch, &[]));
+    let settled = settled_responses(scene, interval, threads, progress)?;
+    on_part(&TiltDiagram::new(&branch, &settled));
     let starts = OrbitStarts::Settled(&settled);
-    add_orbits(&plan, starts, &mut branch, &mut |progress| match progress {
-        OrbitProgress::Branch(branch) => {
-            watch(DiagramProgress::Part(&TiltDiagram::new(branch, &settled)))
+    let mut branches = 0;
+    add_orbits(&plan, starts, &mut branch, &mut |share, task, branch| {
+        if branch.orbit_branches() > branches {
+            branches = branch.orbit_branches();
+            on_part(&TiltDiagram::new(branch, &settled));
         }
-        progress => watch(DiagramProgress::Orbits(progress)),
+        progress(share, task)
     })?;
     let diagram = TiltDiagram::new(&branch, &settled);
-    watch(DiagramProgress::Part(&diagram))?;
+    on_part(&diagram);
     Ok(diagram)
 }
 
 /// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
-/// the tilt of the scene, as the tilt of its run rises. `watch` receives the share of the work that is done; if it stops the
-/// study, the rest is missing.
+/// the tilt of the scene, as the tilt of its run rises. If `progress` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If no thread can be started.
@@ -208,24 +190,36 @@ pub fn settled_responses(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
-    watch: OnProgress<'_, f64>,
-) -> Result<Vec<SweepPoint>, ThreadSpawnError> {
+    progress: OnProgress<'_>,
+) -> Result<Vec<SweepPoint>, StudyError> {
     let own = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
     let all = f64::NEG_INFINITY;
     let parts = [
         (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
         (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
     ];
-    let mut settled = Vec::new();
+    let mut settled: Vec<SweepPoint> = Vec::new();
     for (starts, lowest, [before, part]) in parts {
-        let mut watch = |share: f64| watch(before + part * share);
-        let mut points = Points(Vec::new(), &mut watch);
+        let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
+        let mut points = Vec::new();
         let sweep_plan = sweep_plan(scene, interval, starts, lowest);
-        if !sweep(&sweep_plan, Shard::WHOLE, &[], threads, &mut points)? {
-            break;
+        let ended = sweep(
+            &sweep_plan,
+            Shard::WHOLE,
+            &[],
+            threads,
+            &mut progress,
+            |point| {
+                points.push(point);
+                Ok(())
+            },
+        );
+        points.sort_by_key(|point: &SweepPoint| point.place.index);
+        settled.append(&mut points);
+        match ended {
+            Err(StudyError::Stopped(_)) => break,
+            ended => ended?,
         }
-        points.0.sort_by_key(|point| point.place.index);
-        settled.append(&mut points.0);
     }
     Ok(settled)
 }
@@ -249,22 +243,6 @@ fn sweep_plan(scene: &Scene, [from, to]: [f64; 2], starts: Vec<Start>, lowest: f
             portrait: false,
             ..ResponsePlan::default()
         },
-    }
-}
-
-/// Collects the points of a sweep, with the function that receives its progress.
-struct Points<'a>(Vec<SweepPoint>, OnProgress<'a, f64>);
-
-impl SweepObserver for Points<'_> {
-    type Error = ThreadSpawnError;
-
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), ThreadSpawnError> {
-        self.0.push(point);
-        Ok(())
-    }
-
-    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
-        (self.1)(progress.share)
     }
 }
 
@@ -378,6 +356,7 @@ pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::sweep::tests::run;
 
     /// The part of the diagram of a scene that starts from the fresh response without tilt, which is the first of the sweep.
     fn first_part(scene: &Scene) -> TiltDiagram {
@@ -387,14 +366,12 @@ mod tests {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
             ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
         };
-        let mut on_progress = |_| Ok(());
-        let mut points = Points(Vec::new(), &mut on_progress);
-        assert!(sweep(&responses, Shard::WHOLE, &[], 1, &mut points).unwrap());
-        let steady = equilibria(&plan, &mut |_| Ok(())).unwrap();
-        let mut branch = Branch::new(&plan, steady);
-        let starts = OrbitStarts::Settled(&points.0);
-        add_orbits(&plan, starts, &mut branch, &mut |_| Ok(())).unwrap();
-        TiltDiagram::new(&branch, &points.0)
+        let points = run(&responses, Shard::WHOLE, &[], 1);
+        let mut branch = Branch::new(&plan);
+        add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
+        let starts = OrbitStarts::Settled(&points);
+        add_orbits(&plan, starts, &mut branch, &mut |_, _, _| Ok(())).unwrap();
+        TiltDiagram::new(&branch, &points)
     }
 
     /// Columns that differ only in their last digits, by the order of operations of another processor.
@@ -453,11 +430,8 @@ mod tests {
                     starts: vec![start],
                     response: ResponsePlan::default(),
                 };
-                let mut on_progress = |_| Ok(());
-                let mut points = Points(Vec::new(), &mut on_progress);
-                assert!(sweep(&plan, Shard::WHOLE, &[], 1, &mut points).unwrap());
-                points.0.sort_by_key(|point| point.place.index);
-                let found = responses(start, &points.0);
+                let points = run(&plan, Shard::WHOLE, &[], 1);
+                let found = responses(start, &points);
                 let row = stored
                     .responses
                     .iter()

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::BranchError;
 use super::at::At;
 use super::hopf::{Bracket, SteadyBifurcation, locate, sign};
+use super::result::{Branch, BranchBifurcation};
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
-use crate::study::OnProgress;
 use crate::study::subject::{SceneSubject, Subject};
+use crate::study::{OnProgress, StudyError};
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
 const MIN_CORRELATION: f64 = 0.8;
@@ -23,6 +23,9 @@ const MAX_HALVINGS: usize = 6;
 
 /// Distance to which a point is moved from a bifurcation, relative to the interval.
 const OFF: f64 = 1e-6;
+
+/// Name of the work.
+pub(super) const TASK: &str = "steady sliding";
 
 /// Reason for the end of a branch that the caller stopped.
 const INTERRUPTED: &str = "interrupted";
@@ -49,17 +52,6 @@ pub struct EquilibriumPoint {
     pub at: At,
 }
 
-/// The equilibria of a scene over a parameter.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
-pub struct EquilibriumBranch {
-    /// The points, in ascending order of the parameter.
-    pub points: Vec<EquilibriumPoint>,
-    /// Points at which a mode changes its stability, in ascending order of the parameter.
-    pub bifurcations: Vec<SteadyBifurcation>,
-    /// Reason why the branch ends before the end of the interval, if it does.
-    pub ended: Option<String>,
-}
-
 /// A plan of a branch: systems over an interval of a parameter.
 #[derive(Clone)]
 pub struct BranchPlan {
@@ -70,21 +62,6 @@ pub struct BranchPlan {
     /// Number of equally spaced points of the branch of equilibria, at least 2; more are inserted where modes change
     /// quickly.
     pub points: usize,
-}
-
-/// A start of periodic orbits outside the interval of a plan.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \
-     interval", interval[0], interval[1]
-)]
-pub struct StartOutside {
-    /// Name of the parameter.
-    pub name: String,
-    /// Value of the parameter at the start.
-    pub value: f64,
-    /// The ends of the interval.
-    pub interval: [f64; 2],
 }
 
 impl BranchPlan {
@@ -102,12 +79,12 @@ impl BranchPlan {
     ///
     /// # Errors
     /// If it is outside the interval: branches end at its ends.
-    pub fn check_start(&self, value: f64) -> Result<(), StartOutside> {
+    pub fn check_start(&self, value: f64) -> Result<(), StudyError> {
         let [from, to] = self.interval;
         if (from..=to).contains(&value) {
             return Ok(());
         }
-        Err(StartOutside {
+        Err(StudyError::StartOutside {
             name: self.subject.name(0).to_owned(),
             value,
             interval: self.interval,
@@ -122,15 +99,16 @@ struct Solved {
     tracked: Vec<Tracked>,
 }
 
-/// The equilibria of a plan. `on_progress` receives the share of the work that is done; if it stops the study, the branch
-/// ends at the last point.
+/// Adds the equilibria of a plan to a result, with their bifurcations. If `progress` stops the study, the branch ends at the
+/// last point.
 ///
 /// # Errors
 /// If the system has no equilibrium at the start of the interval, or cannot be built there.
-pub fn equilibria(
+pub fn add_equilibria(
     plan: &BranchPlan,
-    on_progress: OnProgress<'_, f64>,
-) -> Result<EquilibriumBranch, BranchError> {
+    result: &mut Branch,
+    progress: OnProgress<'_>,
+) -> Result<(), StudyError> {
     let [from, to] = plan.interval;
     let name = plan.subject.name(0);
     let mut family = SteadyFamily::of(Arc::clone(&plan.subject), vec![(to - from).abs()]);
@@ -145,7 +123,7 @@ pub fn equilibria(
         let mut next = target;
         let mut halvings = 0;
         while last.value < target {
-            if on_progress((last.value - from) / (to - from)).is_err() {
+            if progress((last.value - from) / (to - from), TASK).is_err() {
                 ended = Some(INTERRUPTED.to_owned());
                 break 'branch;
             }
@@ -177,20 +155,22 @@ pub fn equilibria(
             (next, halvings) = (target, 0);
         }
     }
-    let mut bifurcations = Vec::new();
+    let mut bifurcations: Vec<SteadyBifurcation> = Vec::new();
     for bracket in &brackets {
-        if on_progress(1.0).is_err() {
+        if progress(1.0, TASK).is_err() {
             ended = Some(INTERRUPTED.to_owned());
             break;
         }
         bifurcations.extend(locate(&mut family, bracket)?);
     }
     bifurcations.sort_by(|a, b| a.at.value.total_cmp(&b.at.value));
-    Ok(EquilibriumBranch {
-        points,
-        bifurcations,
-        ended,
-    })
+    result.equilibria = points;
+    let bifurcations = bifurcations.into_iter();
+    result
+        .bifurcations
+        .extend(bifurcations.map(BranchBifurcation::Steady));
+    result.ended.extend(ended);
+    Ok(())
 }
 
 /// Whether a mode is undamped that was not at the point before.
@@ -210,7 +190,7 @@ fn solve(
     tracks: &mut Tracks,
     value: f64,
     before: &[Tracked],
-) -> Result<Solved, BranchError> {
+) -> Result<Solved, StudyError> {
     let state = family.at(&[value])?;
     let tracked = tracks.follow(before, state.modes()?);
     Ok(Solved {

@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::BranchError;
 use super::at::At;
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, fastest_alike, most_alike};
 use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
+use crate::study::StudyError;
 
 /// Iterations of the search for a root; bisection alone needs 60.
 const MAX_ITERATIONS: usize = 100;
@@ -141,7 +141,7 @@ pub(super) fn sign(mode: &Eigenmode) -> i32 {
 pub(super) fn locate(
     family: &mut SteadyFamily,
     bracket: &Bracket,
-) -> Result<Option<SteadyBifurcation>, BranchError> {
+) -> Result<Option<SteadyBifurcation>, StudyError> {
     let Some((value, width)) = root(family, bracket)? else {
         return Ok(None);
     };
@@ -186,7 +186,7 @@ pub(super) fn locate(
 
 /// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
 /// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
-fn root(family: &mut SteadyFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, BranchError> {
+fn root(family: &mut SteadyFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
     let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
     let level = bracket.level;
     let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
@@ -233,7 +233,7 @@ fn followed(
     family: &mut SteadyFamily,
     bracket: &Bracket,
     value: f64,
-) -> Result<(SteadyState, Option<Eigenmode>), BranchError> {
+) -> Result<(SteadyState, Option<Eigenmode>), StudyError> {
     let state = family.at(&[value])?;
     let [(low, _), (high, _)] = bracket.ends;
     let nearest = usize::from((value - low).abs() > (high - value).abs());
@@ -246,7 +246,7 @@ fn followed(
 }
 
 /// The first Lyapunov coefficient and what it says.
-fn birth(state: &SteadyState, mode: &Eigenmode, speed: f64) -> Result<CycleBirth, BranchError> {
+fn birth(state: &SteadyState, mode: &Eigenmode, speed: f64) -> Result<CycleBirth, StudyError> {
     let found = FirstLyapunov::new(state.system.as_ref(), &state.linearised, mode)?;
     let is_significant = found.growth.abs() > SIGNIFICANT * found.error;
     let has_kinks = found.smooth_amplitude.is_finite();

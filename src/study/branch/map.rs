@@ -4,7 +4,6 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::BranchError;
 use super::curve::Curve;
 use super::hopf_curve::{HopfCurve, HopfPoint, hopf_curve};
 use super::steady::SteadyFamily;
@@ -13,7 +12,10 @@ use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
 use crate::study::pool::{Event, ResultSender, run_jobs};
-use crate::study::{OnProgress, Stopped, ThreadSpawnError};
+use crate::study::{OnProgress, StudyError};
+
+/// Name of the work.
+const TASK: &str = "stability map";
 
 /// A plan of a stability map.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +66,7 @@ pub struct StabilityMap {
 }
 
 /// A grid point with its modes.
-type Solved = Result<(Vec<Tracked>, Vec<NamedMode>), BranchError>;
+type Solved = Result<(Vec<Tracked>, Vec<NamedMode>), StudyError>;
 
 impl MapPlan {
     /// The values of the grid along a parameter.
@@ -84,16 +86,16 @@ impl MapPlan {
     }
 }
 
-/// Computes the map on `threads` threads. `on_progress` receives the share of the work that is done. The result does not
+/// Computes the map on `threads` threads. The result does not
 /// depend on the number of threads.
 ///
 /// # Errors
-/// [`BranchError::Stopped`]; if no thread can be started, or the system cannot be built at any point.
+/// [`StudyError::Stopped`]; if no thread can be started, or the system cannot be built at any point.
 pub fn stability_map(
     plan: &MapPlan,
     threads: usize,
-    on_progress: OnProgress<'_, f64>,
-) -> Result<StabilityMap, BranchError> {
+    progress: OnProgress<'_>,
+) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
     let mut rows: Vec<Option<Vec<Solved>>> = ys.iter().map(|_| None).collect();
     let job = |kept: &mut Option<SteadyFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
@@ -104,26 +106,24 @@ pub fn stability_map(
         });
         let points: Vec<Solved> = points.collect();
         if points.len() == xs.len() {
-            sender.send((row, points));
+            // A stop is seen before the next row.
+            let _ = sender.send((row, points));
         }
     };
     let mut done = 0;
     // Tracing the curves takes about as long as the grid.
     let share = |done: usize| 0.5 * done as f64 / ys.len() as f64;
-    let complete = run_jobs(ys.len(), threads, job, |event| {
+    run_jobs(ys.len(), threads, job, |event| {
         if let Event::Result((row, points)) = event {
             rows[row] = Some(points);
             done += 1;
         }
-        Ok::<bool, ThreadSpawnError>(on_progress(share(done)).is_ok())
+        Ok::<_, StudyError>(progress(share(done), TASK)?)
     })?;
     let solved: Vec<Solved> = rows.into_iter().flatten().flatten().collect();
-    if !complete || solved.len() != xs.len() * ys.len() {
-        return Err(Stopped.into());
-    }
     if solved.iter().all(Result::is_err) {
         let first = solved.into_iter().next();
-        return Err(first.and_then(Result::err).unwrap_or(BranchError::NoPoint));
+        return Err(first.and_then(Result::err).unwrap_or(StudyError::NoPoint));
     }
     let grid = solved.iter().map(grid_point).collect();
     let mut family = plan.family();
@@ -132,7 +132,7 @@ pub fn stability_map(
     let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
     let mut curves: Vec<(&str, Curve<HopfPoint>)> = Vec::new();
     for (k, [from, to]) in edges.iter().enumerate() {
-        on_progress(0.5 + 0.5 * k as f64 / edges.len() as f64)?;
+        progress(0.5 + 0.5 * k as f64 / edges.len() as f64, TASK)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
             continue;
         };
@@ -152,7 +152,7 @@ pub fn stability_map(
         values: values.to_vec(),
     };
     let torus_curves = if plan.orbits {
-        torus_curves(plan, &mut || on_progress(1.0))?
+        torus_curves(plan, &mut || progress(1.0, TASK))?
     } else {
         Vec::new()
     };

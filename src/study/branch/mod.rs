@@ -26,27 +26,19 @@ mod torus;
 mod torus_curve;
 mod tracking;
 
-use crate::dynamics::DynamicsError;
-use crate::dynamics::equilibrium::EquilibriumError;
-use crate::pipeline::PipelineError;
-use crate::scene::SceneError;
-use crate::study::{Stopped, ThreadSpawnError};
-
 pub use at::At;
 #[cfg(feature = "table")]
 pub use coexistence::hysteresis_ends;
 pub use diagram::{
-    DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramProgress, DiagramResponses,
-    TiltDiagram, UnstableModes, settled_responses, shipped_diagram, tilt_diagram,
+    DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramResponses, TiltDiagram,
+    UnstableModes, settled_responses, shipped_diagram, tilt_diagram,
 };
 pub use differences::Differences;
-pub use equilibria::{
-    BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, StartOutside, equilibria,
-};
+pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint, add_equilibria};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits};
+pub use orbits::{OnBranch, OrbitStarts, add_orbits};
 pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
 pub use scene_family::{SubjectFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
@@ -56,35 +48,3 @@ pub use table::write_branch;
 pub use tori::add_tori;
 pub use torus::{Tongue, Torus, TorusKind, TorusPoint};
 pub use torus_curve::{TorusCurve, TorusCurvePoint};
-
-/// Error of a study of branches.
-#[derive(Debug, thiserror::Error)]
-pub enum BranchError {
-    /// A value of the parameter is invalid.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The system cannot be built.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
-    /// The equilibrium cannot be found or analysed.
-    #[error(transparent)]
-    Equilibrium(#[from] EquilibriumError),
-    /// An integration failed.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// No thread could be started.
-    #[error(transparent)]
-    Threads(#[from] ThreadSpawnError),
-    /// The periodic orbits cannot start where they should.
-    #[error(transparent)]
-    Start(#[from] StartOutside),
-    /// A map without points.
-    #[error("the map has no points; widen its intervals")]
-    NoPoint,
-    /// No periodic orbit can be found at a start; why.
-    #[error("{0}")]
-    NoOrbit(String),
-    /// The caller stopped it.
-    #[error("stopped")]
-    Stopped(#[from] Stopped),
-}

@@ -1,6 +1,5 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
-use super::BranchError;
 use super::equilibria::BranchPlan;
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
@@ -8,15 +7,13 @@ use super::scene_family::SubjectFamily;
 use crate::analysis::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
-    BifurcationKind, BranchEnd, BranchStart, BranchUpdate, ContinuationOptions, Criticality,
-    Family, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
-    settled_orbit, switched_orbit,
+    BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, HopfPoint,
+    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit, settled_orbit,
+    switched_orbit,
 };
-use crate::study::Stopped;
-use crate::study::response::{
-    InitialState, ResponseError, ResponsePlan, SLOWEST, SettledResponse, respond,
-};
+use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
 use crate::study::sweep::SweepPoint;
+use crate::study::{Stopped, StudyError};
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
 const HOPF_SHARE: f64 = 0.02;
@@ -44,37 +41,19 @@ pub enum OrbitStarts<'a> {
     Settled(&'a [SweepPoint]),
 }
 
-/// Progress of a study of periodic orbits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OrbitProgress<'a> {
-    /// A motion settles at a value of the parameter.
-    Settling(f64),
-    /// A branch has a new orbit.
-    Orbit {
-        /// Number of the branch.
-        branch: usize,
-        /// Number of orbits of this branch so far.
-        orbits: usize,
-        /// Value of the parameter.
-        value: f64,
-    },
-    /// A branch is complete: the result so far.
-    Branch(&'a Branch),
-}
-
-/// Callback on the progress of a study of periodic orbits, which stops the study with an error.
-pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> Result<(), Stopped>;
+/// Receives the progress of a study of periodic orbits, as [`OnProgress`](crate::study::OnProgress), and the result so far.
+pub type OnBranch<'a> = &'a mut dyn FnMut(f64, &str, &Branch) -> Result<(), Stopped>;
 
 /// A study of periodic orbits.
 struct Study<'a> {
     plan: &'a BranchPlan,
     family: SubjectFamily,
     options: ContinuationOptions,
-    watch: OnOrbitProgress<'a>,
+    progress: OnBranch<'a>,
 }
 
 /// Adds the branches of periodic orbits to a result that has the equilibria: those of `starts`, those born at the Hopf
-/// points, and those of the first period doublings. If `watch` stops the study, the rest is missing.
+/// points, and those of the first period doublings. If `progress` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If the start is outside the interval, or the system cannot be built. Branches that cannot be followed are reported in the result.
@@ -82,23 +61,23 @@ pub fn add_orbits(
     plan: &BranchPlan,
     starts: OrbitStarts<'_>,
     result: &mut Branch,
-    watch: OnOrbitProgress<'_>,
-) -> Result<(), BranchError> {
+    progress: OnBranch<'_>,
+) -> Result<(), StudyError> {
     let family = SubjectFamily::new(plan);
     let mut study = Study {
         plan,
         options: family.options(plan.interval)?,
         family,
-        watch,
+        progress,
     };
     match study.add(starts, result) {
-        Err(BranchError::Stopped(_)) => Ok(()),
+        Err(StudyError::Stopped(_)) => Ok(()),
         ended => ended,
     }
 }
 
 impl Study<'_> {
-    fn add(&mut self, starts: OrbitStarts<'_>, result: &mut Branch) -> Result<(), BranchError> {
+    fn add(&mut self, starts: OrbitStarts<'_>, result: &mut Branch) -> Result<(), StudyError> {
         match starts {
             OrbitStarts::Scene => self.add_first(&self.values(), result)?,
             OrbitStarts::At(value) => {
@@ -113,15 +92,14 @@ impl Study<'_> {
 
     /// The branch through the first of the settled motions at some values that is periodic and attracts, or else through the
     /// first orbit found: a chaotic motion of a driven system also returns, next to an orbit that repels.
-    fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), BranchError> {
+    fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), StudyError> {
         let mut reasons: Vec<String> = Vec::new();
         let mut repelling = None;
         for &value in values {
-            (self.watch)(OrbitProgress::Settling(value))?;
-            match self.settled(value) {
+            match self.settled(value, result) {
                 Ok(orbit) if orbit.stable => return self.follow(&orbit.into(), result),
                 Ok(orbit) => repelling = repelling.or(Some(orbit)),
-                Err(BranchError::NoOrbit(reason)) => reasons.push(reason),
+                Err(StudyError::NoOrbit(reason)) => reasons.push(reason),
                 Err(error) => return Err(error),
             }
         }
@@ -141,7 +119,7 @@ impl Study<'_> {
         &mut self,
         points: &[SweepPoint],
         result: &mut Branch,
-    ) -> Result<(), BranchError> {
+    ) -> Result<(), StudyError> {
         let [low, high] = self.plan.interval;
         for point in points {
             let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
@@ -168,8 +146,10 @@ impl Study<'_> {
     }
 
     /// The orbit of the settled motion at a value.
-    fn settled(&mut self, value: f64) -> Result<PeriodicOrbit, BranchError> {
+    fn settled(&mut self, value: f64, result: &Branch) -> Result<PeriodicOrbit, StudyError> {
         let name = self.plan.subject.name(0);
+        let task = format!("settling at {name} = {value}");
+        (self.progress)(0.0, &task, result)?;
         let trial = self.family.steady().trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
@@ -181,25 +161,25 @@ impl Study<'_> {
             max_rhs_evals: None,
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
-        let watch = &mut *self.watch;
-        let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_| {
-            watch(OrbitProgress::Settling(value))
+        let progress = &mut *self.progress;
+        let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_, _| {
+            progress(0.0, &task, result)
         })
         .map_err(|error| match error {
-            ResponseError::Stopped(stopped) => stopped.into(),
+            StudyError::Stopped(_) => error,
             error => no_orbit(name, value, &error),
         })?;
         // Whether a driven motion repeats is seen at the period of the drive.
         if found.regime != Regime::Periodic && self.family.drive_period(value).is_none() {
             let kind = found.motion();
             let reason = format!("at {name} = {value} the settled motion is {kind}");
-            return Err(BranchError::NoOrbit(reason));
+            return Err(StudyError::NoOrbit(reason));
         }
         self.orbit(value, &found)
     }
 
     /// The orbit of a settled response at a value.
-    fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, BranchError> {
+    fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, StudyError> {
         let [settle_s, max_period_s] = match self.family.drive_period(value) {
             // The response ended at another phase of the drive than that at time zero, where the search begins.
             Some(drive) => DRIVES.map(|count| count * drive),
@@ -218,7 +198,7 @@ impl Study<'_> {
     }
 
     /// The branches born at the Hopf points that no branch has reached.
-    fn add_hopf_branches(&mut self, result: &mut Branch) -> Result<(), BranchError> {
+    fn add_hopf_branches(&mut self, result: &mut Branch) -> Result<(), StudyError> {
         let points: Vec<SteadyBifurcation> = result
             .steady_bifurcations()
             .filter(|found| found.kind == SteadyBifurcationKind::Hopf)
@@ -234,7 +214,7 @@ impl Study<'_> {
                     fit_birth(&found, &start.orbit, result);
                     self.follow(&start, result)?;
                 }
-                Err(BranchError::NoOrbit(reason)) => result
+                Err(StudyError::NoOrbit(reason)) => result
                     .ended
                     .push(format!("no branch from the Hopf point at {at}: {reason}")),
                 Err(error) => return Err(error),
@@ -256,7 +236,7 @@ impl Study<'_> {
     }
 
     /// The first orbit of the branch born at a Hopf point.
-    fn born(&mut self, found: &SteadyBifurcation) -> Result<BranchStart, BranchError> {
+    fn born(&mut self, found: &SteadyBifurcation) -> Result<BranchStart, StudyError> {
         let value = found.at.value;
         let state = self.family.steady().at(&[value])?;
         let omega = std::f64::consts::TAU * found.frequency_hz;
@@ -266,7 +246,7 @@ impl Study<'_> {
         };
         let mode = modes.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         let Some(mode) = mode else {
-            return Err(BranchError::NoOrbit("the mode is lost".to_owned()));
+            return Err(StudyError::NoOrbit("the mode is lost".to_owned()));
         };
         let parts = mode.vector.iter().zip(&state.linearised.scale);
         let (real, imaginary) = parts.map(|(x, scale)| (x.re / scale, x.im / scale)).unzip();
@@ -280,11 +260,11 @@ impl Study<'_> {
         let size = self.plan.subject.hopf_size(omega, &point.state);
         let amplitude = HOPF_SHARE * size;
         hopf_orbit(&self.family, &point, amplitude, &self.options)
-            .map_err(|error| BranchError::NoOrbit(chain_of_causes(&error)))
+            .map_err(|error| StudyError::NoOrbit(chain_of_causes(&error)))
     }
 
     /// The branches of twice the period at the period doublings found so far.
-    fn add_doublings(&mut self, result: &mut Branch) -> Result<(), BranchError> {
+    fn add_doublings(&mut self, result: &mut Branch) -> Result<(), StudyError> {
         let doublings: Vec<_> = result
             .orbit_bifurcations()
             .filter(|found| found.bifurcation.kind == BifurcationKind::PeriodDoubling)
@@ -306,28 +286,24 @@ impl Study<'_> {
     }
 
     /// Follows a branch and adds it to the result, with the reasons of its ends, unless its start lies on another branch.
-    fn follow(&mut self, start: &BranchStart, result: &mut Branch) -> Result<(), BranchError> {
+    fn follow(&mut self, start: &BranchStart, result: &mut Branch) -> Result<(), StudyError> {
         if has_orbit(result, &start.orbit) {
             return Ok(());
         }
         let branch = result.orbit_branches();
-        let watch = &mut *self.watch;
-        let (mut orbits, mut progress) = (0, Ok(()));
-        let followed = continue_orbits(&self.family, start, &self.options, &mut |update| {
-            if let BranchUpdate::Point(orbit) = update {
-                orbits += 1;
-                let value = orbit.parameter;
-                progress = progress.and(watch(OrbitProgress::Orbit {
-                    branch,
-                    orbits,
-                    value,
-                }));
-            }
-            progress.is_ok()
+        let name = self.plan.subject.name(0);
+        let [from, to] = self.plan.interval;
+        let progress = &mut *self.progress;
+        let mut orbits = 0;
+        let followed = continue_orbits(&self.family, start, &self.options, &mut |orbit| {
+            orbits += 1;
+            let value = orbit.parameter;
+            let task = format!("branch {branch}: {orbits} orbits, {name} = {value:.4}");
+            progress((value - from) / (to - from), &task, result)
         });
         match followed {
             Ok(orbits) => {
-                let name = self.plan.subject.name(0);
+                let complete = orbits.complete();
                 result.ended.extend(ends(&orbits, branch, name));
                 result.ended.extend(orbits.unresolved.iter().map(|[from, to]| {
                     format!(
@@ -336,17 +312,18 @@ impl Study<'_> {
                     )
                 }));
                 result.add_orbits(orbits);
-                progress = progress.and((self.watch)(OrbitProgress::Branch(result)));
+                complete?;
+                progress(1.0, "periodic motions", result)?;
             }
             Err(error) => result.ended.push(chain_of_causes(&error)),
         }
-        Ok(progress?)
+        Ok(())
     }
 }
 
 /// The error of a start at a value that leads to no orbit.
-fn no_orbit(name: &str, value: f64, error: &dyn std::error::Error) -> BranchError {
-    BranchError::NoOrbit(format!("at {name} = {value}: {}", chain_of_causes(error)))
+fn no_orbit(name: &str, value: f64, error: &dyn std::error::Error) -> StudyError {
+    StudyError::NoOrbit(format!("at {name} = {value}: {}", chain_of_causes(error)))
 }
 
 /// Whether an orbit lies on a branch of a result, between two neighbouring points.

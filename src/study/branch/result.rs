@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::at::At;
-use super::equilibria::{BranchPlan, EquilibriumBranch, EquilibriumPoint};
+use super::equilibria::{BranchPlan, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
 use super::torus::Torus;
 use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
@@ -100,18 +100,17 @@ impl BranchBifurcation {
 }
 
 impl Branch {
-    /// The result of a plan, with its equilibria.
-    pub fn new(plan: &BranchPlan, steady: EquilibriumBranch) -> Self {
-        let bifurcations = steady.bifurcations.into_iter();
+    /// The result of a plan, still empty.
+    pub fn new(plan: &BranchPlan) -> Self {
         Self {
             parameter: plan.subject.path(0).to_owned(),
             unit: plan.subject.unit(0).to_owned(),
             interval: plan.interval,
-            equilibria: steady.points,
+            equilibria: Vec::new(),
             points: Vec::new(),
-            bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),
+            bifurcations: Vec::new(),
             tori: Vec::new(),
-            ended: steady.ended.into_iter().collect(),
+            ended: Vec::new(),
             interrupted: false,
         }
     }

@@ -2,13 +2,13 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::BranchError;
 use super::equilibria::BranchPlan;
 use super::result::Branch;
 use super::steady::SteadyFamily;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
 use crate::dynamics::{Integrator, System};
 use crate::pipeline::{PipelineError, Prepared};
+use crate::study::StudyError;
 
 /// Systems over a parameter, for example those of a scene.
 pub struct SubjectFamily {
@@ -84,7 +84,7 @@ const PORTRAIT: usize = 240;
 ///
 /// # Errors
 /// If a system cannot be built, or an integration fails.
-pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, BranchError> {
+pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, StudyError> {
     let family = SubjectFamily::new(plan);
     let options = family.options(plan.interval)?;
     let portraits = result.points.iter().map(|point| {
@@ -105,7 +105,7 @@ pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>
             let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
             Ok([row(&z[..modes]), row(&z[modes..])])
         });
-        samples.collect::<Result<Vec<_>, BranchError>>()
+        samples.collect::<Result<Vec<_>, StudyError>>()
     });
     portraits.collect()
 }

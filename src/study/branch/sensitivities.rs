@@ -7,13 +7,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::BranchError;
 use super::differences::{difference, largest};
 use super::steady::{STEP, SteadyFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
 use crate::joint::{BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
-use crate::study::OnProgress;
+use crate::study::{OnProgress, StudyError};
 
 /// A derivative of the matrix is zero if it is within this multiple of its error.
 const ZERO: f64 = 10.0;
@@ -154,15 +153,15 @@ impl Number {
     }
 }
 
-/// The sensitivities of all oscillating modes of steady sliding, in ascending order of frequency. `on_progress`
+/// The sensitivities of all oscillating modes of steady sliding, in ascending order of frequency. `progress`
 /// receives the share of the work that is done.
 ///
 /// # Errors
-/// [`BranchError::Stopped`]; if the system cannot be built or has no equilibrium.
+/// [`StudyError::Stopped`]; if the system cannot be built or has no equilibrium.
 pub fn sensitivities(
     scene: &Scene,
-    on_progress: OnProgress<'_, f64>,
-) -> Result<Vec<ModeSensitivities>, BranchError> {
+    progress: OnProgress<'_>,
+) -> Result<Vec<ModeSensitivities>, StudyError> {
     let mut family = SteadyFamily::new(scene.clone(), Vec::new(), Vec::new());
     let state = family.at_scene(scene)?;
     let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
@@ -182,11 +181,11 @@ pub fn sensitivities(
         })
         .collect();
     for (which, number) in numbers.iter().enumerate() {
-        on_progress(which as f64 / numbers.len() as f64)?;
+        progress(which as f64 / numbers.len() as f64, "sensitivities")?;
         let slope = difference(STEP * number.size(), |step| {
             let moved = number.changed(scene, step)?;
             let state = family.at_scene(&moved)?;
-            Ok::<_, BranchError>(state.linearised.matrix)
+            Ok::<_, StudyError>(state.linearised.matrix)
         })?;
         if largest(&slope.value) <= ZERO * slope.error {
             continue;

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::BranchError;
 use super::differences::{Differences, difference};
 use crate::dynamics::System;
 use crate::dynamics::equilibrium::{Eigenmode, Linearised};
 use crate::joint::{BallJoint, LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
 use crate::scene::{Parameter, Scene};
+use crate::study::StudyError;
 use crate::study::subject::{SceneSubject, Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
@@ -71,7 +71,7 @@ impl SteadyFamily {
     ///
     /// # Errors
     /// If the values are invalid, the system cannot be built, or it has no equilibrium.
-    pub fn at(&mut self, values: &[f64]) -> Result<SteadyState, BranchError> {
+    pub fn at(&mut self, values: &[f64]) -> Result<SteadyState, StudyError> {
         let trial = self.trial(values)?;
         self.linearised(trial)
     }
@@ -80,12 +80,12 @@ impl SteadyFamily {
     ///
     /// # Errors
     /// If the system cannot be built, or it has no equilibrium.
-    pub fn at_scene(&mut self, scene: &Scene) -> Result<SteadyState, BranchError> {
+    pub fn at_scene(&mut self, scene: &Scene) -> Result<SteadyState, StudyError> {
         let trial = Trial::of_scene(scene, &mut self.ball)?;
         self.linearised(trial)
     }
 
-    fn linearised(&mut self, trial: Trial) -> Result<SteadyState, BranchError> {
+    fn linearised(&mut self, trial: Trial) -> Result<SteadyState, StudyError> {
         let prepared = trial.prepared;
         let (system, dim) = (prepared.system, prepared.state.len());
         if system.modes() == 0 && self.guess.is_empty() {
@@ -119,7 +119,7 @@ impl SteadyFamily {
     ///
     /// # Errors
     /// If the matrix cannot be computed on either side of the value.
-    pub fn slope(&mut self, values: &[f64], which: usize) -> Result<Differences, BranchError> {
+    pub fn slope(&mut self, values: &[f64], which: usize) -> Result<Differences, StudyError> {
         let here = values[which];
         let size = match here.abs() {
             0.0 => self.scales[which],
@@ -138,7 +138,7 @@ impl SteadyState {
     ///
     /// # Errors
     /// If the eigenvalue iteration does not converge.
-    pub fn modes(&self) -> Result<Vec<Eigenmode>, BranchError> {
+    pub fn modes(&self) -> Result<Vec<Eigenmode>, StudyError> {
         Ok(self.linearised.modes()?)
     }
 

@@ -6,8 +6,10 @@ fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPla
     BranchPlan::new(scene, Parameter::named(key).unwrap(), interval, points)
 }
 
-fn branch(plan: &BranchPlan) -> EquilibriumBranch {
-    equilibria(plan, &mut |_| Ok(())).unwrap()
+fn branch(plan: &BranchPlan) -> Branch {
+    let mut found = Branch::new(plan);
+    add_equilibria(plan, &mut found, &mut |_, _| Ok(())).unwrap();
+    found
 }
 
 fn belt() -> Scene {
@@ -25,7 +27,7 @@ fn the_belt_has_its_hopf_point_where_the_slope_of_friction_equals_the_damping() 
         [50.0, 500.0],
         20,
     ));
-    let [hopf] = &found.bifurcations[..] else {
+    let [BranchBifurcation::Steady(hopf)] = &found.bifurcations[..] else {
         panic!("{:?}", found.bifurcations);
     };
     // n k (mu_s - mu_d) exp(-k v) = 2 zeta omega.
@@ -48,8 +50,8 @@ fn the_belt_has_its_hopf_point_where_the_slope_of_friction_equals_the_damping() 
         (cycle.first_lyapunov / expected - 1.0).abs() < 1e-6,
         "{cycle:?} {expected}"
     );
-    assert_eq!(found.points[0].unstable_modes, 1);
-    assert_eq!(found.points.last().unwrap().unstable_modes, 0);
+    assert_eq!(found.equilibria[0].unstable_modes, 1);
+    assert_eq!(found.equilibria.last().unwrap().unstable_modes, 0);
 }
 
 /// The mass of `impact-oscillator` is driven; its settled motion is named by no classification, and returns after periods of the
@@ -59,9 +61,9 @@ fn a_driven_system_has_orbits_of_multiples_of_the_period_of_its_drive() {
     let scene = Scene::load("impact-oscillator").unwrap();
     let key = "impact_oscillator.drive_frequency_hz";
     let plan = plan(scene, key, [300.0, 420.0], 2);
-    let mut result = Branch::new(&plan, EquilibriumBranch::default());
+    let mut result = Branch::new(&plan);
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _, _| Ok(())).unwrap();
     assert!(!result.points.is_empty(), "{:?}", result.ended);
     for point in &result.points {
         let count = f64::from(point.orbit.drive_periods.unwrap());
@@ -78,9 +80,9 @@ fn a_driven_system_has_orbits_of_multiples_of_the_period_of_its_drive() {
 fn the_branch_of_the_belt_follows_the_closed_form_over_a_decade_of_speeds() {
     let scene = Scene::load("mass-on-belt").unwrap();
     let plan = plan(scene, "mass_on_belt.belt_speed_mm_per_s", [5.0, 50.0], 2);
-    let mut result = Branch::new(&plan, branch(&plan));
+    let mut result = branch(&plan);
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _, _| Ok(())).unwrap();
     let omega = std::f64::consts::TAU * 400.0;
     let elongation = 0.3 * 210.0 / omega.powi(2);
     let ends = [result.points.first(), result.points.last()];
@@ -106,14 +108,14 @@ fn the_first_cycle_tells_how_it_is_born_where_the_normal_form_does_not() {
         [150.0, 500.0],
         20,
     );
-    let mut result = Branch::new(&plan, branch(&plan));
+    let mut result = branch(&plan);
     let [BranchBifurcation::Steady(hopf)] = &mut result.bifurcations[..] else {
         panic!("{:?}", result.bifurcations);
     };
     let cycle = hopf.cycle.as_mut().unwrap();
     cycle.criticality = Criticality::Undetermined;
     let start = OrbitStarts::Settled(&[]);
-    add_orbits(&plan, start, &mut result, &mut |_| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _, _| Ok(())).unwrap();
     let hopf = result.steady_bifurcations().next().unwrap();
     let cycle = hopf.cycle.as_ref().unwrap();
     assert_eq!(cycle.method, CriticalityMethod::FittedBranch);
@@ -136,7 +138,7 @@ fn modes_without_damping_meet_at_the_critical_coefficient_of_friction() {
     };
     let critical = system.critical_mu().unwrap();
     let found = branch(&plan(scene, "two_modes_on_belt.mu", [0.05, 0.9], 18));
-    let [flutter] = &found.bifurcations[..] else {
+    let [BranchBifurcation::Steady(flutter)] = &found.bifurcations[..] else {
         panic!("{:?}", found.bifurcations);
     };
     assert_eq!(flutter.kind, SteadyBifurcationKind::Flutter);
@@ -156,7 +158,7 @@ fn a_point_in_json_has_the_name_of_the_parameter() {
         3,
     ));
     let json = serde_json::to_value(&found).unwrap();
-    assert_eq!(json["points"][0]["belt_speed_mm_per_s"], 50.0);
+    assert_eq!(json["equilibria"][0]["belt_speed_mm_per_s"], 50.0);
     assert_eq!(json["bifurcations"][0]["kind"], "hopf");
 }
 
@@ -202,7 +204,7 @@ fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
 #[test]
 fn sensitivities_are_the_derivatives_of_the_eigenvalues() {
     let scene = joint();
-    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
+    let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
     let unstable: Vec<_> = modes.iter().filter(|mode| mode.mode.unstable).collect();
     assert!(unstable.len() >= 3, "{}", unstable.len());
     let mode = unstable[1];
@@ -250,7 +252,7 @@ fn growth_near(scene: &Scene, frequency: f64) -> f64 {
 #[test]
 fn the_clearance_counts_and_so_does_absent_damping() {
     let scene = joint().with_overrides(&[("damping", "absent")]).unwrap();
-    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
+    let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
     let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
     let of = |name: &str| mode.parameters.iter().find(|one| one.parameter == name);
     assert!(of("socket.diameter_mm").is_none() && of("body.ball_diameter_mm").is_none());
@@ -288,7 +290,7 @@ fn a_measured_friction_curve_has_a_level_and_a_slope() {
             ("friction.points", curve),
         ])
         .unwrap();
-    let modes = sensitivities(&scene, &mut |_| Ok(())).unwrap();
+    let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
     let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
     let of = |name: &str| {
         let found = mode.parameters.iter().find(|one| one.parameter == name);
@@ -314,7 +316,7 @@ fn the_modes_of_a_branch_are_those_of_linear_stability() {
     let scene = joint();
     let found = branch(&plan(scene.clone(), "load.tilt_deg", [2.0, 4.0], 3));
     let middle = found
-        .points
+        .equilibria
         .iter()
         .find(|point| point.at.value == 3.0)
         .unwrap();
@@ -341,7 +343,7 @@ fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
     let scene = joint();
     let key = "friction.stribeck_slope_s_per_m";
     let found = branch(&plan(scene.clone(), key, [0.0, 12.0], 13));
-    let hopf: Vec<_> = found.bifurcations.iter().collect();
+    let hopf: Vec<_> = found.steady_bifurcations().collect();
     assert!(!hopf.is_empty());
     let parameter = Parameter::named(key).unwrap();
     let mut family = SteadyFamily::new(scene, vec![parameter], vec![12.0]);
@@ -381,7 +383,7 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         size: [9, 8],
         orbits: false,
     };
-    let map = stability_map(&plan, 2, &mut |_| Ok(())).unwrap();
+    let map = stability_map(&plan, 2, &mut |_, _| Ok(())).unwrap();
     assert_eq!(map.grid.len(), 72);
     let [curve] = &map.curves[..] else {
         panic!("{} curves", map.curves.len());

@@ -6,10 +6,8 @@
 //! of small integers within its error, Newton's method decides whether the motion is a stable periodic orbit of that
 //! ratio: the torus is then phase-locked. The branch of this orbit ends in folds, the borders of the tongue.
 
-use super::BranchError;
 use super::at::At;
 use super::equilibria::BranchPlan;
-use super::orbits::{OnOrbitProgress, OrbitProgress};
 use super::result::Branch;
 use super::scene_family::SubjectFamily;
 use super::torus::{Tongue, Torus, TorusKind, TorusPoint};
@@ -22,7 +20,7 @@ use crate::dynamics::continuation::{
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
-use crate::study::OnProgress;
+use crate::study::{OnProgress, StudyError};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
 const BEATS: [f64; 2] = [128.0, 32.0];
@@ -57,8 +55,8 @@ pub fn add_tori(
     plan: &BranchPlan,
     count: u32,
     result: &mut Branch,
-    watch: OnOrbitProgress<'_>,
-) -> Result<(), BranchError> {
+    progress: OnProgress<'_>,
+) -> Result<(), StudyError> {
     let family = SubjectFamily::new(plan);
     let options = family.options(plan.interval)?;
     let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), options.method.max_step);
@@ -102,9 +100,7 @@ pub fn add_tori(
             options: &options,
             method,
         };
-        study.follow(start, &values, &mut torus, &mut |value| {
-            watch(OrbitProgress::Settling(value))
-        });
+        study.follow(start, &values, &mut torus, progress);
         tori.push(torus);
     }
     result.tori.extend(tori);
@@ -131,16 +127,17 @@ struct TorusStudy<'a> {
 }
 
 impl TorusStudy<'_> {
-    /// Follows a torus over some values of the parameter. `watch` receives each value.
+    /// Follows a torus over some values of the parameter.
     fn follow(
         &self,
         mut start: TorusStart,
         values: &[f64],
         torus: &mut Torus,
-        watch: OnProgress<'_, f64>,
+        progress: OnProgress<'_>,
     ) {
-        for &value in values {
-            if watch(value).is_err() {
+        for (k, &value) in values.iter().enumerate() {
+            let task = format!("torus, {} = {value}", self.name);
+            if progress(k as f64 / values.len() as f64, &task).is_err() {
                 torus.ended = Some("interrupted".to_owned());
                 return;
             }
@@ -336,7 +333,7 @@ impl TorusStudy<'_> {
         if tongues.iter().any(contains) {
             return;
         }
-        let branch = continue_orbits(self.family, &orbit.into(), self.options, &mut |_| true);
+        let branch = continue_orbits(self.family, &orbit.into(), self.options, &mut |_| Ok(()));
         let borders = branch.map_or([None; 2], |branch: OrbitBranch| {
             let folds = branch.bifurcations.iter();
             let folds = folds.filter(|found| found.kind == BifurcationKind::Fold);

@@ -109,7 +109,7 @@ fn torus(drive: f64, values: &[f64]) -> Torus {
         state: vec![0.9, 0.1],
         frequencies_hz: [DRIVE / TAU, values[0] / TAU],
     };
-    study.follow(start, values, &mut torus, &mut |_| Ok(()));
+    study.follow(start, values, &mut torus, &mut |_, _| Ok(()));
     torus
 }
 

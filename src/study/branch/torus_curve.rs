@@ -8,9 +8,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::BranchError;
 use super::curve::{Curve, CurvePoint, ON_CURVE};
-use super::equilibria::{BranchPlan, EquilibriumBranch};
+use super::equilibria::BranchPlan;
 use super::map::MapPlan;
 use super::orbits::{OrbitStarts, add_orbits};
 use super::result::Branch;
@@ -19,7 +18,7 @@ use crate::dynamics::continuation::{
     Bifurcation, BifurcationKind, BranchStart, ContinuationOptions, PeriodicOrbit, StepLimits,
     continue_orbits,
 };
-use crate::study::Stopped;
+use crate::study::{Stopped, StudyError};
 
 /// Half the length of the piece of the branch around the expected point, relative to the interval of its parameter.
 const REACH: f64 = 0.05;
@@ -95,18 +94,20 @@ impl CurvePoint for Located {
 /// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
 ///
 /// # Errors
-/// [`BranchError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
+/// [`StudyError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
 pub(super) fn torus_curves(
     plan: &MapPlan,
     check: &mut dyn FnMut() -> Result<(), Stopped>,
-) -> Result<Vec<TorusCurve>, BranchError> {
+) -> Result<Vec<TorusCurve>, StudyError> {
     let [from, to] = plan.intervals[1];
     let own = plan.scene.value_of(plan.parameters[1]);
     let own = own.filter(|value| (from..=to).contains(value));
     let start = own.unwrap_or(0.5 * (from + to));
     let first = branch_over(plan, 0, start)?;
-    let mut branch = Branch::new(&first, EquilibriumBranch::default());
-    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_| check())?;
+    let mut branch = Branch::new(&first);
+    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_, _, _| {
+        check()
+    })?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
     let mut curves: Vec<Curve<Located>> = Vec::new();
@@ -131,7 +132,7 @@ pub(super) fn torus_curves(
 }
 
 /// The plan of the branch over one of the parameters at a value of the other one.
-fn branch_over(plan: &MapPlan, axis: usize, other: f64) -> Result<BranchPlan, BranchError> {
+fn branch_over(plan: &MapPlan, axis: usize, other: f64) -> Result<BranchPlan, StudyError> {
     let (parameter, interval) = (plan.parameters[axis], plan.intervals[axis]);
     let scene = plan
         .scene
@@ -146,7 +147,7 @@ fn point(
     near: &Located,
     axis: usize,
     expected: [f64; 2],
-) -> Result<Option<Located>, BranchError> {
+) -> Result<Option<Located>, StudyError> {
     let over = 1 - axis;
     let branch = branch_over(plan, over, expected[axis])?;
     let [low, high] = plan.intervals[over];
@@ -162,7 +163,7 @@ fn point(
         ..near.orbit.clone()
     });
     let family = SubjectFamily::new(&branch);
-    let Ok(piece) = continue_orbits(&family, &start, &options, &mut |_| true) else {
+    let Ok(piece) = continue_orbits(&family, &start, &options, &mut |_| Ok(())) else {
         return Ok(None);
     };
     let found = piece.bifurcations.iter();

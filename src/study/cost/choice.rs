@@ -5,8 +5,9 @@ use serde::Serialize;
 
 use super::motion::Runner;
 use super::settings::{Setting, Settings, WorkPrecision};
-use super::{Cost, CostError, Watch};
+use super::{Cost, Watch};
 use crate::scene::{AccuracySettings, Scene};
+use crate::study::StudyError;
 
 /// Total errors for which settings are chosen.
 pub const TARGETS: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -51,7 +52,7 @@ pub fn choose(
     runner: &mut Runner,
     study: &mut Cost,
     watch: &mut Watch<'_>,
-) -> Result<(), CostError> {
+) -> Result<(), StudyError> {
     let scatter = study.scatter.unwrap_or(0.0);
     for (k, target) in TARGETS.into_iter().enumerate() {
         watch.begin("verification", 0.6 + 0.07 * k as f64);
@@ -116,7 +117,7 @@ pub fn verified(
     origin: Origin,
     settings: &Settings,
     watch: &mut Watch<'_>,
-) -> Result<Choice, CostError> {
+) -> Result<Choice, StudyError> {
     let coarse = settings.apply(scene)?;
     let finer = settings.finer(scene).unwrap_or_else(|| settings.clone());
     let motion = runner.motion(&coarse, 1, watch)?;

@@ -11,12 +11,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::motion::{Motion, REPEATS, Runner};
-use super::{Cost, CostError, Watch};
+use super::{Cost, Watch};
 use crate::chain_of_causes;
 use crate::joint::{Friction, FrictionTable};
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Simulation, Sink, SinkError, Source as _};
 use crate::scene::{AnalysisSpec, Scene};
+use crate::study::StudyError;
 
 /// Function that runs a scene with its analyses and its recording, and discards the results.
 pub type RunAll<'a> =
@@ -196,7 +197,7 @@ pub fn price(
     mut run_all: Option<RunAll<'_>>,
     study: &mut Cost,
     watch: &mut Watch<'_>,
-) -> Result<(), CostError> {
+) -> Result<(), StudyError> {
     watch.begin("effects", 0.82);
     let mut scene = scene.clone();
     scene.duration = scene.duration.min(LONGEST);
@@ -208,13 +209,13 @@ pub fn price(
         frames,
         run_all: run_all.as_mut(),
     };
-    let mut time = |part| Ok::<_, CostError>(timer.times(part, &[&scene], watch)?[0][0]);
+    let mut time = |part| Ok::<_, StudyError>(timer.times(part, &[&scene], watch)?[0][0]);
     let [simulated, analysed] = [time(Part::Companion)?, time(Part::Analysis)?];
     let without_recording = simulated + analysed;
     let mut recording = named("the whole recording", "--save");
     let run_time = match time(Part::Recording) {
         // A full disk, for example: the rest is still worth while.
-        Err(CostError::Run(cause)) => {
+        Err(StudyError::Run(cause)) => {
             recording.unavailable = Some(chain_of_causes(&*cause));
             without_recording
         }
@@ -270,7 +271,12 @@ struct Timer<'a, 'b> {
 
 impl Timer<'_, '_> {
     /// CPU time of a part of a run, s per simulated second.
-    fn once(&mut self, part: Part, scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
+    fn once(
+        &mut self,
+        part: Part,
+        scene: &Scene,
+        watch: &mut Watch<'_>,
+    ) -> Result<f64, StudyError> {
         watch.check()?;
         let mut simulation = match part {
             Part::Motion => Some(Simulation::new(&scene.clone().without_analyses())?),
@@ -285,7 +291,7 @@ impl Timer<'_, '_> {
         } else if part == Part::Analysis {
             analyse(&scene.analysis, &self.header, &self.frames)?;
         } else if let Some(run_all) = &mut self.run_all {
-            (**run_all)(scene).map_err(CostError::Run)?;
+            (**run_all)(scene).map_err(StudyError::Run)?;
         }
         let seconds = began.elapsed().as_secs_f64();
         // A run that was stopped on the way has no time.
@@ -299,7 +305,7 @@ impl Timer<'_, '_> {
         part: Part,
         scenes: &[&Scene],
         watch: &mut Watch<'_>,
-    ) -> Result<Vec<[f64; 2]>, CostError> {
+    ) -> Result<Vec<[f64; 2]>, StudyError> {
         let mut shortest = vec![[f64::INFINITY; 2]; scenes.len()];
         for _ in 0..REPEATS {
             for ([first, second], scene) in shortest.iter_mut().zip(scenes) {
@@ -313,7 +319,7 @@ impl Timer<'_, '_> {
 }
 
 /// The header and the frames of a run.
-fn frames(scene: &Scene, watch: &mut Watch<'_>) -> Result<(Header, Vec<Arc<Frame>>), CostError> {
+fn frames(scene: &Scene, watch: &mut Watch<'_>) -> Result<(Header, Vec<Arc<Frame>>), StudyError> {
     let mut run = Simulation::new(scene)?;
     let header = run.header("");
     let mut frames = Vec::new();

@@ -18,11 +18,8 @@ mod tests;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::response::ResponseError;
-use super::{OnProgress, Stopped};
-use crate::dynamics::DynamicsError;
-use crate::pipeline::PipelineError;
-use crate::scene::{FixedAt, LoadedJoint, Scene, SceneError};
+use super::{OnProgress, Stopped, StudyError};
+use crate::scene::{FixedAt, LoadedJoint, Scene};
 
 pub use choice::{Choice, Origin, TARGETS};
 pub use effects::{Effect, RunAll};
@@ -61,38 +58,9 @@ pub struct Cost {
     pub stopped: bool,
 }
 
-/// Error of a cost study.
-#[derive(Debug, thiserror::Error)]
-pub enum CostError {
-    /// The settings do not fit the scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The scene's system cannot be built or run.
-    #[error(transparent)]
-    System(#[from] PipelineError),
-    /// The motion cannot be integrated.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// The settled motion cannot be measured.
-    #[error("the settled motion cannot be measured")]
-    Settled(#[from] ResponseError),
-    /// The scene stays at rest.
-    #[error(
-        "the scene stays at rest, so there is no motion to compare; give it a kick (start.kick_mm_per_s), or choose a \
-         scene that squeaks"
-    )]
-    AtRest,
-    /// A complete run failed.
-    #[error("a run failed")]
-    Run(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The caller stopped it.
-    #[error("stopped")]
-    Stopped(#[from] Stopped),
-}
-
 /// Progress of a study: the task, and the completed share of the whole.
 pub struct Watch<'a> {
-    watch: OnProgress<'a, (&'static str, f64)>,
+    progress: OnProgress<'a>,
     task: &'static str,
     share: f64,
 }
@@ -105,7 +73,7 @@ impl Watch<'_> {
 
     /// Reports the progress, often enough for an interrupt.
     fn check(&mut self) -> Result<(), Stopped> {
-        (self.watch)((self.task, self.share))
+        (self.progress)(self.share, self.task)
     }
 }
 
@@ -114,14 +82,14 @@ impl Watch<'_> {
 /// is complete.
 ///
 /// # Errors
-/// [`CostError::Stopped`] if nothing is complete; if the scene is at rest, or has no settled motion that can be measured.
+/// [`StudyError::Stopped`] if nothing is complete; if the scene is at rest, or has no settled motion that can be measured.
 pub fn cost(
     scene: &Scene,
     run_all: Option<RunAll<'_>>,
-    watch: OnProgress<'_, (&'static str, f64)>,
-) -> Result<Cost, CostError> {
+    progress: OnProgress<'_>,
+) -> Result<Cost, StudyError> {
     let mut watch = Watch {
-        watch,
+        progress,
         task: "settling",
         share: 0.0,
     };
@@ -148,7 +116,7 @@ pub fn cost(
         .and_then(|()| choice::choose(scene, &mut runner, &mut study, &mut watch))
         .and_then(|()| effects::price(scene, &mut runner, run_all, &mut study, &mut watch));
     match done {
-        Err(CostError::Stopped(_)) if !study.settings.is_empty() => study.stopped = true,
+        Err(StudyError::Stopped(_)) if !study.settings.is_empty() => study.stopped = true,
         done => done?,
     }
     Ok(study)

@@ -4,15 +4,14 @@ use cpu_time::ProcessTime;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{CostError, Watch};
+use super::Watch;
 use crate::analysis::Regime;
 use crate::dynamics::Exponent;
 use crate::joint::BallJoint;
 use crate::pipeline::{Prepared, prepare, prepare_reusing_body};
 use crate::scene::Scene;
-use crate::study::response::{
-    InitialState, ResponseError, ResponsePlan, SettledResponse, response,
-};
+use crate::study::StudyError;
+use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
 
 /// Settling time of each run and its measurement, periods of the slowest mode.
 const SETTLING: f64 = 50.0;
@@ -103,7 +102,7 @@ pub struct Runner {
 
 impl Runner {
     /// Runs the scene from its kick until it has settled.
-    pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, CostError> {
+    pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, StudyError> {
         let scene = &scene.clone().without_analyses();
         let mut ball = None;
         let system = prepare_reusing_body(scene, &mut ball)?.system;
@@ -123,7 +122,7 @@ impl Runner {
         };
         let settled = runner.respond(scene, InitialState::Fresh, &plan, watch)?;
         if settled.regime == Regime::Silent || settled.rms_velocity == 0.0 {
-            return Err(CostError::AtRest);
+            return Err(StudyError::AtRest);
         }
         runner.state = settled.state;
         runner.state.truncate(2 * system.modes());
@@ -149,13 +148,8 @@ impl Runner {
         from: InitialState<'_>,
         plan: &ResponsePlan,
         watch: &mut Watch<'_>,
-    ) -> Result<SettledResponse, CostError> {
-        response(scene, from, plan, &mut self.ball, &mut |_| watch.check()).map_err(|error| {
-            match error {
-                ResponseError::Stopped(stopped) => stopped.into(),
-                error => error.into(),
-            }
-        })
+    ) -> Result<SettledResponse, StudyError> {
+        response(scene, from, plan, &mut self.ball, &mut |_, _| watch.check())
     }
 
     /// The motion of a scene from the settled state.
@@ -164,7 +158,7 @@ impl Runner {
         scene: &Scene,
         exponents: usize,
         watch: &mut Watch<'_>,
-    ) -> Result<Motion, CostError> {
+    ) -> Result<Motion, StudyError> {
         let (state, plan) = (self.state.clone(), self.plan(exponents));
         let found = self.respond(scene, InitialState::State(&state), &plan, watch)?;
         Ok(Motion::of(&found))
@@ -175,7 +169,7 @@ impl Runner {
         &mut self,
         scene: &Scene,
         watch: &mut Watch<'_>,
-    ) -> Result<(Motion, Motion), CostError> {
+    ) -> Result<(Motion, Motion), StudyError> {
         let (state, plan) = (self.state.clone(), self.plan(1));
         let first = self.respond(scene, InitialState::State(&state), &plan, watch)?;
         let plan = self.plan(0);
@@ -184,7 +178,7 @@ impl Runner {
     }
 
     /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
-    pub fn time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<[f64; 2], CostError> {
+    pub fn time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<[f64; 2], StudyError> {
         let Prepared {
             system,
             mut integrator,
@@ -202,15 +196,15 @@ impl Runner {
 }
 
 /// CPU time to build the system of a scene, s.
-pub fn setup_time(scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
+pub fn setup_time(scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, StudyError> {
     shortest(watch, || Ok(prepare(scene).map(drop)?))
 }
 
 /// The shortest CPU time of some work, s.
 fn shortest(
     watch: &mut Watch<'_>,
-    mut work: impl FnMut() -> Result<(), CostError>,
-) -> Result<f64, CostError> {
+    mut work: impl FnMut() -> Result<(), StudyError>,
+) -> Result<f64, StudyError> {
     let mut shortest = f64::INFINITY;
     for _ in 0..REPEATS {
         watch.check()?;

@@ -4,11 +4,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::motion::{Motion, Runner, setup_time};
-use super::{Cost, CostError, Watch};
+use super::{Cost, Watch};
 use crate::analysis::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::MethodName;
 use crate::scene::{GAUSS_NODES, Scene, SceneError};
+use crate::study::StudyError;
 
 /// Tolerances, two per decade; the last one is the reference of the others.
 pub const TOLERANCES: [f64; 12] = [
@@ -213,7 +214,7 @@ pub fn vary(
     runner: &mut Runner,
     study: &mut Cost,
     watch: &mut Watch<'_>,
-) -> Result<(), CostError> {
+) -> Result<(), StudyError> {
     let own = Settings::of(scene);
     let adaptive = MethodName::ALL
         .iter()
@@ -261,19 +262,19 @@ fn point(
     reference: &Motion,
     runner: &mut Runner,
     watch: &mut Watch<'_>,
-) -> Result<WorkPrecisionPoint, CostError> {
+) -> Result<WorkPrecisionPoint, StudyError> {
     let mut point = WorkPrecisionPoint {
         value,
         ..WorkPrecisionPoint::default()
     };
     match runner.motion(scene, 0, watch) {
+        Err(StudyError::Stopped(stopped)) => return Err(stopped.into()),
         // A tolerance that is too loose for the method, or too few elements for the modes.
-        Err(error @ (CostError::Settled(_) | CostError::System(_))) => {
+        Err(error) => {
             point.failed = Some(chain_of_causes(&error));
             return Ok(point);
         }
-        found => {
-            let motion = found?;
+        Ok(motion) => {
             point.error = Some(motion.difference(reference));
             point.regime = Some(motion.regime);
         }

@@ -5,9 +5,9 @@ use crate::scene::PRESETS;
 use crate::study::response::{InitialState, ResponsePlan, response};
 
 /// A watch that never stops.
-fn unwatched<'a>(watch: OnProgress<'a, (&'static str, f64)>) -> Watch<'a> {
+fn unwatched<'a>(progress: OnProgress<'a>) -> Watch<'a> {
     Watch {
-        watch,
+        progress,
         task: "",
         share: 0.0,
     }
@@ -16,7 +16,7 @@ fn unwatched<'a>(watch: OnProgress<'a, (&'static str, f64)>) -> Watch<'a> {
 #[test]
 fn the_error_falls_with_the_tolerance() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let mut go_on = |_| Ok(());
+    let mut go_on = |_: f64, _: &str| Ok(());
     let watch = &mut unwatched(&mut go_on);
     let mut runner = Runner::settle(&scene, watch).unwrap();
     let mut motion = |tolerance: f64| {
@@ -40,7 +40,7 @@ fn the_error_falls_with_the_tolerance() {
 #[test]
 fn a_small_system_is_studied() {
     let scene = Scene::load("mass-on-belt").unwrap();
-    let study = cost(&scene, None, &mut |_| Ok(())).unwrap();
+    let study = cost(&scene, None, &mut |_, _| Ok(())).unwrap();
     assert_eq!(study.settings.len(), 6);
     assert!(
         study
@@ -63,7 +63,7 @@ fn a_small_system_is_studied() {
 #[test]
 fn the_verified_error_is_that_of_a_finer_run() {
     let scene = Scene::load("impact-oscillator").unwrap();
-    let mut go_on = |_| Ok(());
+    let mut go_on = |_: f64, _: &str| Ok(());
     let watch = &mut unwatched(&mut go_on);
     let mut runner = Runner::settle(&scene, watch).unwrap();
     let settings = Settings {
@@ -91,7 +91,7 @@ fn the_verified_error_is_that_of_a_finer_run() {
             ..ResponsePlan::default()
         };
         let start = InitialState::State(&runner.state);
-        let found = response(&scene, start, &plan, &mut None, &mut |_| Ok(()));
+        let found = response(&scene, start, &plan, &mut None, &mut |_, _| Ok(()));
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);
@@ -141,16 +141,16 @@ fn a_scene_at_rest_has_one_clear_error() {
     let scene = Scene::load("doubled-torus-3deg")
         .unwrap()
         .with_overrides(&set);
-    let refused = cost(&scene.unwrap(), None, &mut |_| Ok(())).unwrap_err();
-    assert!(matches!(refused, CostError::AtRest), "{refused}");
+    let refused = cost(&scene.unwrap(), None, &mut |_, _| Ok(())).unwrap_err();
+    assert!(matches!(refused, StudyError::AtRest), "{refused}");
 }
 
 #[test]
 fn a_stopped_study_has_what_is_complete() {
     let scene = Scene::load("mass-on-belt").unwrap();
-    let stopped = cost(&scene, None, &mut |_| Err(Stopped)).unwrap_err();
-    assert!(matches!(stopped, CostError::Stopped(_)));
-    let part = cost(&scene, None, &mut |(_, share)| {
+    let stopped = cost(&scene, None, &mut |_, _| Err(Stopped)).unwrap_err();
+    assert!(matches!(stopped, StudyError::Stopped(_)));
+    let part = cost(&scene, None, &mut |share, _| {
         if share < 0.5 { Ok(()) } else { Err(Stopped) }
     })
     .unwrap();
@@ -186,10 +186,10 @@ fn the_accuracy_rule_holds_in_every_scene() {
     let mut missed = Vec::new();
     for preset in PRESETS {
         let scene = preset.scene().unwrap();
-        let mut go_on = |_| Ok(());
+        let mut go_on = |_: f64, _: &str| Ok(());
         let watch = &mut unwatched(&mut go_on);
         let mut runner = match Runner::settle(&scene, watch) {
-            Err(CostError::AtRest) => continue,
+            Err(StudyError::AtRest) => continue,
             found => found.unwrap(),
         };
         let finest = Settings::reference(&scene).apply(&scene).unwrap();

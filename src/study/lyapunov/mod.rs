@@ -22,6 +22,7 @@ use super::OnProgress;
 use super::pool::PollTimer;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
+use crate::report::Measured;
 pub use classification::{Classification, Classified};
 pub use report::{LyapunovResult, title};
 pub use scene::{
@@ -211,38 +212,6 @@ impl LyapunovStudy {
     }
 }
 
-/// Phase of a Lyapunov study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// The motion runs until its transient has ended.
-    Transient,
-    /// The tangent vectors align with the Lyapunov directions.
-    Settling,
-    /// The growth of the tangent vectors is averaged.
-    Averaging,
-}
-
-/// Progress of a Lyapunov study.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LyapunovProgress {
-    /// Current phase.
-    pub phase: Phase,
-    /// Estimated fraction of the work done, 0 to 1.
-    pub share: f64,
-    /// Current estimate of the largest exponent; `None` before averaging.
-    pub largest: Option<Exponent>,
-}
-
-impl LyapunovProgress {
-    pub(crate) fn transient(share: f64) -> Self {
-        Self {
-            phase: Phase::Transient,
-            share,
-            largest: None,
-        }
-    }
-}
-
 /// Ratio of successive times at which running estimates are kept.
 const SPACING: f64 = 1.03;
 /// The first of these times, in sampling intervals.
@@ -250,7 +219,7 @@ const FIRST: f64 = 16.0;
 
 /// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
 /// the goal is reached, after a settling time. An average never contains a change of attractor: it starts again
-/// there, see [`LyapunovStudy::segments`]. `watch` is called every 50 ms.
+/// there, see [`LyapunovStudy::segments`]. `progress` is called every 50 ms.
 ///
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
@@ -258,7 +227,7 @@ pub fn lyapunov(
     sys: &dyn System,
     integrator: &mut Integrator,
     plan: &LyapunovPlan,
-    watch: OnProgress<'_, LyapunovProgress>,
+    progress: OnProgress<'_>,
 ) -> Result<LyapunovStudy, DynamicsError> {
     let began = Instant::now();
     let width = integrator.exponents().map_or(0, |s| s.exponents.len());
@@ -276,7 +245,7 @@ pub fn lyapunov(
         start,
         samples: 0,
         z: vec![0.0; sys.dim()],
-        watch,
+        progress,
         timer: PollTimer::default(),
         largest: None,
         needed: plan.expected(),
@@ -395,7 +364,7 @@ struct StudyRun<'a> {
     samples: u64,
     /// State at the last sample.
     z: Vec<f64>,
-    watch: OnProgress<'a, LyapunovProgress>,
+    progress: OnProgress<'a>,
     timer: PollTimer,
     /// Current estimate of the largest exponent.
     largest: Option<Exponent>,
@@ -423,17 +392,6 @@ impl StudyRun<'_> {
         self.start + self.samples as f64 * self.plan.sample_interval
     }
 
-    /// Reports the progress; returns whether the study is stopped.
-    fn is_stopped(&mut self, phase: Phase, share: f64) -> bool {
-        let largest = self.largest;
-        (self.watch)(LyapunovProgress {
-            phase,
-            share,
-            largest,
-        })
-        .is_err()
-    }
-
     /// Lets the tangent vectors align; returns whether the study is stopped.
     fn settle(&mut self) -> Result<bool, DynamicsError> {
         let plan = self.plan;
@@ -441,13 +399,23 @@ impl StudyRun<'_> {
         for sample in 0..(plan.settle / plan.sample_interval).ceil() as u64 {
             self.advance()?;
             let share = (sample + 1) as f64 * plan.sample_interval / (plan.settle + self.needed);
-            stopped = self.timer.is_due() && self.is_stopped(Phase::Settling, share);
+            stopped = self.timer.is_due()
+                && (self.progress)(share, "aligning the tangent vectors").is_err();
             if stopped {
                 break;
             }
         }
         self.integrator.reset_growth();
         Ok(stopped)
+    }
+
+    /// The task, with the largest exponent so far.
+    fn averaging(&self) -> String {
+        let largest = self.largest.as_ref();
+        let largest = largest.map(|largest| Measured::from(largest).unit("1/s"));
+        largest.map_or("averaging".to_owned(), |largest| {
+            format!("averaging, largest exponent {largest}")
+        })
     }
 
     /// Averages the growth until the goal is reached.
@@ -488,7 +456,8 @@ impl StudyRun<'_> {
             }
             let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
             let is_due = ending.is_some() || self.timer.is_due();
-            if is_due && self.is_stopped(Phase::Averaging, share) {
+            let task = is_due.then(|| self.averaging());
+            if task.is_some_and(|task| (self.progress)(share, &task).is_err()) {
                 ending = ending.or(Some(Ending::Stopped));
             }
             if let Some(ending) = ending {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, lyapunov};
+use super::{ExponentCount, Goal, LyapunovPlan, LyapunovStudy, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
 use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{PipelineError, Simulation, Source as _};
@@ -85,7 +85,7 @@ pub const FULL_SPECTRUM_TOLERANCE: f64 = 5e-8;
 pub fn scene_lyapunov(
     scene: &Scene,
     request: &LyapunovRequest,
-    watch: OnProgress<'_, LyapunovProgress>,
+    progress: OnProgress<'_>,
 ) -> Result<SceneLyapunov, PipelineError> {
     // The scene's own analyses are not needed.
     let mut run = Simulation::new(&scene.clone().without_analyses())?;
@@ -130,7 +130,7 @@ pub fn scene_lyapunov(
     while !stopped && run.next_frame()?.is_some() {
         transient = run.time();
         let share = before * (transient / scene.duration).min(1.0);
-        stopped = watch(LyapunovProgress::transient(share)).is_err();
+        stopped = progress(share, "running the scene").is_err();
     }
 
     if !stopped {
@@ -150,11 +150,8 @@ pub fn scene_lyapunov(
         let mut integrator = with_tangents(integrator, &*system)?;
         integrator.start(&*system, time, &state)?;
         tolerance = integrator.tolerance();
-        lyapunov(&*system, &mut integrator, &plan, &mut |progress| {
-            watch(LyapunovProgress {
-                share: before + (1.0 - before) * progress.share,
-                ..progress
-            })
+        lyapunov(&*system, &mut integrator, &plan, &mut |share, task| {
+            progress(before + (1.0 - before) * share, task)
         })?
     };
     let constant_since = if fixed_at == FixedAt::default() {

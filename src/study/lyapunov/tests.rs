@@ -64,10 +64,10 @@ fn study<Y: System>(
     sys: &Y,
     width: usize,
     plan: &LyapunovPlan,
-    watch: OnProgress<'_, LyapunovProgress>,
+    progress: OnProgress<'_>,
 ) -> LyapunovStudy {
     let mut integrator = integrator(sys, width, &vec![1.0; sys.dim()]);
-    lyapunov(sys, &mut integrator, plan, watch).unwrap()
+    lyapunov(sys, &mut integrator, plan, progress).unwrap()
 }
 
 /// An integrator with tangent vectors, started at a state.
@@ -81,7 +81,7 @@ fn integrator<Y: System>(sys: &Y, width: usize, start: &[f64]) -> Integrator {
 
 #[test]
 fn a_fixed_averaging_time_is_exact() {
-    let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_| Ok(()));
+    let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_, _| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
     assert!((found.simulated - 120.0).abs() < 1e-9);
@@ -97,13 +97,13 @@ fn a_fixed_averaging_time_is_exact() {
 
 #[test]
 fn all_exponents_add_up_to_the_mean_trace() {
-    let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_| Ok(()));
+    let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_, _| Ok(()));
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     assert!((trace + 41.0 / 3.0).abs() < 1e-9, "{trace}");
     assert!((sum - trace).abs() < 1e-5, "{sum} {trace}");
 
     let long = plan(Goal::Time(1000.0));
-    let found = study(&VanDerPol, 2, &long, &mut |_| Ok(()));
+    let found = study(&VanDerPol, 2, &long, &mut |_, _| Ok(()));
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
     // The two averages may end one orthonormalisation interval apart.
     assert!(
@@ -115,7 +115,7 @@ fn all_exponents_add_up_to_the_mean_trace() {
 #[test]
 fn a_study_is_reproducible() {
     let [one, two] = [0, 1].map(|_| {
-        let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_| Ok(()));
+        let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_, _| Ok(()));
         LyapunovStudy {
             busy_seconds: 0.0,
             ..found
@@ -128,9 +128,9 @@ fn a_study_is_reproducible() {
 fn a_stop_keeps_the_exponents_so_far() {
     let began = Instant::now();
     let mut stopped = None;
-    let found = study(&LORENZ, 1, &plan(Goal::Time(1e8)), &mut |progress| {
-        assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
-        if progress.phase != Phase::Averaging {
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e8)), &mut |share, task| {
+        assert!((0.0..=1.0).contains(&share), "{share}");
+        if !task.starts_with("averaging") {
             return Ok(());
         }
         stopped = stopped.or_else(|| Some(began.elapsed()));
@@ -148,7 +148,7 @@ fn a_stop_keeps_the_exponents_so_far() {
     assert_eq!(last.time, found.spectrum.time);
     assert_eq!(last.exponents, found.spectrum.exponents);
 
-    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_| Err(Stopped));
+    let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_, _| Err(Stopped));
     assert_eq!(found.ending, Ending::Stopped);
     assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
     assert_eq!(found.settled, 0.02);
@@ -162,7 +162,7 @@ fn an_integrator_without_tangent_vectors_has_no_exponents() {
         &LORENZ,
         &mut integrator,
         &plan(Goal::Classification),
-        &mut |_| Ok(()),
+        &mut |_, _| Ok(()),
     );
     assert!(matches!(
         found,
@@ -173,7 +173,9 @@ fn an_integrator_without_tangent_vectors_has_no_exponents() {
 #[test]
 fn averaging_ends_at_the_target_half_width() {
     let wanted = 0.05;
-    let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_| Ok(()));
+    let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_, _| {
+        Ok(())
+    });
     assert_eq!(found.ending, Ending::Reached);
     let exponents = &found.spectrum.exponents;
     assert!(
@@ -190,16 +192,18 @@ fn averaging_ends_at_the_target_half_width() {
         max_time: 60.0,
         ..plan(Goal::HalfWidth(1e-6))
     };
-    let found = study(&LORENZ, 2, &short, &mut |_| Ok(()));
+    let found = study(&LORENZ, 2, &short, &mut |_, _| Ok(()));
     assert_eq!(found.ending, Ending::MaxTimeReached);
 }
 
 #[test]
 fn averaging_ends_at_a_clear_classification() {
-    let found = study(&LORENZ, 3, &plan(Goal::Classification), &mut |_| Ok(()));
+    let found = study(&LORENZ, 3, &plan(Goal::Classification), &mut |_, _| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Chaos);
-    let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_| Ok(()));
+    let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_, _| {
+        Ok(())
+    });
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Cycle);
 }
@@ -238,7 +242,7 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
             continue;
         }
         let mut integrator = integrator(&PRETURBULENT, 3, &start);
-        let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_| Ok(())).unwrap();
+        let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_, _| Ok(())).unwrap();
         let attractors: Vec<Attractor> = found.segments.iter().map(|s| s.attractor).collect();
         println!("ends at {end}: {attractors:?} {:?}", found.segments);
         let last = found.segments.last().unwrap();
@@ -267,7 +271,7 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
 fn the_averages_of_one_motion_are_not_divided() {
     for (rho, goal) in [(28.0, 100.0), (28.0, 400.0), (60.0, 200.0)] {
         let lorenz = Lorenz { rho, ..LORENZ };
-        let found = study(&lorenz, 3, &plan(Goal::Time(goal)), &mut |_| Ok(()));
+        let found = study(&lorenz, 3, &plan(Goal::Time(goal)), &mut |_, _| Ok(()));
         assert_eq!(
             found.segments.len(),
             1,
@@ -276,6 +280,6 @@ fn the_averages_of_one_motion_are_not_divided() {
         );
         assert!(MotionSegment::chaotic_transient(&found.segments, 0.0).is_none());
     }
-    let found = study(&VanDerPol, 2, &plan(Goal::Time(1000.0)), &mut |_| Ok(()));
+    let found = study(&VanDerPol, 2, &plan(Goal::Time(1000.0)), &mut |_, _| Ok(()));
     assert_eq!(found.segments.len(), 1, "{:?}", found.segments);
 }

@@ -16,16 +16,16 @@ pub(crate) mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{AnalysisError, Bases, Regime};
+use crate::analysis::{Bases, Regime};
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, Sign, System};
+use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, System};
 use crate::joint::BallJoint;
-use crate::pipeline::{ChangeDetector, PipelineError};
+use crate::pipeline::ChangeDetector;
 use crate::scene::Scene;
 
 use super::pool::PollTimer;
 use super::subject::{SILENCE, Trial};
-use super::{OnProgress, Stopped, StudyError, stability};
+use super::{OnProgress, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
 pub use settled::{PhasePortrait, SettledResponse};
@@ -97,15 +97,6 @@ pub enum InitialState<'a> {
     After(&'a SettledResponse),
 }
 
-/// Progress of one response.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ResponseProgress {
-    /// Simulated time so far, s.
-    pub simulated: f64,
-    /// Estimated total simulated time, s.
-    pub expected: f64,
-}
-
 /// Length of an energy block, periods of the slowest mode.
 const BLOCK: f64 = 5.0;
 
@@ -121,14 +112,14 @@ const PERIODIC_PERIODS: f64 = 250.0;
 /// `ball` caches the joint between calls, so the body's modes are computed once.
 ///
 /// # Errors
-/// [`ResponseError::Stopped`]; if the scene's system cannot be built, or its integration or an analysis fails.
+/// [`StudyError::Stopped`]; if the scene's system cannot be built, or its integration or an analysis fails.
 pub fn response(
     scene: &Scene,
     from: InitialState<'_>,
     plan: &ResponsePlan,
     ball: &mut Option<BallJoint>,
-    watch: OnProgress<'_, ResponseProgress>,
-) -> Result<SettledResponse, ResponseError> {
+    progress: OnProgress<'_>,
+) -> Result<SettledResponse, StudyError> {
     let trial = Trial::of_scene(scene, ball)?;
     let linear = match (scene.joint(), &ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
@@ -138,7 +129,7 @@ pub fn response(
         let motion = [&run.z[..], &run.probe[..]];
         orbit::stable_orbit(scene, ball, &*run.system, motion, run.period, SILENCE)
     };
-    let found = respond(trial, from, plan, find_orbit, watch)?;
+    let found = respond(trial, from, plan, find_orbit, progress)?;
     Ok(SettledResponse { linear, ..found })
 }
 
@@ -146,14 +137,14 @@ pub fn response(
 /// one and it is wanted.
 ///
 /// # Errors
-/// [`ResponseError::Stopped`]; if the integration or an analysis fails.
+/// [`StudyError::Stopped`]; if the integration or an analysis fails.
 pub(super) fn respond(
     mut trial: Trial,
     from: InitialState<'_>,
     plan: &ResponsePlan,
     find_orbit: impl FnOnce(&Run<'_>) -> Option<PeriodicOrbit>,
-    watch: OnProgress<'_, ResponseProgress>,
-) -> Result<SettledResponse, ResponseError> {
+    progress: OnProgress<'_>,
+) -> Result<SettledResponse, StudyError> {
     let (lag, seed, silence) = (trial.lag, trial.seed, trial.silence);
     let (state, bases) = match from {
         InitialState::Fresh => (None, Bases::None),
@@ -166,7 +157,7 @@ pub(super) fn respond(
         let common = z.len().min(trial.prepared.state.len());
         trial.prepared.state[..common].copy_from_slice(&z[..common]);
     }
-    let mut run = Run::new(trial, plan, watch)?;
+    let mut run = Run::new(trial, plan, progress)?;
     let settled = run.settle()?;
     let transient = run.time();
     let orbit = if settled && plan.orbits && plan.exponents > 0 {
@@ -199,38 +190,6 @@ pub(super) fn respond(
     })
 }
 
-/// Error of a response.
-#[derive(Debug, thiserror::Error)]
-pub enum ResponseError {
-    /// The scene's system cannot be built.
-    #[error(transparent)]
-    Scene(#[from] PipelineError),
-    /// The linear modes cannot be computed.
-    #[error(transparent)]
-    Linear(#[from] StudyError),
-    /// The integration failed.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// The run reached `max_rhs_evals` right-hand-side evaluations.
-    #[error(
-        "stopped after {rhs_evals} right-hand-side evaluations at {:.3} ms: the motion needs very small time \
-         steps",
-        1e3 * time
-    )]
-    TooManyEvaluations {
-        /// Evaluations so far.
-        rhs_evals: u64,
-        /// Simulated time reached, s.
-        time: f64,
-    },
-    /// An analysis rejected the samples.
-    #[error("the settled motion cannot be analysed")]
-    Analysis(#[from] AnalysisError),
-    /// The caller stopped it.
-    #[error("stopped")]
-    Stopped(#[from] Stopped),
-}
-
 /// One simulation in progress.
 pub(super) struct Run<'a> {
     system: Box<dyn System + Send>,
@@ -246,7 +205,7 @@ pub(super) struct Run<'a> {
     /// State at the last sample.
     z: Vec<f64>,
     samples: u64,
-    watch: OnProgress<'a, ResponseProgress>,
+    progress: OnProgress<'a>,
     timer: PollTimer,
     expected: f64,
     plan: &'a ResponsePlan,
@@ -270,8 +229,8 @@ impl<'a> Run<'a> {
     fn new(
         trial: Trial,
         plan: &'a ResponsePlan,
-        watch: OnProgress<'a, ResponseProgress>,
-    ) -> Result<Self, ResponseError> {
+        progress: OnProgress<'a>,
+    ) -> Result<Self, StudyError> {
         let prepared = trial.prepared;
         let slowest = prepared.system.omega().iter().copied().filter(|w| *w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min).min(f64::MAX);
@@ -285,7 +244,7 @@ impl<'a> Run<'a> {
             integrator: prepared.integrator,
             z: prepared.state,
             samples: 0,
-            watch,
+            progress,
             timer: PollTimer::default(),
             expected: plan.min_transient + plan.measurement_time,
             plan,
@@ -305,19 +264,16 @@ impl<'a> Run<'a> {
     }
 
     /// Advances by one sample.
-    fn advance(&mut self) -> Result<(), ResponseError> {
+    fn advance(&mut self) -> Result<(), StudyError> {
         self.samples += 1;
         let time = self.time();
         self.integrator.sample(&*self.system, time, &mut self.z)?;
         let rhs_evals = self.integrator.stats().rhs_evals;
         if self.plan.max_rhs_evals.is_some_and(|max| rhs_evals > max) {
-            return Err(ResponseError::TooManyEvaluations { rhs_evals, time });
+            return Err(StudyError::TooManyEvaluations { rhs_evals, time });
         }
         if self.timer.is_due() {
-            (self.watch)(ResponseProgress {
-                simulated: time,
-                expected: self.expected.max(time),
-            })?;
+            (self.progress)(time / self.expected.max(time), "settled response")?;
         }
         Ok(())
     }
@@ -361,7 +317,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs to the end of a period of the drive, so that another run can continue from there at time zero.
-    fn end_a_period(&mut self) -> Result<(), ResponseError> {
+    fn end_a_period(&mut self) -> Result<(), StudyError> {
         if let Some(drive) = self.drive_period {
             let count = (self.time() / drive - 1e-9).ceil();
             self.integrator.integrate_to(&*self.system, count * drive)?;
@@ -371,7 +327,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs until the transient has ended; returns whether it has.
-    fn settle(&mut self) -> Result<bool, ResponseError> {
+    fn settle(&mut self) -> Result<bool, StudyError> {
         let plan = self.plan;
         let mut detector = self.detector();
         let mut largest: f64 = 0.0;
@@ -398,7 +354,7 @@ impl<'a> Run<'a> {
     }
 
     /// Adds tangent vectors at the current state and lets them align.
-    fn start_tangents(&mut self, width: usize, seed: u64) -> Result<(), ResponseError> {
+    fn start_tangents(&mut self, width: usize, seed: u64) -> Result<(), StudyError> {
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         let start = self.integrator.state().to_vec();
@@ -425,7 +381,7 @@ impl<'a> Run<'a> {
         mut transient: f64,
         orbit: Option<&PeriodicOrbit>,
         seed: u64,
-    ) -> Result<Measured, ResponseError> {
+    ) -> Result<Measured, StudyError> {
         let plan = self.plan;
         let width = plan.exponents.min(self.system.tangent_dim());
         if let Some(orbit) = orbit {
@@ -450,7 +406,7 @@ impl<'a> Run<'a> {
     }
 
     /// Samples the settled motion after a transient (s).
-    fn measure(&mut self, mut transient: f64) -> Result<Measured, ResponseError> {
+    fn measure(&mut self, mut transient: f64) -> Result<Measured, StudyError> {
         let window = self.plan.measurement_time;
         loop {
             self.expected = self.time() + window;
@@ -465,7 +421,7 @@ impl<'a> Run<'a> {
     }
 
     /// Samples one window (s) after a transient (s).
-    fn sample_window(&mut self, transient: f64, window: f64) -> Result<Measured, ResponseError> {
+    fn sample_window(&mut self, transient: f64, window: f64) -> Result<Measured, StudyError> {
         let count = (window * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let mut detector = self.detector();

@@ -1,11 +1,12 @@
 //! Settled responses of the built-in scenes.
 
 use super::*;
-use crate::analysis::{RecurrenceKind, Regime};
+use crate::analysis::{AnalysisError, RecurrenceKind, Regime};
 use crate::scene::Parameter;
+use crate::study::Stopped;
 
 fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
-    response(scene, from, plan, &mut None, &mut |_| Ok(())).unwrap()
+    response(scene, from, plan, &mut None, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The response whose displacement (m) is a signal sampled at `rate` (Hz).
@@ -186,12 +187,12 @@ fn the_callback_stops_a_response() {
         InitialState::Fresh,
         &plan,
         &mut None,
-        &mut |progress| {
+        &mut |share, _| {
             calls += 1;
-            assert!(progress.simulated <= progress.expected);
+            assert!((0.0..=1.0).contains(&share));
             if calls < 3 { Ok(()) } else { Err(Stopped) }
         },
     );
-    assert!(matches!(stopped, Err(ResponseError::Stopped(_))));
+    assert!(matches!(stopped, Err(StudyError::Stopped(_))));
     assert_eq!(calls, 3);
 }

@@ -65,7 +65,7 @@ const MANY_SAMPLES: usize = 50_000;
 /// Peak-to-peak amplitude of the dither of a constant sound that is silent, over full scale: two steps of 8 bits.
 const MAX_DITHER: f64 = 1.0 / 64.0;
 
-/// Analyses a signal. `progress` receives the name of the step and the fraction done, 0 to 1.
+/// Analyses a signal.
 ///
 /// # Errors
 /// [`SignalError::Stopped`]; [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
@@ -75,11 +75,10 @@ const MAX_DITHER: f64 = 1.0 / 64.0;
 pub fn analyse_signal(
     signal: Signal,
     search: &SignalOptions,
-    progress: OnProgress<'_, (&'static str, f64)>,
+    progress: OnProgress<'_>,
 ) -> Result<SignalAnalysis, SignalError> {
     check(&signal.samples)?;
-    let mut step = |share, name| progress((name, share));
-    step(0.0, "tonal events")?;
+    progress(0.0, "tonal events")?;
     let silent_below = silence(&signal);
     let silence = silent_below.map(|_| SkipReason::Silent);
     let sound = sound(&signal, search.faint, silence.is_some())?;
@@ -91,27 +90,27 @@ pub fn analyse_signal(
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
     let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
-    step(0.1, "spectrum")?;
+    progress(0.1, "spectrum")?;
     let (spectrum, tones) = tones(studied)?;
-    step(0.15, "delay and dimension")?;
+    progress(0.15, "delay and dimension")?;
     let delay = Outcome::unless(obstacle.or(silence), || delay(newest, search))?;
     let lag = delay.get().ok().map(|delay| delay.lag);
     let event = stretch.event.zip(sound.as_ref());
     let event_hz = event.map(|(number, sound)| sound.tonal.events[number - 1].frequency_hz);
     let period = period_of(event_hz, &tones.lines, lag, rate);
-    step(0.3, "spectrogram")?;
+    progress(0.3, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
-    step(0.4, "recurrence")?;
+    progress(0.4, "recurrence")?;
     let recurrence = delay.try_map(|delay| {
         let plan = Plan::new(delay, search, newest.len());
         let mut recurrence = plan.quantify(studied, newest, period)?;
-        step(0.55, "recurrence along the signal")?;
+        progress(0.55, "recurrence along the signal")?;
         recurrence.along = plan.along(studied)?;
         Ok::<_, SignalError>(recurrence)
     })?;
-    step(0.65, "section")?;
+    progress(0.65, "section")?;
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
-    step(0.68, "type of motion")?;
+    progress(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
     let background = || background_power(&signal, events, stretch.band_hz);
     let background = obstacle.is_none().then(background);
@@ -125,16 +124,16 @@ pub fn analyse_signal(
         Some(skipped) => Outcome::Skipped { skipped },
         None => delay.clone(),
     };
-    step(0.75, "divergence (Rosenstein)")?;
+    progress(0.75, "divergence (Rosenstein)")?;
     let rosenstein =
         steady.try_map(|delay| divergence_by(newest, delay, DivergenceMethod::Rosenstein, rate))?;
-    step(0.82, "divergence (Kantz)")?;
+    progress(0.82, "divergence (Kantz)")?;
     let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
     let method = DivergenceMethod::Kantz { radius };
     let kantz = steady.try_map(|delay| divergence_by(newest, delay, method, rate))?;
-    step(0.92, "0-1 test")?;
+    progress(0.92, "0-1 test")?;
     let zero_one = steady.try_map(|delay| test_zero_one(newest, delay.lag))?;
-    step(1.0, "done")?;
+    progress(1.0, "done")?;
     Ok(SignalAnalysis {
         facts: SignalStatistics::of(&signal),
         stretch,

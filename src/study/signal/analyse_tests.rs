@@ -16,7 +16,7 @@ fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, Sig
         threshold: Some(threshold),
         ..SignalOptions::default()
     };
-    analyse_signal(signal, &search, &mut |_| Ok(()))
+    analyse_signal(signal, &search, &mut |_, _| Ok(()))
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn a_tone_in_noise_is_not_called_chaotic() {
         start: 0.0,
         samples,
     };
-    let report = analyse_signal(signal, &SignalOptions::default(), &mut |_| Ok(()));
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(()));
     let report = report.unwrap();
     assert_eq!(report.stretch.event, Some(1));
     // That the noise hides the motion is an answer, too.
@@ -81,7 +81,7 @@ fn the_options_of_recurrence_analysis_apply() {
             start: 0.0,
             samples: tone.clone(),
         };
-        let report = analyse_signal(signal, &options, &mut |_| Ok(())).unwrap();
+        let report = analyse_signal(signal, &options, &mut |_, _| Ok(())).unwrap();
         report.recurrence.get().unwrap().clone()
     };
     let plain = recurrence(SignalOptions::default());

@@ -403,7 +403,7 @@ impl AnalysedFile {
         mut signal: Signal,
         calibration: Option<Calibration>,
         options: &SignalOptions,
-        progress: OnProgress<'_, (&'static str, f64)>,
+        progress: OnProgress<'_>,
     ) -> Result<Self, SignalError> {
         let sound_levels = match calibration {
             Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),

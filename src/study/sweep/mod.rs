@@ -19,10 +19,10 @@ pub(super) mod tests;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::Stopped;
-use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
-use super::response::{InitialState, ResponseError, ResponsePlan, SettledResponse};
+use super::pool::{Event, ResultSender, run_jobs};
+use super::response::{InitialState, ResponsePlan, SettledResponse};
 use super::subject::{SceneSubject, Subject};
+use super::{OnProgress, StudyError};
 use crate::chain_of_causes;
 use crate::joint::BallJoint;
 #[cfg(feature = "table")]
@@ -63,71 +63,43 @@ impl SweepPoint {
     }
 }
 
-/// Progress of a sweep.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SweepProgress {
-    /// Points done, including those known before.
-    pub done: usize,
-    /// Total number of points.
-    pub all: usize,
-    /// Fraction of the work done, 0 to 1.
-    pub share: f64,
-}
-
-/// Observer of a sweep: it receives the points and the progress. Its methods are called on the caller's
-/// thread.
-pub trait SweepObserver {
-    /// Error of the receiver, or of starting the threads.
-    type Error: From<ThreadSpawnError>;
-
-    /// Takes a point as soon as it is computed; points arrive in any order.
-    ///
-    /// # Errors
-    /// An error ends the sweep.
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), Self::Error>;
-
-    /// Takes the progress, at least every 50 ms.
-    ///
-    /// # Errors
-    /// To stop the sweep.
-    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped>;
-}
-
 /// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
 /// one). The results do not depend on the number of threads, on the shard or on the known points. A failed
 /// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
 ///
-/// Returns whether all points of the shard are done; `false` if the observer stopped the sweep.
+/// `on_point` takes each point as soon as it is computed, on the thread of the caller; they arrive in any order.
 ///
 /// # Errors
-/// The error of the observer.
-pub fn sweep<A: SweepObserver>(
+/// [`StudyError::Stopped`] and [`StudyError::Threads`]; the error of `on_point`, which ends the sweep.
+pub fn sweep<E: From<StudyError>>(
     plan: &SweepPlan,
     shard: Shard,
     known: &[SweepPoint],
     threads: usize,
-    observer: &mut A,
-) -> Result<bool, A::Error> {
+    progress: OnProgress<'_>,
+    on_point: impl FnMut(SweepPoint) -> Result<(), E>,
+) -> Result<(), E> {
     let subject = SceneSubject {
         scene: plan.scene.clone(),
         parameters: plan.axes.iter().map(Axis::parameter).collect(),
     };
     let (grid, response) = (plan.grid(), &plan.response);
-    sweep_subject(&subject, &grid, response, (shard, known), threads, observer)
+    let work = (shard, known, threads);
+    sweep_subject(&subject, &grid, response, work, progress, on_point)
 }
 
 /// [`sweep`] of any systems. Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)).
 ///
 /// # Errors
-/// The error of the observer.
-pub fn sweep_subject<A: SweepObserver>(
+/// As [`sweep`].
+pub fn sweep_subject<E: From<StudyError>>(
     subject: &dyn Subject,
     grid: &Grid<'_>,
     plan: &ResponsePlan,
-    (shard, known): (Shard, &[SweepPoint]),
-    threads: usize,
-    observer: &mut A,
-) -> Result<bool, A::Error> {
+    (shard, known, threads): (Shard, &[SweepPoint], usize),
+    progress: OnProgress<'_>,
+    mut on_point: impl FnMut(SweepPoint) -> Result<(), E>,
+) -> Result<(), E> {
     let chains = grid.chains(shard);
     let all: usize = chains.iter().map(Vec::len).sum();
     let known = known.iter().map(|point| (point.place.index, point));
@@ -157,19 +129,18 @@ pub fn sweep_subject<A: SweepObserver>(
             let from = before
                 .as_ref()
                 .map_or(InitialState::Fresh, InitialState::After);
-            let found = subject.response(&place.values, from, plan, ball, &mut |progress| {
-                let part = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
+            let found = subject.response(&place.values, from, plan, ball, &mut |part, _| {
                 share.store(part.to_bits(), Ordering::Relaxed);
                 sender.check()
             });
             let outcome = match found {
-                Err(ResponseError::Stopped(_)) => return,
+                Err(StudyError::Stopped(_)) => return,
                 // A failed run is kept as a point.
                 found => found.map_err(|error| chain_of_causes(&error)),
             };
             before = outcome.as_ref().ok().cloned();
             share.store(0, Ordering::Relaxed);
-            if !sender.send(SweepPoint { place, outcome }) {
+            if sender.send(SweepPoint { place, outcome }).is_err() {
                 return;
             }
         }
@@ -180,14 +151,9 @@ pub fn sweep_subject<A: SweepObserver>(
     run_jobs(chains.len(), threads, job, |event| {
         if let Event::Result(point) = event {
             done += 1;
-            observer.on_point(point)?;
+            on_point(point)?;
         }
-        let progress = SweepProgress {
-            done,
-            all,
-            share: share(done).min(1.0),
-        };
-        Ok::<_, A::Error>(observer.on_progress(progress).is_ok())
-    })?;
-    Ok(done == all)
+        let task = format!("{done} of {all} points");
+        Ok(progress(share(done).min(1.0), &task).map_err(StudyError::from)?)
+    })
 }

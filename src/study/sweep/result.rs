@@ -116,16 +116,11 @@ pub struct RegimeInterval {
 
 impl SweepResult {
     /// The result of the points of a plan.
-    pub fn new(
-        plan: &SweepPlan,
-        mut points: Vec<SweepPoint>,
-        shard: Shard,
-        interrupted: bool,
-    ) -> Self {
+    pub fn new(plan: &SweepPlan, mut points: Vec<SweepPoint>, shard: Shard) -> Self {
         points.sort_by_key(|point| point.place.index);
         let axes = plan.axes.iter();
         let axes = axes.map(|axis| (axis.parameter().path().to_owned(), axis.label()));
-        Self::of(axes.collect(), &plan.grid(), points, (shard, interrupted))
+        Self::of(axes.collect(), &plan.grid(), points, shard)
     }
 
     /// The result of points in ascending order of index, for parameters with these names and labels.
@@ -133,16 +128,17 @@ impl SweepResult {
         axes: Vec<(String, String)>,
         grid: &Grid<'_>,
         points: Vec<SweepPoint>,
-        (shard, interrupted): (Shard, bool),
+        shard: Shard,
     ) -> Self {
         let (names, labels): (Vec<_>, Vec<_>) = axes.into_iter().unzip();
+        let points_in_shard = grid.chains(shard).iter().map(Vec::len).sum();
         let single_axis = if names.len() == 1 { &points[..] } else { &[] };
         Self {
             axes: labels,
             points_computed: points.len(),
             points_total: grid.len(),
-            points_in_shard: grid.chains(shard).iter().map(Vec::len).sum(),
-            interrupted,
+            points_in_shard,
+            interrupted: points.len() < points_in_shard,
             regime_intervals: regime_intervals(single_axis),
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),

@@ -18,7 +18,7 @@ use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
 use crate::foreign::table::TableBatches;
 use crate::foreign::{one_line, open_file, without_panic};
-use crate::study::{ThreadSpawnError, table};
+use crate::study::{StudyError, table};
 
 /// [`IDENTITY`] of the first version of the format.
 const FIRST_IDENTITY: &str = "squeakscope sweep";
@@ -64,9 +64,9 @@ pub enum TableError {
         /// The cause.
         source: io::Error,
     },
-    /// No thread of the sweep could be started.
+    /// The sweep was stopped, or no thread could be started.
     #[error(transparent)]
-    Threads(#[from] ThreadSpawnError),
+    Study(#[from] StudyError),
     /// The file was removed or moved during the sweep.
     #[error(
         "`{path}` was removed or moved during the sweep, so further points would be lost; repeat the sweep \

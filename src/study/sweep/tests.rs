@@ -2,41 +2,8 @@
 
 use super::*;
 use crate::scene::{Parameter, Scene};
+use crate::study::Stopped;
 use crate::study::response::ResponsePlan;
-
-/// An error of the observer.
-#[derive(Debug, PartialEq)]
-struct Fault(&'static str);
-
-impl From<ThreadSpawnError> for Fault {
-    fn from(_: ThreadSpawnError) -> Self {
-        Self("no thread")
-    }
-}
-
-/// Collects the points, and stops after a number of them.
-struct Notes {
-    points: Vec<SweepPoint>,
-    stop_after: usize,
-}
-
-impl SweepObserver for Notes {
-    type Error = Fault;
-
-    fn on_point(&mut self, point: SweepPoint) -> Result<(), Fault> {
-        self.points.push(point);
-        Ok(())
-    }
-
-    fn on_progress(&mut self, progress: SweepProgress) -> Result<(), Stopped> {
-        assert!(progress.done <= progress.all && (0.0..=1.0).contains(&progress.share));
-        if self.points.len() < self.stop_after {
-            Ok(())
-        } else {
-            Err(Stopped)
-        }
-    }
-}
 
 fn plan() -> SweepPlan {
     let mut scene = Scene::load("doubled-torus-3deg").unwrap();
@@ -66,13 +33,18 @@ pub(in crate::study) fn run(
     known: &[SweepPoint],
     threads: usize,
 ) -> Vec<SweepPoint> {
-    let mut notes = Notes {
-        points: Vec::new(),
-        stop_after: usize::MAX,
+    let mut points = Vec::new();
+    let mut progress = |share: f64, _: &str| {
+        assert!((0.0..=1.0).contains(&share));
+        Ok(())
     };
-    assert_eq!(sweep(plan, shard, known, threads, &mut notes), Ok(true));
-    notes.points.sort_by_key(|point| point.place.index);
-    notes.points
+    let ended = sweep(plan, shard, known, threads, &mut progress, |point| {
+        points.push(point);
+        Ok::<_, StudyError>(())
+    });
+    ended.unwrap();
+    points.sort_by_key(|point| point.place.index);
+    points
 }
 
 #[test]
@@ -94,22 +66,26 @@ fn the_points_depend_only_on_the_plan() {
     // With both starts the lowest point starts from the kick; the next one does not.
     assert_eq!(one[0].outcome, one[3].outcome);
     assert_ne!(one[1].outcome, one[4].outcome);
-    let result = SweepResult::new(&plan, one, Shard::WHOLE, false);
+    let result = SweepResult::new(&plan, one, Shard::WHOLE);
     crate::report::agreement::check(&result, &[]);
 }
 
 #[test]
 fn a_stopped_sweep_keeps_its_points() {
-    let mut notes = Notes {
-        points: Vec::new(),
-        stop_after: 2,
+    let count = std::cell::Cell::new(0);
+    let mut progress = |_: f64, _: &str| {
+        if count.get() < 2 {
+            Ok(())
+        } else {
+            Err(Stopped)
+        }
     };
-    assert_eq!(sweep(&plan(), Shard::WHOLE, &[], 1, &mut notes), Ok(false));
-    assert!(
-        (2..6).contains(&notes.points.len()),
-        "{}",
-        notes.points.len()
-    );
+    let ended = sweep(&plan(), Shard::WHOLE, &[], 1, &mut progress, |_| {
+        count.set(count.get() + 1);
+        Ok(())
+    });
+    assert!(matches!(ended, Err(StudyError::Stopped(_))));
+    assert!((2..6).contains(&count.get()), "{}", count.get());
 }
 
 #[test]
@@ -130,16 +106,15 @@ fn a_failed_point_is_reported_and_the_sweep_continues() {
 
 #[test]
 fn an_error_of_the_observer_ends_the_sweep() {
-    struct Full;
-    impl SweepObserver for Full {
-        type Error = Fault;
-        fn on_point(&mut self, _: SweepPoint) -> Result<(), Fault> {
-            Err(Fault("no space"))
-        }
-        fn on_progress(&mut self, _: SweepProgress) -> Result<(), Stopped> {
-            Ok(())
-        }
-    }
-    let ended = sweep(&plan(), Shard::WHOLE, &[], 2, &mut Full);
-    assert_eq!(ended, Err(Fault("no space")));
+    let full = || StudyError::Threads("no space".to_owned());
+    let mut progress = |_: f64, _: &str| Ok(());
+    let ended = sweep(
+        &plan(),
+        Shard::WHOLE,
+        &[],
+        2,
+        &mut progress,
+        |_| Err(full()),
+    );
+    assert_eq!(ended.unwrap_err().to_string(), full().to_string());
 }

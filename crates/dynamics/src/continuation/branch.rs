@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Bifurcation, PeriodicOrbit};
-use crate::SolverStats;
+use crate::{SolverStats, Stopped};
 
 /// The reason why a branch ends.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -82,11 +82,15 @@ pub struct OrbitBranch {
     pub stats: BranchStats,
 }
 
-/// A new part of a branch.
-#[derive(Clone, Copy, Debug)]
-pub enum BranchUpdate<'a> {
-    /// A new orbit.
-    Point(&'a PeriodicOrbit),
-    /// A new bifurcation, before the last orbit.
-    Bifurcation(&'a Bifurcation),
+impl OrbitBranch {
+    /// Checks that the branch is complete.
+    ///
+    /// # Errors
+    /// If the caller stopped it.
+    pub fn complete(&self) -> Result<(), Stopped> {
+        if self.ends.contains(&Some(BranchEnd::Stopped)) {
+            return Err(Stopped);
+        }
+        Ok(())
+    }
 }

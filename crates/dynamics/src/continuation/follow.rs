@@ -11,12 +11,13 @@ use super::shooting::{Direction, Scale, ShootingPoint};
 use super::start::BranchStart;
 use super::step::StepControl;
 use super::{
-    Bifurcation, BifurcationKind, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions,
-    Family, OrbitBranch, PeriodicOrbit,
+    Bifurcation, BifurcationKind, BranchEnd, ContinuationError, ContinuationOptions, Family,
+    OrbitBranch, PeriodicOrbit,
 };
+use crate::Stopped;
 
-/// Receives the parts of a branch as they are computed; returns `false` to stop.
-pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
+/// Receives the orbits of a branch as they are found, and stops it with an error.
+pub type OnOrbit<'a> = &'a mut dyn FnMut(&PeriodicOrbit) -> Result<(), Stopped>;
 
 /// Maximum number of points in each direction.
 const MAX_POINTS: usize = 500;
@@ -33,7 +34,7 @@ pub fn continue_orbits(
     family: &dyn Family,
     start: &BranchStart,
     options: &ContinuationOptions,
-    watch: OnBranchUpdate<'_>,
+    watch: OnOrbit<'_>,
 ) -> Result<OrbitBranch, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
     let shot = ShootingPoint::of(&start.orbit);
@@ -66,7 +67,7 @@ pub fn continue_orbits(
         ends: [None, None],
         stats: flow.stats,
     };
-    if !watch(BranchUpdate::Point(&first.orbit)) {
+    if watch(&first.orbit).is_err() {
         branch.ends[1] = Some(BranchEnd::Stopped);
         return Ok(branch);
     }
@@ -163,7 +164,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
         }
     }
 
-    fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<BranchPart, ContinuationError> {
+    fn run(mut self, watch: OnOrbit<'_>) -> Result<BranchPart, ContinuationError> {
         self.found.end = loop {
             if self.found.points.len() >= MAX_POINTS {
                 break BranchEnd::MaxPoints;
@@ -313,7 +314,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
         &mut self,
         prediction: &Prediction,
         next: Point,
-        watch: OnBranchUpdate<'_>,
+        watch: OnOrbit<'_>,
     ) -> Result<Option<BranchEnd>, ContinuationError> {
         let tests = changed(&self.now, &next);
         let piece = Piece {
@@ -351,23 +352,17 @@ impl<'a, 'f> BranchState<'a, 'f> {
             };
             along(a).total_cmp(&along(b))
         });
-        for bifurcation in located {
-            let continues = watch(BranchUpdate::Bifurcation(&bifurcation));
-            self.found.bifurcations.push(bifurcation);
-            if !continues {
-                return Ok(Some(BranchEnd::Stopped));
-            }
-        }
+        self.found.bifurcations.extend(located);
         self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
         self.largest_sizes =
             [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
-        let continues = watch(BranchUpdate::Point(&next.orbit));
+        let watched = watch(&next.orbit);
         self.found.points.push(next.orbit.clone());
         let bend = next.tangent.clone().plus(-1.0, &self.now.tangent);
         self.bend =
             (!self.now.has_corner_before(&next)).then(|| bend.scaled(1.0 / prediction.step));
         self.control.adapt(&self.now, &next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
-        Ok((!continues).then_some(BranchEnd::Stopped))
+        Ok(watched.is_err().then_some(BranchEnd::Stopped))
     }
 }

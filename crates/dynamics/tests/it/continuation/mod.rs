@@ -51,7 +51,7 @@ fn follow(
     start: impl Into<BranchStart>,
     options: &ContinuationOptions,
 ) -> OrbitBranch {
-    continue_orbits(family, &start.into(), options, &mut |_| true).expect("an orbit at the start")
+    continue_orbits(family, &start.into(), options, &mut |_| Ok(())).expect("an orbit at the start")
 }
 
 /// The orbit near a settled motion.

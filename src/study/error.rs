@@ -1,0 +1,92 @@
+//! Errors of studies.
+
+use super::Stopped;
+use crate::analysis::AnalysisError;
+use crate::dynamics::DynamicsError;
+use crate::dynamics::equilibrium::EquilibriumError;
+use crate::joint::{AssemblyError, StabilityError};
+use crate::pipeline::PipelineError;
+use crate::scene::SceneError;
+
+/// Why a study has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A value of a parameter, or a setting, is invalid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The system cannot be built or run.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The joint cannot be assembled.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// The equilibrium cannot be found or analysed.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// An integration failed.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// An analysis rejected the samples.
+    #[error("the settled motion cannot be analysed")]
+    Analysis(#[from] AnalysisError),
+    /// The causes of growth are not defined for the friction law.
+    #[error(
+        "the causes of growth are computed for friction that depends on the slip velocity alone; omit --causes for \
+         friction with a state"
+    )]
+    NoCauses,
+    /// The eigenvalues at one of the tilts could not be computed.
+    #[error("the eigenvalues at a tilt of {tilt_deg} deg could not be computed")]
+    Eigenvalues {
+        /// The tilt, degrees.
+        tilt_deg: f64,
+        /// The cause.
+        source: StabilityError,
+    },
+    /// The periodic orbits should start outside the interval of a plan.
+    #[error(
+        "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \
+         interval", interval[0], interval[1]
+    )]
+    StartOutside {
+        /// Name of the parameter.
+        name: String,
+        /// Value of the parameter at the start.
+        value: f64,
+        /// The ends of the interval.
+        interval: [f64; 2],
+    },
+    /// No periodic orbit can be found at a start; why.
+    #[error("{0}")]
+    NoOrbit(String),
+    /// A map without points.
+    #[error("the map has no points; widen its intervals")]
+    NoPoint,
+    /// The run reached `max_rhs_evals` right-hand-side evaluations.
+    #[error(
+        "stopped after {rhs_evals} right-hand-side evaluations at {:.3} ms: the motion needs very small time \
+         steps",
+        1e3 * time
+    )]
+    TooManyEvaluations {
+        /// Evaluations so far.
+        rhs_evals: u64,
+        /// Simulated time reached, s.
+        time: f64,
+    },
+    /// The scene of a cost study stays at rest.
+    #[error(
+        "the scene stays at rest, so there is no motion to compare; give it a kick (start.kick_mm_per_s), or choose a \
+         scene that squeaks"
+    )]
+    AtRest,
+    /// A complete run failed.
+    #[error("a run failed")]
+    Run(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// No thread could be started.
+    #[error("cannot start a thread ({0}); raise the process limit (ulimit -u) or free some memory")]
+    Threads(String),
+    /// The caller stopped it.
+    #[error("stopped")]
+    Stopped(#[from] Stopped),
+}
