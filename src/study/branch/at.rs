@@ -16,6 +16,14 @@ pub struct At {
     pub value: f64,
 }
 
+impl At {
+    /// A value of the key with a name.
+    pub fn new(name: &str, value: f64) -> Self {
+        let name = name.to_owned();
+        Self { name, value }
+    }
+}
+
 impl Serialize for At {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         BTreeMap::from([(&self.name, self.value)]).serialize(serializer)

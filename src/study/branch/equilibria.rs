@@ -111,7 +111,7 @@ pub fn add_equilibria(
 ) -> Result<(), StudyError> {
     let [from, to] = plan.interval;
     let name = plan.subject.name(0);
-    let mut family = SteadyFamily::of(Arc::clone(&plan.subject), vec![(to - from).abs()]);
+    let mut family = SteadyFamily::of(Arc::clone(&plan.subject));
     let mut tracks = Tracks::default();
     let mut last = solve(&mut family, &mut tracks, from, &[])?;
     let mut points = vec![point(name, &last)];
@@ -161,7 +161,7 @@ pub fn add_equilibria(
             ended = Some(INTERRUPTED.to_owned());
             break;
         }
-        bifurcations.extend(locate(&mut family, bracket)?);
+        bifurcations.extend(locate(&mut family, bracket, to - from)?);
     }
     bifurcations.sort_by(|a, b| a.at.value.total_cmp(&b.at.value));
     result.equilibria = points;
@@ -209,9 +209,6 @@ fn point(name: &str, solved: &Solved) -> EquilibriumPoint {
     EquilibriumPoint {
         unstable_modes: modes.iter().filter(|mode| mode.mode.unstable).count(),
         modes,
-        at: At {
-            name: name.to_owned(),
-            value: solved.value,
-        },
+        at: At::new(name, solved.value),
     }
 }

@@ -137,12 +137,13 @@ pub(super) fn sign(mode: &Eigenmode) -> i32 {
     }
 }
 
-/// Locates the bifurcation in a bracket. `None` if the mode cannot be followed into it.
+/// Locates the bifurcation in a bracket of an interval of a width. `None` if the mode cannot be followed into it.
 pub(super) fn locate(
     family: &mut SteadyFamily,
     bracket: &Bracket,
+    width: f64,
 ) -> Result<Option<SteadyBifurcation>, StudyError> {
-    let Some((value, width)) = root(family, bracket)? else {
+    let Some((value, error)) = root(family, bracket)? else {
         return Ok(None);
     };
     let (state, mode) = followed(family, bracket, value)?;
@@ -158,7 +159,7 @@ pub(super) fn locate(
     let speed = match kind {
         SteadyBifurcationKind::Flutter => None,
         _ => {
-            let slope = family.slope(&[value], 0)?;
+            let slope = family.slope(value, width)?;
             let left = state.linearised.left(&mode);
             Some(eigenvalue_derivative(&left, &slope.value, &mode.vector))
         }
@@ -175,12 +176,9 @@ pub(super) fn locate(
         frequency_hz: named.frequency_hz,
         crossing_speed: speed.map(|speed| speed.re),
         frequency_slope: speed.map(|speed| speed.im / std::f64::consts::TAU),
-        location_error: width + residual,
+        location_error: error + residual,
         cycle,
-        at: At {
-            name: family.subject().name(0).to_owned(),
-            value,
-        },
+        at: At::new(family.subject().name(0), value),
     }))
 }
 

@@ -77,12 +77,7 @@ impl MapPlan {
     }
 
     fn family(&self) -> SteadyFamily {
-        let scales = self.intervals.map(|[from, to]| to - from);
-        SteadyFamily::new(
-            self.scene.clone(),
-            self.parameters.to_vec(),
-            scales.to_vec(),
-        )
+        SteadyFamily::new(self.scene.clone(), self.parameters.to_vec())
     }
 }
 

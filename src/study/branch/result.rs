@@ -124,10 +124,7 @@ impl Branch {
     pub fn add_orbits(&mut self, orbits: OrbitBranch) {
         let branch = self.orbit_branches();
         let name = self.name().to_owned();
-        let at = |value: f64| At {
-            name: name.clone(),
-            value,
-        };
+        let at = |value: f64| At::new(&name, value);
         let points = orbits.points.into_iter().map(|orbit| OrbitPoint {
             branch,
             at: at(orbit.parameter),

@@ -22,8 +22,7 @@ type Last = (f64, Vec<f64>, Option<f64>);
 impl SubjectFamily {
     /// The family of a plan.
     pub fn new(plan: &BranchPlan) -> Self {
-        let [from, to] = plan.interval;
-        let steady = SteadyFamily::of(Arc::clone(&plan.subject), vec![(to - from).abs()]);
+        let steady = SteadyFamily::of(Arc::clone(&plan.subject));
         Self {
             steady: Mutex::new(steady),
             last: Mutex::new(None),

@@ -162,7 +162,7 @@ pub fn sensitivities(
     scene: &Scene,
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
-    let mut family = SteadyFamily::new(scene.clone(), Vec::new(), Vec::new());
+    let mut family = SteadyFamily::new(scene.clone(), Vec::new());
     let state = family.at_scene(scene)?;
     let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
     let numbers = Number::all(scene, family.sliding_speed(tilt).unwrap_or(0.0))?;

@@ -17,8 +17,6 @@ pub(super) const STEP: f64 = 0.02;
 /// The equilibria of systems, such as the steady sliding of a scene, over some parameters.
 pub struct SteadyFamily {
     subject: Arc<dyn Subject>,
-    /// Sizes on which each parameter changes, for differences.
-    scales: Vec<f64>,
     /// The joint of the last values; its modes are computed again only if the body changes.
     ball: Option<BallJoint>,
     /// The last equilibrium, from which the next one is found.
@@ -38,17 +36,15 @@ pub struct SteadyState {
 }
 
 impl SteadyFamily {
-    /// The steady sliding of a scene over some parameters; `scales` are the sizes on which they change, for example
-    /// the widths of the intervals that are studied.
-    pub fn new(scene: Scene, parameters: Vec<Parameter>, scales: Vec<f64>) -> Self {
-        Self::of(Arc::new(SceneSubject { scene, parameters }), scales)
+    /// The steady sliding of a scene over some parameters.
+    pub fn new(scene: Scene, parameters: Vec<Parameter>) -> Self {
+        Self::of(Arc::new(SceneSubject { scene, parameters }))
     }
 
-    /// The equilibria of any systems; `scales` as above.
-    pub fn of(subject: Arc<dyn Subject>, scales: Vec<f64>) -> Self {
+    /// The equilibria of any systems.
+    pub fn of(subject: Arc<dyn Subject>) -> Self {
         Self {
             subject,
-            scales,
             ball: None,
             guess: Vec::new(),
         }
@@ -115,20 +111,19 @@ impl SteadyFamily {
         Some(velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
     }
 
-    /// Derivative of the scaled matrix with respect to one of the parameters, per unit of the scene file.
+    /// Derivative of the scaled matrix with respect to the only parameter, per unit of the scene file; `scale` is the size on
+    /// which the parameter changes.
     ///
     /// # Errors
     /// If the matrix cannot be computed on either side of the value.
-    pub fn slope(&mut self, values: &[f64], which: usize) -> Result<Differences, StudyError> {
-        let here = values[which];
-        let size = match here.abs() {
-            0.0 => self.scales[which],
-            size => size.min(self.scales[which]),
+    pub fn slope(&mut self, value: f64, scale: f64) -> Result<Differences, StudyError> {
+        let size = match value.abs() {
+            0.0 => scale,
+            size => size.min(scale),
         };
         difference(STEP * size, |step| {
-            let mut moved = values.to_vec();
-            moved[which] = here + step;
-            self.at(&moved).map(|state| state.linearised.matrix)
+            self.at(&[value + step])
+                .map(|state| state.linearised.matrix)
         })
     }
 }

@@ -176,7 +176,7 @@ fn joint() -> Scene {
 fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
     let parameter = Parameter::named(key).unwrap();
     let value = scene.value_of(parameter).unwrap();
-    let mut family = SteadyFamily::new(scene.clone(), vec![parameter], vec![1.0]);
+    let mut family = SteadyFamily::new(scene.clone(), vec![parameter]);
     let mut at = |value: f64| {
         let modes = family.at(&[value]).unwrap().modes().unwrap();
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
@@ -346,7 +346,7 @@ fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
     let hopf: Vec<_> = found.steady_bifurcations().collect();
     assert!(!hopf.is_empty());
     let parameter = Parameter::named(key).unwrap();
-    let mut family = SteadyFamily::new(scene, vec![parameter], vec![12.0]);
+    let mut family = SteadyFamily::new(scene, vec![parameter]);
     for hopf in hopf {
         assert_eq!(hopf.kind, SteadyBifurcationKind::Hopf);
         assert!(hopf.location_error < 1e-9 * hopf.at.value, "{hopf:?}");

@@ -149,11 +149,7 @@ impl TorusStudy<'_> {
                     return;
                 }
             };
-            let at = At {
-                name: self.name.to_owned(),
-                value,
-            };
-            let mut point = found.point(at);
+            let mut point = found.point(At::new(self.name, value));
             if point.kind == TorusKind::Torus
                 && let Some((ratio, orbit)) = self.locking(&point, &start.state)
             {

@@ -1,5 +1,6 @@
 //! Measures of a settled motion from the probe's samples.
 
+use super::recurrence::{recurrence_periods, thinned};
 use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
     AnalysisError, Bases, ClosedCurves, DelayVectors, Direction, FREQUENCY_UNCERTAINTY,
@@ -28,19 +29,11 @@ const STATES_PER_LAG: usize = 6;
 /// Maximum number of states compared for recurrence.
 const STATES: usize = 2000;
 
-/// States per delay and maximum number of states for the recurrence periods.
-const PERIOD_STATES_PER_LAG: usize = 12;
-const PERIOD_STATES: usize = 4000;
-
 /// Embedding dimension of these states, from Section 3 of the paper.
 pub(super) const DIMENSION: usize = 5;
 
 /// Recurrence threshold, standard deviations of the displacement.
 const THRESHOLD: f64 = 0.5;
-
-/// Recurrence rate that sets the threshold of the recurrence plot and periods, as in the scenes of the joint:
-/// plots of strong and weak motions are then comparable.
-pub(super) const RATE: f64 = 0.1;
 
 /// Minimum diagonal length, in delays (four quarter periods), and minimum vertical length, in states.
 const MIN_DIAGONAL_LAGS: usize = 4;
@@ -130,7 +123,7 @@ impl Samples {
             broadband_share: spectrum.broadband_share(),
             exponents: None,
             recurrence_periods: if moves {
-                self.periods(lag)?
+                recurrence_periods(u, lag, DIMENSION, Norm::Euclidean)?.in_seconds(1.0 / self.rate)
             } else {
                 RecurrencePeriods::default()
             },
@@ -144,49 +137,20 @@ impl Samples {
         })
     }
 
-    /// Recurrence periods of the newest 20 ms, s. They need wide stripes: more states per delay and more
-    /// recurrent pairs than the measures.
-    fn periods(&self, lag: usize) -> Result<RecurrencePeriods, AnalysisError> {
-        let step = (lag / PERIOD_STATES_PER_LAG).max(1);
-        let taken = self.displacement.iter().rev().step_by(step).copied();
-        let lag = (lag / step).max(1);
-        // Periods do not depend on the direction of time.
-        let taken: Vec<f64> = taken
-            .take(DelayVectors::samples_for(PERIOD_STATES, lag, DIMENSION))
-            .collect();
-        if taken.len() < DelayVectors::samples_for(2 * lag, lag, DIMENSION) {
-            return Ok(RecurrencePeriods::default());
-        }
-        let vectors = DelayVectors::new(&taken, lag, DIMENSION)?;
-        let rule = RecurrenceCriterion {
-            norm: Norm::Euclidean,
-            threshold: Threshold::Rate(RATE),
-            theiler: lag,
-        };
-        let periods = Recurrences::of(&vectors, &rule)?.counts().periods();
-        Ok(periods.in_seconds(step as f64 / self.rate))
-    }
-
     /// Recurrence measures of the newest states, lengths in s.
     fn recurrence(&self, lag: usize) -> Result<Option<Measures>, AnalysisError> {
         let step = (lag / STATES_PER_LAG).max(1);
         let lag = (lag as f64 / step as f64).round() as usize;
-        let taken: Vec<f64> = self
-            .displacement
-            .iter()
-            .rev()
-            .step_by(step)
-            .copied()
-            .collect();
-        let needed = DelayVectors::samples_for(STATES, lag, DIMENSION).min(taken.len());
-        let taken: Vec<f64> = taken[..needed].iter().rev().copied().collect();
+        let taken = thinned(&self.displacement, step);
+        let needed = DelayVectors::samples_for(STATES, lag, DIMENSION);
+        let taken = &taken[taken.len().saturating_sub(needed)..];
         if taken.len() < DelayVectors::samples_for(2 * lag, lag, DIMENSION) {
             return Ok(None);
         }
-        let vectors = DelayVectors::new(&taken, lag, DIMENSION)?;
+        let vectors = DelayVectors::new(taken, lag, DIMENSION)?;
         let rule = RecurrenceCriterion {
             norm: Norm::Euclidean,
-            threshold: Threshold::Distance(THRESHOLD * deviation(&taken)),
+            threshold: Threshold::Distance(THRESHOLD * deviation(taken)),
             theiler: lag,
         };
         let counts = Recurrences::of(&vectors, &rule)?.counts();

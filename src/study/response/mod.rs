@@ -28,6 +28,7 @@ use super::subject::{SILENCE, Trial};
 use super::{OnProgress, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
+pub(super) use recurrence::{recurrence_periods, thinned};
 pub use settled::{PhasePortrait, SettledResponse};
 use transient::TransientDetector;
 

@@ -1,9 +1,10 @@
-//! The recurrence plot of a settled motion.
+//! The recurrence plot and the recurrence periods of a motion.
 
-use super::measure::{DIMENSION, LAG, RATE};
+use super::measure::{DIMENSION, LAG};
 use super::settled::PhasePortrait;
 use crate::analysis::{
-    AnalysisError, DelayVectors, Norm, RecurrenceCriterion, RecurrenceImage, Threshold,
+    AnalysisError, DelayVectors, Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
+    Recurrences, Threshold,
 };
 
 /// Length of the window, s; less if fewer samples were kept.
@@ -15,6 +16,49 @@ const SIZE: usize = 340;
 
 /// Minimum number of states for a plot.
 const MIN_STATES: usize = 16;
+
+/// Recurrence rate that sets the threshold of the recurrence plot and periods, as in the scenes of the joint:
+/// plots of strong and weak motions are then comparable.
+const RATE: f64 = 0.1;
+
+/// States per delay and maximum number of states for the recurrence periods.
+const PERIOD_STATES_PER_LAG: usize = 12;
+const PERIOD_STATES: usize = 4000;
+
+/// The recurrence periods of the newest states of a signal for a delay (samples), in samples. They need wide stripes: more
+/// states per delay and more recurrent pairs than the measures. There are none in too few samples.
+///
+/// # Errors
+/// If the samples are not finite, or all are equal.
+pub(in crate::study) fn recurrence_periods(
+    samples: &[f64],
+    lag: usize,
+    dimension: usize,
+    norm: Norm,
+) -> Result<RecurrencePeriods, AnalysisError> {
+    let step = (lag / PERIOD_STATES_PER_LAG).max(1);
+    let lag = (lag / step).max(1);
+    let taken = thinned(samples, step);
+    let needed = DelayVectors::samples_for(PERIOD_STATES, lag, dimension);
+    let taken = &taken[taken.len().saturating_sub(needed)..];
+    if taken.len() < DelayVectors::samples_for(2 * lag, lag, dimension) {
+        return Ok(RecurrencePeriods::default());
+    }
+    let vectors = DelayVectors::new(taken, lag, dimension)?;
+    let rule = RecurrenceCriterion {
+        norm,
+        threshold: Threshold::Rate(RATE),
+        theiler: lag,
+    };
+    let counts = Recurrences::of(&vectors, &rule)?.counts();
+    Ok(counts.periods().in_seconds(step as f64))
+}
+
+/// Every `step`-th sample, including the newest.
+pub(in crate::study) fn thinned(samples: &[f64], step: usize) -> Vec<f64> {
+    let first = samples.len().saturating_sub(1) % step;
+    samples[first..].iter().step_by(step).copied().collect()
+}
 
 impl PhasePortrait {
     /// The recurrence plot of the newest 5 ms: delay vectors of dimension 5 with a delay of 60 µs, a quarter

@@ -12,14 +12,15 @@ use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, RateBase,
-    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, Recurrences, Regime, RegimeSearch,
-    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, TonalEvents, Verdict, Window,
-    ZeroOne, ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence,
-    false_neighbours, identify_lines, mean, range, section_shape, zero_one,
+    RecurrenceCriterion, RecurrenceImage, Recurrences, Regime, RegimeSearch, SectionPoint,
+    Spectrum, SpectrumAnalyser, Stft, Threshold, TonalEvents, Verdict, Window, ZeroOne,
+    ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence, false_neighbours,
+    identify_lines, mean, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
 use crate::study::OnProgress;
+use crate::study::response::{recurrence_periods, thinned};
 
 /// Approximate number of columns of a spectrogram.
 const COLUMNS: usize = 400;
@@ -29,11 +30,6 @@ const SPECTROGRAM_PERIODS: f64 = 48.0;
 
 /// Default recurrence rate: share of the pairs of states that are recurrent.
 const RECURRENCE_RATE: f64 = 0.05;
-
-/// Recurrence rate, states per delay and maximum number of states for the recurrence periods.
-const PERIOD_RATE: f64 = 0.1;
-const PERIOD_STATES_PER_LAG: usize = 12;
-const PERIOD_STATES: usize = 4000;
 
 /// Minimum number of states per delay, if the sampling is fine enough.
 const STATES_PER_LAG: usize = 12;
@@ -422,30 +418,17 @@ impl Plan {
             stride_samples: self.stride,
             states: counts.columns,
             theiler_s: self.rule.theiler as f64 * seconds,
-            periods: self.periods(newest)?.in_seconds(1.0 / signal.rate),
+            periods: recurrence_periods(
+                newest,
+                self.lag * self.stride,
+                self.dimension,
+                self.rule.norm,
+            )?
+            .in_seconds(1.0 / signal.rate),
             measures: measures.in_seconds(seconds),
             along: Vec::new(),
             picture: self.picture(newest, signal.rate, period, threshold)?,
         })
-    }
-
-    /// The recurrence periods of the newest states, in samples. They need wide stripes: more states per
-    /// delay and more recurrent pairs than the measures.
-    fn periods(&self, newest: &[f64]) -> Result<RecurrencePeriods, AnalysisError> {
-        let lag = self.lag * self.stride;
-        let step = (lag / PERIOD_STATES_PER_LAG).max(1);
-        let taken = thinned(newest, step);
-        let lag = (lag / step).max(1);
-        let needed = DelayVectors::samples_for(PERIOD_STATES, lag, self.dimension);
-        let taken = &taken[taken.len().saturating_sub(needed)..];
-        let vectors = DelayVectors::new(taken, lag, self.dimension)?;
-        let rule = RecurrenceCriterion {
-            norm: self.rule.norm,
-            threshold: Threshold::Rate(PERIOD_RATE),
-            theiler: lag,
-        };
-        let counts = Recurrences::of(&vectors, &rule)?.counts();
-        Ok(counts.periods().in_seconds(step as f64))
     }
 
     /// The recurrence picture of the newest periods.
@@ -508,12 +491,6 @@ impl Plan {
         let measures = counts.measures(min_diagonal, min_vertical, RateBase::Counted);
         Ok(Some(measures))
     }
-}
-
-/// Every `stride`-th sample, including the newest.
-fn thinned(samples: &[f64], stride: usize) -> Vec<f64> {
-    let first = (samples.len() - 1) % stride;
-    samples[first..].iter().step_by(stride).copied().collect()
 }
 
 /// The newest crossings of the mean level.

@@ -1,7 +1,5 @@
 //! Results that may be skipped with a reason.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -20,31 +18,24 @@ pub enum Outcome<T> {
 }
 
 /// Reason why an analysis was skipped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, thiserror::Error)]
 #[serde(rename_all = "kebab-case")]
 pub enum SkipReason {
     /// The event has no stationary stretch of sufficient length.
+    #[error("the event has no stationary stretch of sufficient length")]
     NotStationary,
     /// The analysed stretch contains clipped samples.
+    #[error("the stretch contains clipped samples")]
     Clipped,
     /// There are tonal events, but the noise in the analysed stretch hides the motion.
+    #[error("the noise in the stretch hides the motion")]
     Noise,
     /// The motion is a transient.
+    #[error("the motion is a transient, so averages over time are meaningless")]
     Transient,
     /// The signal is constant, or constant with dither of one step of its resolution.
+    #[error("the signal is constant")]
     Silent,
-}
-
-impl fmt::Display for SkipReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotStationary => "the event has no stationary stretch of sufficient length",
-            Self::Clipped => "the stretch contains clipped samples",
-            Self::Noise => "the noise in the stretch hides the motion",
-            Self::Transient => "the motion is a transient, so averages over time are meaningless",
-            Self::Silent => "the signal is constant",
-        })
-    }
 }
 
 impl<T> Outcome<T> {
@@ -92,5 +83,3 @@ impl<T> Outcome<T> {
         }
     }
 }
-
-impl std::error::Error for SkipReason {}

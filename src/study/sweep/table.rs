@@ -11,7 +11,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use arrow_ipc::writer::StreamWriter;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::batch::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
@@ -254,80 +254,41 @@ impl SweepTable {
     }
 }
 
-/// Checks an identity; the error names the first line that differs.
+/// Checks an identity; the error names the first difference.
 pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(), TableError> {
     if found == wanted {
         return Ok(());
     }
-    let tables: [Map<String, Value>; 2] =
-        [found, wanted].map(|text| toml_edit::de::from_str(text).unwrap_or_default());
-    let [found, wanted] = &tables;
-    let difference = difference("", found, wanted)
-        .unwrap_or_else(|| "its plan is written differently".to_owned());
     Err(TableError::OtherSweep {
         path: path.to_owned(),
-        difference,
+        difference: difference([found, wanted]),
     })
 }
 
-/// The first key whose values differ, with both values.
-fn difference(
-    path: &str,
-    found: &Map<String, Value>,
-    wanted: &Map<String, Value>,
-) -> Option<String> {
-    let keys = found.keys().chain(wanted.keys());
-    let key = keys
-        .into_iter()
-        .find(|key| found.get(*key) != wanted.get(*key))?;
-    let path = format!("{path}{key}");
-    let pair = [found, wanted].map(|table| table.get(key));
-    match pair {
-        [Some(Value::Object(found)), Some(Value::Object(wanted))] => {
-            difference(&format!("{path}."), found, wanted)
-        }
-        [Some(Value::Array(found)), Some(Value::Array(wanted))]
-            if found.iter().chain(wanted).all(Value::is_object) =>
-        {
-            let both = found.iter().zip(wanted);
-            let mut both = both.filter_map(|(a, b)| Some((a.as_object()?, b.as_object()?)));
-            both.find_map(|(a, b)| difference(&format!("{path}."), a, b))
-                .or_else(|| {
-                    Some(format!(
-                        "`{path}` has {} entries in the file and {} in this sweep",
-                        found.len(),
-                        wanted.len()
-                    ))
-                })
-        }
-        // For the text of a scene: the first line that differs.
-        [Some(Value::String(found)), Some(Value::String(wanted))] => {
-            let mut pairs = found.lines().zip(wanted.lines());
-            let [found, wanted] = match pairs.find(|(a, b)| a != b) {
-                Some((found, wanted)) => [found, wanted],
-                None => ["a scene", "a longer or shorter one"],
-            };
-            Some(format!(
-                "`{path}` has `{found}` in the file and `{wanted}` in this sweep"
-            ))
-        }
-        pair => {
-            let [found, wanted] = pair.map(brief);
-            Some(format!(
-                "`{path}` is {found} in the file and {wanted} in this sweep"
-            ))
-        }
-    }
+/// The first entries that differ.
+fn difference(identities: [&str; 2]) -> String {
+    let [found, wanted] = identities.map(|text| {
+        let plan: Value = toml_edit::de::from_str(text).unwrap_or_default();
+        entries("", &plan)
+    });
+    let mut places = 0..found.len().max(wanted.len());
+    let place = places.find(|k| found.get(*k) != wanted.get(*k));
+    let [found, wanted] = [&found, &wanted].map(|entries| {
+        let entry = place.and_then(|place| entries.get(place));
+        entry.map_or("nothing more", String::as_str)
+    });
+    format!("`{found}` in the file and `{wanted}` in this sweep")
 }
 
-/// A short form of a value.
-fn brief(value: Option<&Value>) -> String {
+/// Each number, word and line of a text of a plan, after its key.
+fn entries(key: &str, value: &Value) -> Vec<String> {
     match value {
-        None => "missing".to_owned(),
-        Some(Value::Array(all)) if all.len() > 4 => {
-            let ends = [all.first(), all.last()].map(brief);
-            format!("{} values from {} to {}", all.len(), ends[0], ends[1])
+        Value::Object(table) => {
+            let pairs = table.iter();
+            pairs.flat_map(|(key, value)| entries(key, value)).collect()
         }
-        Some(value) => value.to_string(),
+        Value::Array(list) => list.iter().flat_map(|value| entries(key, value)).collect(),
+        Value::String(text) => text.lines().map(|line| format!("{key}: {line}")).collect(),
+        value => vec![format!("{key}: {value}")],
     }
 }

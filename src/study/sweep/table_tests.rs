@@ -106,7 +106,7 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
     let refused = read_table(&path).unwrap().check(&other, &path).unwrap_err();
     let words = refused.to_string();
     assert!(
-        words.contains("`starts` is [\"upward\"] in the file and [\"downward\"] in this sweep"),
+        words.contains("`starts: upward` in the file and `starts: downward` in this sweep"),
         "{words}"
     );
     std::fs::write(&path, "no table").unwrap();
