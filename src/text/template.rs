@@ -70,31 +70,31 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     for (name, text) in TEMPLATES {
         environment.add_template(name, text)?;
     }
-    environment.add_filter("quantity", quantity_words);
-    environment.add_filter("brief", brief_words);
-    environment.add_filter("percent", |x: Value| words(&x, percent));
-    environment.add_filter("plain", |x: Value| words(&x, plain));
+    environment.add_filter("quantity", with_unit);
+    environment.add_filter("brief", briefly);
+    environment.add_filter("percent", |x: Value| formatted(&x, percent));
+    environment.add_filter("plain", |x: Value| formatted(&x, plain));
     environment.add_filter("per_second", |x: Value| {
-        words(&x, |x| format!("{} per s", plain(x)))
+        formatted(&x, |x| format!("{} per s", plain(x)))
     });
     environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
         let digits = digits.unwrap_or(1);
-        words(&x, |x| format!("{:.digits$}°", x.to_degrees()))
+        formatted(&x, |x| format!("{:.digits$}°", x.to_degrees()))
     });
     environment.add_filter("tenths", tenths);
     environment.add_filter("decimals", |x: Value, digits: usize| {
-        words(&x, |x| format!("{x:.digits$}"))
+        formatted(&x, |x| format!("{x:.digits$}"))
     });
     environment.add_filter("with_error", |x: Value, half_width: f64| {
-        words(&x, |x| with_error(x, half_width))
+        formatted(&x, |x| with_error(x, half_width))
     });
     environment.add_filter("signed", |x: Value, digits: usize| {
-        words(&x, |x| format!("{x:+.digits$}"))
+        formatted(&x, |x| format!("{x:+.digits$}"))
     });
     environment.add_filter("scientific", |x: Value, digits: usize| {
-        words(&x, |x| format!("{x:.digits$e}"))
+        formatted(&x, |x| format!("{x:.digits$e}"))
     });
-    environment.add_filter("short", |x: Value| words(&x, |x| x.to_string()));
+    environment.add_filter("short", |x: Value| formatted(&x, |x| x.to_string()));
     // Labels of modes can come from a user's file.
     environment.add_filter("name", |x: &str| escape::markdown(x));
     environment.add_filter("named", named);
@@ -147,27 +147,27 @@ fn label(line: &Value) -> String {
 }
 
 /// A value with an SI prefix and three significant digits, or `digits`.
-fn quantity_words(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
-    words(&x, |x| quantity(x, digits.unwrap_or(3), unit))
+fn with_unit(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
+    formatted(&x, |x| quantity(x, digits.unwrap_or(3), unit))
 }
 
 /// A value with an SI prefix and at most three significant digits; without a unit, the number alone.
-fn brief_words(x: Value, unit: Option<&str>) -> Result<Value, Error> {
-    words(&x, |x| match unit {
+fn briefly(x: Value, unit: Option<&str>) -> Result<Value, Error> {
+    formatted(&x, |x| match unit {
         Some(unit) => brief(x, unit),
         None => short(x),
     })
 }
 
 /// A formatted number; none stays none.
-fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
+fn formatted(x: &Value, format: impl Fn(f64) -> String) -> Result<Value, Error> {
     if x.is_undefined() {
         return Err(Error::from(ErrorKind::UndefinedError));
     }
     if x.is_none() {
         return Ok(x.clone());
     }
-    Ok(Value::from(words(f64::try_from(x.clone())?)))
+    Ok(Value::from(format(f64::try_from(x.clone())?)))
 }
 
 #[cfg(test)]

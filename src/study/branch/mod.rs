@@ -22,7 +22,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod tori;
-mod torus;
 mod torus_curve;
 mod tracking;
 
@@ -45,6 +44,5 @@ pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 pub use steady::{SteadyFamily, SteadyState};
 #[cfg(feature = "table")]
 pub use table::write_branch;
-pub use tori::add_tori;
-pub use torus::{Tongue, Torus, TorusKind, TorusPoint};
+pub use tori::{Tongue, Torus, TorusKind, TorusPoint, add_tori};
 pub use torus_curve::{TorusCurve, TorusCurvePoint};

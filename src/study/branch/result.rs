@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::at::At;
 use super::equilibria::{BranchPlan, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
-use super::torus::Torus;
+use super::tori::Torus;
 use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.

@@ -1,6 +1,7 @@
 //! The systems of a scene over a parameter, for the continuation of periodic orbits.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::cell::{RefCell, RefMut};
+use std::sync::Arc;
 
 use super::equilibria::BranchPlan;
 use super::result::Branch;
@@ -12,8 +13,8 @@ use crate::study::StudyError;
 
 /// Systems over a parameter, for example those of a scene.
 pub struct SubjectFamily {
-    steady: Mutex<SteadyFamily>,
-    last: Mutex<Option<Last>>,
+    steady: RefCell<SteadyFamily>,
+    last: RefCell<Option<Last>>,
 }
 
 /// The last value of the parameter with its probe and the period of its drive.
@@ -22,10 +23,9 @@ type Last = (f64, Vec<f64>, Option<f64>);
 impl SubjectFamily {
     /// The family of a plan.
     pub fn new(plan: &BranchPlan) -> Self {
-        let steady = SteadyFamily::of(Arc::clone(&plan.subject));
         Self {
-            steady: Mutex::new(steady),
-            last: Mutex::new(None),
+            steady: SteadyFamily::of(Arc::clone(&plan.subject)).into(),
+            last: RefCell::default(),
         }
     }
 
@@ -36,27 +36,25 @@ impl SubjectFamily {
     }
 
     /// The steady states of the family.
-    pub(super) fn steady(&self) -> MutexGuard<'_, SteadyFamily> {
-        self.steady.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(super) fn steady(&self) -> RefMut<'_, SteadyFamily> {
+        self.steady.borrow_mut()
     }
 
     fn built(&self, parameter: f64) -> Result<Prepared, PipelineError> {
         let trial = self.steady().trial(&[parameter])?;
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        *last = Some((parameter, trial.prepared.probe.clone(), trial.drive_period));
+        let probe = trial.prepared.probe.clone();
+        *self.last.borrow_mut() = Some((parameter, probe, trial.drive_period));
         Ok(trial.prepared)
     }
 
     /// What `of` takes from the probe and the period of the drive at a value of the parameter.
     fn take<T>(&self, parameter: f64, of: impl FnOnce(&[f64], Option<f64>) -> T) -> Option<T> {
-        let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if last()
-            .as_ref()
-            .is_none_or(|(value, ..)| *value != parameter)
-        {
+        let is_last = |last: &Last| last.0 == parameter;
+        if !self.last.borrow().as_ref().is_some_and(is_last) {
             self.built(parameter).ok()?;
         }
-        last().as_ref().map(|(_, probe, drive)| of(probe, *drive))
+        let last = self.last.borrow();
+        last.as_ref().map(|(_, probe, drive)| of(probe, *drive))
     }
 }
 

@@ -103,7 +103,7 @@ pub struct RunningExponents {
 }
 
 /// Result of a Lyapunov study.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LyapunovStudy {
     /// The Lyapunov spectrum of the last motion; without exponents if the study was stopped before averaging.
     #[serde(flatten)]
@@ -147,15 +147,8 @@ impl LyapunovStudy {
         };
         Self {
             spectrum,
-            motion: Motion::default(),
-            running: Vec::new(),
-            segments: Vec::new(),
-            mean_trace: None,
             ending: Ending::Stopped,
-            settled: 0.0,
-            stats: SolverStats::default(),
-            simulated: 0.0,
-            busy_seconds: 0.0,
+            ..Self::default()
         }
     }
 
