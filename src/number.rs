@@ -123,15 +123,6 @@ pub(crate) fn error(error: f64) -> String {
     }
 }
 
-/// A setting with its name and unit, `tolerance` or `step, s`: `tolerance 1e-5`, `step 1.6e-6 s`.
-pub(crate) fn setting(name_and_unit: &str, value: f64) -> String {
-    let (name, unit) = name_and_unit
-        .split_once(", ")
-        .unwrap_or((name_and_unit, ""));
-    let words = format!("{name} {} {unit}", tolerance(value));
-    words.trim_end().to_owned()
-}
-
 /// A time (s) with `digits` significant digits in a suitable unit: `1.50 s`, `12.3 ms`, `0.640 us`.
 pub(crate) fn time(seconds: f64, digits: usize) -> String {
     let (scale, unit) = match seconds.abs() {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::text::power_of_ten;
+use super::unit::Unit;
 use crate::analysis::range;
 
 /// An axis of a panel.
@@ -10,9 +11,9 @@ use crate::analysis::range;
 pub struct Axis {
     /// The quantity; may be empty.
     pub name: String,
-    /// Unit; empty for a dimensionless number.
-    pub unit: String,
-    /// Smallest and largest value shown.
+    /// The unit in which the values are written.
+    pub unit: Unit,
+    /// Smallest and largest value shown; like the values of the layers without the prefix of the unit.
     pub range: [f64; 2],
     /// The mapping of values to positions.
     pub scale: Scale,
@@ -39,8 +40,8 @@ const MOST_ROUND: usize = 9;
 const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 
 impl Axis {
-    /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and the unit. An
-    /// empty or non-finite range is widened so that it can be drawn.
+    /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and a unit that takes no
+    /// prefix. An empty or non-finite range is widened so that it can be drawn.
     pub fn linear(name: impl AsRef<str>, range: [f64; 2]) -> Self {
         let (name, unit) = name
             .as_ref()
@@ -48,11 +49,37 @@ impl Axis {
             .unwrap_or((name.as_ref(), ""));
         Self {
             name: name.to_owned(),
-            unit: unit.to_owned(),
+            unit: Unit {
+                symbol: unit.to_owned(),
+                factor: 1.0,
+            },
             range: drawable(range),
             scale: Scale::Linear,
             names: Vec::new(),
         }
+    }
+
+    /// A linear axis of cells around ascending values: half a step beyond the first and the last.
+    pub fn cells(name: impl AsRef<str>, values: &[f64]) -> Self {
+        let [low, high] = range(values.iter().copied());
+        let half = match values.len() {
+            0 | 1 => 0.5,
+            count => 0.5 * (high - low) / (count - 1) as f64,
+        };
+        Self::linear(name, [low - half, high + half])
+    }
+
+    /// Sets the unit of the values; they are written with the SI prefix that suits the range.
+    #[must_use]
+    pub fn of(self, unit: &str) -> Self {
+        let unit = Unit::of(unit, self.range[0].abs().max(self.range[1].abs()));
+        self.written_in(unit)
+    }
+
+    /// Sets the unit in which the values are written.
+    #[must_use]
+    pub fn written_in(self, unit: Unit) -> Self {
+        Self { unit, ..self }
     }
 
     /// A linear axis of the integers from 1 to `count`, with half a unit of margin at each end.
@@ -114,11 +141,9 @@ impl Axis {
 
     /// Quantity and unit, such as `tilt, deg`.
     pub fn label(&self) -> String {
-        match (&*self.name, &*self.unit) {
-            (name, "") => name.to_owned(),
-            ("", unit) => unit.to_owned(),
-            (name, unit) => format!("{name}, {unit}"),
-        }
+        let parts = [&*self.name, &*self.unit.symbol].into_iter();
+        let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+        parts.join(", ")
     }
 
     /// Relative position of a value: 0 at the lower end, 1 at the upper. Not finite if the value has no
@@ -134,49 +159,48 @@ impl Axis {
         }
     }
 
-    /// Round values within the range, at most about `most`.
-    pub fn ticks(&self, most: usize) -> Vec<f64> {
-        let [low, high] = self.range;
+    /// Values that are round in the unit of the axis, at most about `most`, with their labels. On a logarithmic axis
+    /// the labels are powers of ten unless all read well as decimals.
+    pub fn ticks(&self, most: usize) -> Vec<(f64, String)> {
+        let shown = self.range.map(|end| self.unit.factor * end);
+        let [low, high] = shown;
         let rough = (high - low) / most.max(1) as f64;
-        match self.scale {
-            Scale::Rows => (0..self.names.len()).map(|k| self.row(k)).collect(),
+        let ticks = match self.scale {
+            Scale::Rows => {
+                let rows = self.names.iter().enumerate();
+                return rows.map(|(k, name)| (self.row(k), name.clone())).collect();
+            }
             Scale::Linear => multiples(low, high, round_step(rough, &STEPS)),
             Scale::Integer => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
             Scale::Logarithmic => {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
-                let mut ticks: Vec<f64> = round_numbers(low, high)
-                    .into_iter()
-                    .filter(inside)
-                    .collect();
+                let mut ticks = round_numbers(low, high);
+                ticks.retain(inside);
                 if ticks.len() > most.min(MOST_ROUND) {
                     ticks.retain(|tick| is_power_of_ten(*tick));
                 }
                 if ticks.len() < 2 {
-                    return multiples(low, high, round_step(rough, &STEPS));
+                    multiples(low, high, round_step(rough, &STEPS))
+                } else {
+                    let step = ticks.len().div_ceil(most.max(1));
+                    ticks.into_iter().step_by(step).collect()
                 }
-                let step = ticks.len().div_ceil(most.max(1));
-                ticks.into_iter().step_by(step).collect()
             }
-        }
-    }
-
-    /// Labels of ticks. On a logarithmic axis they are written as powers of ten unless all read well as
-    /// decimals.
-    pub fn labels(&self, ticks: &[f64]) -> Vec<String> {
-        if self.scale == Scale::Rows {
-            return self.names.clone();
-        }
+        };
         let plain = ticks.iter().all(|tick| (1e-2..=1e4).contains(tick));
         let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
-        let largest = self.range[0].abs().max(self.range[1].abs());
-        let label = |tick: &f64| match self.scale {
+        let largest = low.abs().max(high.abs());
+        let label = |tick: f64| match self.scale {
             Scale::Logarithmic if powers && !plain => power_of_ten(&format!("{:.0}", tick.log10())),
-            Scale::Logarithmic if *tick < 1e-2 || *tick >= 1e6 => scientific(*tick),
-            Scale::Logarithmic => trimmed(*tick, 3),
-            _ if *tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(*tick),
-            _ => trimmed(*tick, decimals(self.range)),
+            Scale::Logarithmic if tick < 1e-2 || tick >= 1e6 => scientific(tick),
+            Scale::Logarithmic => trimmed(tick, 3),
+            _ if tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(tick),
+            _ => trimmed(tick, decimals(shown)),
         };
-        ticks.iter().map(label).collect()
+        ticks
+            .into_iter()
+            .map(|tick| (tick / self.unit.factor, label(tick)))
+            .collect()
     }
 }
 
@@ -330,40 +354,64 @@ mod tests {
     #[test]
     fn names_have_units() {
         let axis = Axis::linear("tilt of the load, deg", [0.0, 1.0]);
-        assert_eq!((&*axis.name, &*axis.unit), ("tilt of the load", "deg"));
+        assert_eq!(
+            (&*axis.name, &*axis.unit.symbol),
+            ("tilt of the load", "deg")
+        );
         assert_eq!(axis.label(), "tilt of the load, deg");
         assert_eq!(Axis::linear("p", [0.0, 1.0]).label(), "p");
     }
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let ticks = |range, most| Axis::linear("x", range).ticks(most);
+        let values = |axis: &Axis, most| -> Vec<f64> {
+            axis.ticks(most).into_iter().map(|(tick, _)| tick).collect()
+        };
+        let ticks = |range, most| values(&Axis::linear("x", range), most);
         assert_eq!(ticks([0.0, 15.0], 5), [0.0, 5.0, 10.0, 15.0]);
         assert_eq!(ticks([-2.0, 2.0], 4), [-2.0, -1.0, 0.0, 1.0, 2.0]);
-        assert_eq!(Axis::integers("k", 3).ticks(8), [1.0, 2.0, 3.0]);
+        assert_eq!(values(&Axis::integers("k", 3), 8), [1.0, 2.0, 3.0]);
         assert_eq!(Axis::integers("k", 22).ticks(8).len(), 4);
         assert_eq!(Axis::decades("x", [-4, 1]).ticks(9).len(), 6);
         assert_eq!(Axis::decades("x", [-16, 0]).ticks(9).len(), 9);
         let close = Axis::rounded_logarithmic("calls", [1600.0, 40e3].into_iter());
         assert_eq!(close.range, [1e3, 5e4]);
-        assert_eq!(close.ticks(9), [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
+        assert_eq!(values(&close, 9), [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
         let close = Axis::rounded_logarithmic("calls", [30.0, 3e5].into_iter());
-        assert_eq!(close.ticks(9), [1e2, 1e3, 1e4, 1e5]);
+        assert_eq!(values(&close, 9), [1e2, 1e3, 1e4, 1e5]);
     }
 
     #[test]
     fn ticks_are_short() {
-        let label = |tick, range| Axis::linear("x", range).labels(&[tick]).concat();
-        assert_eq!(label(0.5, [0.0, 1.0]), "0.5");
-        assert_eq!(label(-20.0, [-40.0, 0.0]), "−20");
-        assert_eq!(label(-1e-17, [-1.0, 1.0]), "0");
-        assert_eq!(label(2e-7, [0.0, 1e-6]), "2e−7");
-        assert_eq!(label(1000.0, [0.0, 4000.0]), "1000");
-        let powers = |ends, ticks: &[f64]| Axis::decades("x", ends).labels(ticks);
-        assert_eq!(powers([-6, 0], &[1e-3, 1.0]), ["10⁻³", "10⁰"]);
-        assert_eq!(powers([0, 12], &[1e10]), ["10¹⁰"]);
-        assert_eq!(powers([-1, 2], &[0.1, 100.0]), ["0.1", "100"]);
-        assert_eq!(powers([3, 5], &[2e3, 5e4]), ["2000", "50000"]);
+        let labels = |axis: Axis, most| -> Vec<String> {
+            axis.ticks(most)
+                .into_iter()
+                .map(|(_, label)| label)
+                .collect()
+        };
+        let linear = |range| labels(Axis::linear("x", range), 2);
+        assert_eq!(linear([0.0, 1.0]), ["0", "0.5", "1"]);
+        assert_eq!(linear([-40.0, 0.0]), ["−40", "−20", "0"]);
+        assert_eq!(linear([0.0, 4e-7]), ["0", "2e−7", "4e−7"]);
+        assert_eq!(linear([0.0, 4000.0]), ["0", "2000", "4000"]);
+        assert_eq!(trimmed(-1e-17, 2), "0");
+        let powers = |ends, most| labels(Axis::decades("x", ends), most);
+        assert_eq!(powers([-6, 0], 3), ["10⁻⁶", "10⁻³", "10⁰"]);
+        assert_eq!(powers([-1, 2], 4), ["0.1", "1", "10", "100"]);
+        let close = Axis::logarithmic("x", [2e3, 5e4]);
+        assert_eq!(
+            labels(close, 9),
+            ["2000", "5000", "10000", "20000", "50000"]
+        );
+    }
+
+    #[test]
+    fn values_are_written_with_a_prefix() {
+        let axis = Axis::linear("u", [-2e-6, 2e-6]).of("m");
+        assert_eq!(axis.label(), "u, µm");
+        let labels = axis.ticks(2).into_iter().map(|(_, label)| label);
+        assert_eq!(labels.collect::<Vec<_>>(), ["−2", "0", "2"]);
+        assert!((axis.ticks(2)[0].0 + 2e-6).abs() < 1e-18);
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Figures of branches over one parameter: modes of the equilibria, and the stability map over two parameters.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
-use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
-use super::orbits::stable_parts;
+use super::figure::{Figure, Layer, Panel};
+use super::orbits::stability_lines;
 use crate::analysis::range;
 use crate::study::branch::{
     Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
@@ -13,9 +15,8 @@ use crate::study::branch::{
 const ROW_MM: f64 = 62.0;
 /// Lowest growth rate of the figure of the modes, relative to the largest size of a positive one.
 const LOWEST: f64 = -1.2;
-/// Colour of a stable grid point, and of one without equilibrium.
+/// Colour of a stable grid point.
 const STABLE: Rgb = [226, 238, 230];
-const UNKNOWN: Rgb = [245, 246, 247];
 /// Colours of grid points with unstable modes: positions in the colour map of the first, and steps between.
 const UNSTABLE_SHARES: [f64; 2] = [0.06, 0.075];
 /// Positions in the colour map of the smallest and the largest positive growth rate.
@@ -39,12 +40,12 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
         growth_axis,
         layers(branch, true),
     );
-    let frequencies = all(points, |mode| Some(1e-3 * mode.frequency_hz));
+    let frequencies = all(points, |mode| Some(mode.frequency_hz));
     let [_, highest] = extent(frequencies);
     let frequency = Panel::new(
         "frequencies: solid if stable, dashed if unstable",
         x,
-        Axis::linear("frequency, kHz", [0.0, 1.08 * highest]),
+        Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz"),
         layers(branch, false),
     );
     let title = format!("{scene}: modes of steady sliding");
@@ -77,28 +78,20 @@ fn all<'a>(
 /// The lines of the modes by label, the zero line and the bifurcations, over growth rate or frequency.
 fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
     let points = &branch.equilibria;
-    let mut numbers: Vec<usize> = points
-        .iter()
-        .flat_map(|point| point.modes.iter().map(|mode| mode.number))
-        .collect();
-    numbers.sort_unstable();
-    numbers.dedup();
+    // A mode is named by its first point.
+    let mut modes = BTreeMap::new();
+    for mode in points.iter().flat_map(|point| &point.modes) {
+        modes.entry(mode.number).or_insert(&mode.mode);
+    }
+    modes.retain(|_, first| first.frequency_hz > 0.0);
     let mut labels: Vec<&str> = Vec::new();
     let mut layers = Vec::new();
     let mut keys = Vec::new();
     if of_growth {
         layers.push(Layer::horizontal_line(0.0));
     }
-    for number in numbers {
-        // A mode is named by its first point.
-        let mut modes = points.iter().flat_map(|point| &point.modes);
-        let Some(first) = modes.find(|mode| mode.number == number) else {
-            continue;
-        };
-        if first.mode.frequency_hz == 0.0 {
-            continue;
-        }
-        let label = &first.mode.label[..];
+    for (number, first) in modes {
+        let label = &first.label[..];
         let known = labels.iter().position(|known| *known == label);
         let index = known.unwrap_or(labels.len());
         let color = Color::Series(index);
@@ -106,28 +99,20 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
             labels.push(label);
             keys.push(Layer::legend_entry(label, color));
         }
-        let value = |mode: &crate::joint::NamedMode| {
-            if of_growth {
-                mode.growth
-            } else {
-                1e-3 * mode.frequency_hz
-            }
-        };
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
-            Some(([point.at.value, value(mode)], !mode.unstable))
+            let value = if of_growth {
+                mode.growth
+            } else {
+                mode.frequency_hz
+            };
+            Some(([point.at.value, value], !mode.unstable))
         });
-        let [unstable, stable] = stable_parts(course)
-            .map(|strips| Layer::lines(strips, color).with_id(format!("mode {number}")));
-        layers.extend([stable, unstable.dashed()]);
+        layers.extend(stability_lines(course, color, label));
     }
     let marks = branch.steady_bifurcations().map(|found| {
-        let y = if of_growth {
-            0.0
-        } else {
-            1e-3 * found.frequency_hz
-        };
+        let y = if of_growth { 0.0 } else { found.frequency_hz };
         let kind = match found.kind {
             SteadyBifurcationKind::ZeroEigenvalue => "zero eigenvalue".to_owned(),
             kind => format!("{kind} {:.2} kHz", 1e-3 * found.frequency_hz),
@@ -135,8 +120,7 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
         ([found.at.value, y], kind)
     });
     let marks: Vec<_> = marks.collect();
-    let places = marks.iter().map(|(at, _)| *at).collect();
-    layers.push(Layer::points(places, 2.4, Color::Accent).with_marker(Marker::Ring));
+    layers.push(Layer::rings(marks.iter().map(|(at, _)| *at)));
     layers.push(Layer::peaks(marks));
     keys.into_iter().chain(layers).collect()
 }
@@ -144,33 +128,45 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
 /// The figure `stability-map`: number of unstable modes and largest growth rate over two parameters, with the curves on
 /// which a mode changes its stability.
 pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
-    let axes = [0, 1].map(|k| {
-        let axis = &map.axes[k];
-        let [low, high] = range(axis.values.iter().copied());
-        let half = 0.5 * (high - low) / (axis.values.len().max(2) - 1) as f64;
-        Axis::linear(
-            readable(&axis.parameter, &axis.unit),
-            [low - half, high + half],
-        )
+    let axes = map.axes.each_ref().map(|axis| {
+        let name = readable(&axis.parameter, &axis.unit);
+        Axis::cells(name, &axis.values)
     });
-    let counts = map.grid.iter().filter_map(|point| point.unstable_modes);
-    let most = counts.max().unwrap_or(0);
-    let unstable = |point: &MapPoint| point.unstable_modes.map(|n| n.min(MAX_COLORS) as u8);
+    let image = |palette: &mut dyn Iterator<Item = Rgb>,
+                 index: &dyn Fn(&MapPoint) -> Option<u8>| {
+        let cells: Vec<Option<u8>> = map.grid.iter().map(index).collect();
+        Layer::cells(axes.each_ref(), map.axes[0].values.len(), &cells, palette)
+    };
+    let panel = |title: String, layers: Vec<Layer>| {
+        let layers = layers.into_iter().chain(curves(map)).collect();
+        Panel::new(title, axes[0].clone(), axes[1].clone(), layers)
+    };
+    let count = |point: &MapPoint| Some(point.unstable_modes?.min(MAX_COLORS));
     let [first, step] = UNSTABLE_SHARES;
     let shades = colormap();
-    let shade = |n: usize| shades[usize::from(colormap_index(first + step * n as f64))];
-    let palette = (0..=MAX_COLORS).map(|n| if n == 0 { STABLE } else { shade(n) });
-    let mut layers = vec![image(map, &axes, palette.collect(), &unstable)];
-    layers.extend(curves(map));
-    layers.extend(labels(map));
-    let panel = |title: &str, layers| Panel::new(title, axes[0].clone(), axes[1].clone(), layers);
+    let shade = |n: usize| match n {
+        0 => STABLE,
+        n => shades[usize::from(colormap_index(first + step * n as f64))],
+    };
+    let counts: BTreeSet<usize> = map.grid.iter().filter_map(count).collect();
+    let keys = counts.into_iter().map(|n| {
+        let key = Layer::areas(Vec::new(), 1.0, Color::Shade(shade(n)));
+        key.with_label(match n {
+            MAX_COLORS => format!("{n} or more"),
+            n => n.to_string(),
+        })
+    });
+    let counted = image(&mut (0..=MAX_COLORS).map(shade), &|point| {
+        Some(count(point)? as u8)
+    });
+    let layers = [counted].into_iter().chain(keys).collect();
     let curves_are = if map.curves.is_empty() {
         ""
     } else {
         "; curves: Hopf points"
     };
-    let title = format!("number of unstable modes (at most {most}){curves_are}");
-    let mut panels = vec![panel(&title, layers)];
+    let title = format!("number of unstable modes{curves_are}");
+    let mut panels = vec![panel(title, layers)];
     let growths = map
         .grid
         .iter()
@@ -187,41 +183,12 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
                 0
             })
         };
-        let palette = [STABLE].into_iter().chain(shades[..251].iter().copied());
-        let mut layers = vec![image(map, &axes, palette.collect(), &growth)];
-        layers.extend(curves(map));
+        let mut palette = [STABLE].into_iter().chain(shades[..251].iter().copied());
         let title = format!("largest growth rate: {low:.0} (pale) to {high:.0} 1/s; green: stable");
-        panels.push(panel(&title, layers));
+        panels.push(panel(title, vec![image(&mut palette, &growth)]));
     }
     let title = format!("{scene}: stability of steady sliding");
     Figure::grid("stability-map", title, 85.0, 2, &panels)
-}
-
-/// The grid as an image; the entry after the palette is for points without equilibrium.
-fn image(
-    map: &StabilityMap,
-    axes: &[Axis; 2],
-    palette: Vec<Rgb>,
-    index: &dyn Fn(&MapPoint) -> Option<u8>,
-) -> Layer {
-    let [columns, rows] = [0, 1].map(|k| map.axes[k].values.len());
-    let unknown = palette.len() as u8;
-    // The upper row first.
-    let pixels = (0..rows).rev().flat_map(|row| {
-        let points = map.grid[row * columns..][..columns].iter();
-        points.map(|point| index(point).unwrap_or(unknown))
-    });
-    Layer::image(Image {
-        x: axes[0].range,
-        y: axes[1].range,
-        size: [columns, rows],
-        pixels: pixels.collect(),
-        palette: palette
-            .into_iter()
-            .chain([UNKNOWN])
-            .map(Swatch::uniform)
-            .collect(),
-    })
 }
 
 /// The Hopf curves, by mode.
@@ -248,70 +215,4 @@ fn curves(map: &StabilityMap) -> Vec<Layer> {
             .with_id("torus curves")
     });
     layers.chain(torus).collect()
-}
-
-/// The number of unstable modes as text, once in each connected region, at the point farthest from its border.
-fn labels(map: &StabilityMap) -> Vec<Layer> {
-    let [columns, rows] = [0, 1].map(|k| map.axes[k].values.len());
-    let count = |k: usize| map.grid[k].unstable_modes;
-    let mut region = vec![None; columns * rows];
-    let mut layers = Vec::new();
-    for start in 0..columns * rows {
-        if region[start].is_some() || count(start).is_none() {
-            continue;
-        }
-        let mut members = vec![start];
-        region[start] = Some(start);
-        let mut next = 0;
-        while let Some(&here) = members.get(next) {
-            next += 1;
-            for near in neighbours(here, columns, rows) {
-                if region[near].is_none() && count(near) == count(start) {
-                    region[near] = Some(start);
-                    members.push(near);
-                }
-            }
-        }
-        // Regions of a few points have no room for a text.
-        if members.len() < columns * rows / 60 {
-            continue;
-        }
-        let inner = members
-            .iter()
-            .max_by_key(|k| depth(**k, columns, rows, &count));
-        if let (Some(&k), Some(n)) = (inner, count(start)) {
-            let at = [
-                map.axes[0].values[k % columns],
-                map.axes[1].values[k / columns],
-            ];
-            layers.push(Layer::text(at, n.to_string()));
-        }
-    }
-    layers
-}
-
-fn neighbours(k: usize, columns: usize, rows: usize) -> impl Iterator<Item = usize> {
-    let (x, y) = (k % columns, k / columns);
-    let near = [
-        (x > 0).then(|| k - 1),
-        (x + 1 < columns).then_some(k + 1),
-        (y > 0).then(|| k - columns),
-        (y + 1 < rows).then_some(k + columns),
-    ];
-    near.into_iter().flatten()
-}
-
-/// Distance of a point from the border of its region, in points.
-fn depth(k: usize, columns: usize, rows: usize, count: &dyn Fn(usize) -> Option<usize>) -> usize {
-    let (x, y) = ((k % columns) as isize, (k / columns) as isize);
-    let is_inside = |radius: isize| {
-        let span = || -radius..=radius;
-        span()
-            .flat_map(|dx| span().map(move |dy| (x + dx, y + dy)))
-            .all(|(x, y)| {
-                let on_grid = (0..columns as isize).contains(&x) && (0..rows as isize).contains(&y);
-                on_grid && count(y as usize * columns + x as usize) == count(k)
-            })
-    };
-    (1..).take_while(|radius| is_inside(*radius)).count()
 }

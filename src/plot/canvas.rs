@@ -12,31 +12,30 @@ pub const LINE_HEIGHT: f64 = 1.4;
 /// Boxes that overlap by rounding errors only are apart, points.
 const ROUNDING: f64 = 0.01;
 
-/// A rectangle (rect) in points; y points down.
+/// A rectangle in points; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
-    pub x: f64,
-    pub y: f64,
-    pub width: f64,
-    pub height: f64,
+    /// Left and top.
+    pub at: [f64; 2],
+    /// Width and height.
+    pub size: [f64; 2],
 }
 
 impl Rect {
+    /// Right and bottom.
+    pub fn end(&self) -> [f64; 2] {
+        [0, 1].map(|c| self.at[c] + self.size[c])
+    }
+
     /// Whether the rectangle lies inside another.
     pub fn is_in(&self, other: &Self) -> bool {
-        let right = other.x + other.width + ROUNDING;
-        let bottom = other.y + other.height + ROUNDING;
-        self.x >= other.x - ROUNDING
-            && self.y >= other.y - ROUNDING
-            && self.x + self.width <= right
-            && self.y + self.height <= bottom
+        let [ends, other_ends] = [self.end(), other.end()];
+        (0..2).all(|c| self.at[c] >= other.at[c] - ROUNDING && ends[c] <= other_ends[c] + ROUNDING)
     }
 
     fn overlaps(&self, other: &Self) -> bool {
-        self.x + self.width > other.x + ROUNDING
-            && other.x + other.width > self.x + ROUNDING
-            && self.y + self.height > other.y + ROUNDING
-            && other.y + other.height > self.y + ROUNDING
+        let [ends, other_ends] = [self.end(), other.end()];
+        (0..2).all(|c| ends[c] > other.at[c] + ROUNDING && other_ends[c] > self.at[c] + ROUNDING)
     }
 }
 
@@ -64,16 +63,11 @@ pub enum Anchor {
 
 impl Canvas {
     /// An empty page of a size and a font size in points.
-    pub fn new([width, height]: [f64; 2], font_size: f64) -> Self {
+    pub fn new(size: [f64; 2], font_size: f64) -> Self {
         Self {
             out: String::new(),
             font_size,
-            page: Rect {
-                x: 0.0,
-                y: 0.0,
-                width,
-                height,
-            },
+            page: Rect { at: [0.0; 2], size },
             texts: Vec::new(),
             fits: true,
             plots: 0.0,
@@ -122,10 +116,8 @@ impl Canvas {
         };
         // From the top of the capital letters to the bottom of letters such as "g".
         self.take(Rect {
-            x: x - before * width,
-            y: y - 0.42 * height,
-            width,
-            height,
+            at: [x - before * width, y - 0.42 * height],
+            size: [width, height],
         });
         let y = y + 0.36 * height;
         let place = format!("x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"{name}\"");
@@ -136,10 +128,8 @@ impl Canvas {
     pub fn turned_text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
         let (width, height) = (self.font_size, width(&shown(text), self.font_size, false));
         self.take(Rect {
-            x: x - 0.42 * width,
-            y: y - 0.5 * height,
-            width,
-            height,
+            at: [x - 0.42 * width, y - 0.5 * height],
+            size: [width, height],
         });
         let x = x + 0.36 * width;
         let place =
@@ -148,7 +138,7 @@ impl Canvas {
     }
 
     fn take(&mut self, place: Rect) {
-        let is_empty = place.width * place.height == 0.0;
+        let is_empty = place.size.contains(&0.0);
         self.fits &= is_empty || self.is_free(&place);
         self.texts.push(place);
     }
@@ -183,8 +173,8 @@ impl PlotArea<'_> {
         let shares = [self.panel.x.fraction(x), self.panel.y.fraction(y)];
         // Positions far outside are clamped, because SVG viewers use single precision.
         let [x, y] = shares.map(|share| share.clamp(-1e3, 1e3));
-        let rect = &self.rect;
-        Some([rect.x + x * rect.width, rect.y + (1.0 - y) * rect.height])
+        let Rect { at, size } = self.rect;
+        Some([at[0] + x * size[0], at[1] + (1.0 - y) * size[1]])
     }
 
     /// Whether a pair of values lies within the axes.

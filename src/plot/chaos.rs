@@ -11,17 +11,16 @@ use crate::number::{short, with_error};
 pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
     let shift = unit.factor.ln();
     let last = divergence.step * divergence.curve.len().saturating_sub(1).max(1) as f64;
-    let time = Unit::of("s", last);
     let values = divergence.curve.iter().map(|value| value + shift);
     let [low, high] = extent(values.clone());
     let points = values
         .enumerate()
-        .map(|(k, value)| [time.factor * divergence.step * k as f64, value]);
+        .map(|(k, value)| [divergence.step * k as f64, value]);
     let mut layers = vec![Layer::line(points.collect(), Color::Ink)];
     let region = divergence.region.as_ref();
     // Without a region the line is empty, so that a recording clears the last one.
     let line = region.map_or_else(Vec::new, |region| {
-        let at = |t: f64| [time.factor * t, region.intercept + region.slope * t + shift];
+        let at = |t: f64| [t, region.intercept + region.slope * t + shift];
         vec![at(region.from), at(region.to)]
     });
     let line = Layer::line(line, Color::Accent);
@@ -37,7 +36,7 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
         ),
         None => "no scaling region: no chaos, or too weak for this length".to_owned(),
     };
-    let x = Axis::linear(time.after("time"), [0.0, time.factor * last]);
+    let x = Axis::linear("time", [0.0, last]).of("s");
     let y = Axis::linear(distance, [low.floor(), high.ceil()]);
     Panel::new("divergence of nearby states", x, y, layers).with_caption(verdict)
 }
@@ -50,11 +49,9 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
     let middle = spans.map(|[low, high]| 0.5 * (low + high));
     let half = spans.iter().map(|[low, high]| 0.5 * (high - low));
     let half = half.fold(1e-12, f64::max);
-    let unit = Unit::of(unit, half);
-    let full = round_up(unit.factor * half);
-    let axis = |name| Axis::linear(unit.after(name), [-full, full]);
-    let points = path.iter();
-    let points = points.map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.factor * c));
+    let full = round_up(half);
+    let axis = |name| Axis::linear(name, [-full, full]).of(unit);
+    let points = path.iter().map(|[p, q]| [p - middle[0], q - middle[1]]);
     let path = Layer::line(points.collect(), Color::Ink).with_line_width(0.7);
     let meaning = match test.k {
         ..0.4 => "regular or weak chaos",
@@ -70,13 +67,9 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
 
 /// The largest exponents of windows (end in s, and the value between the ends of its interval in 1/s) over a span (s).
 pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
-    let unit = Unit::of("s", span[1]);
-    let at = |time: f64| unit.factor * time;
-    let intervals = exponents
-        .iter()
-        .map(|[t, low, _, high]| [at(*t), *low, *high]);
+    let intervals = exponents.iter().map(|[t, low, _, high]| [*t, *low, *high]);
     let intervals: Vec<[f64; 3]> = intervals.collect();
-    let values = exponents.iter().map(|[t, _, value, _]| [at(*t), *value]);
+    let values = exponents.iter().map(|[t, _, value, _]| [*t, *value]);
     let layers = vec![
         Layer::intervals(&intervals, Color::Faint),
         Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
@@ -89,6 +82,6 @@ pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
     } else {
         (Axis::with_margin("λ, 1/s", [low, high].into_iter()), "")
     };
-    let x = Axis::linear(unit.after("time"), span.map(at));
+    let x = Axis::linear("time", span).of("s");
     Panel::new("largest exponent of each window", x, y, layers).with_note(note)
 }

@@ -34,6 +34,8 @@ pub enum Color {
     Exponent(usize),
     /// One of several series by index, from 0.
     Series(usize),
+    /// A colour of a colour map, the same on every background.
+    Shade(Rgb),
 }
 
 /// Colours of series on a light and on a dark background, repeated cyclically.
@@ -57,59 +59,46 @@ const EXPONENTS: [[Rgb; 2]; 5] = [
 ];
 
 impl Color {
-    /// The colour on a white background.
-    pub fn on_light(self) -> Rgb {
+    /// The colours on a white background and on a dark one, such as that of the Rerun viewer.
+    const fn pair(self) -> [Rgb; 2] {
         match self {
-            Self::Ink => [38, 42, 48],
-            Self::Faint => [110, 116, 124],
-            Self::Pale => [214, 218, 223],
-            Self::Grid => [232, 234, 237],
-            Self::Accent => [190, 20, 80],
-            Self::Run => [0, 85, 138],
-            Self::Compared => [184, 67, 0],
+            Self::Ink => [[38, 42, 48], [244, 246, 248]],
+            Self::Faint => [[110, 116, 124], [154, 164, 178]],
+            Self::Pale => [[214, 218, 223], [85, 95, 109]],
+            Self::Grid => [[232, 234, 237], [46, 52, 61]],
+            Self::Accent => [[190, 20, 80], [255, 105, 145]],
+            Self::Run => [[0, 85, 138], [107, 201, 255]],
+            Self::Compared => [[184, 67, 0], [255, 154, 77]],
             Self::Regime(regime) => match regime {
-                Regime::Silent => [205, 209, 214],
-                Regime::Periodic => [0, 114, 178],
-                Regime::QuasiPeriodic => [0, 158, 115],
-                Regime::Chaotic => [213, 94, 0],
-                Regime::Transient => [240, 190, 30],
-                Regime::Noise => [120, 85, 60],
-                Regime::Undetermined => [150, 155, 162],
+                Regime::Silent => [[205, 209, 214], [90, 102, 120]],
+                Regime::Periodic => [[0, 114, 178], [86, 180, 233]],
+                Regime::QuasiPeriodic => [[0, 158, 115], [76, 208, 158]],
+                Regime::Chaotic => [[213, 94, 0], [255, 140, 66]],
+                Regime::Transient => [[240, 190, 30], [245, 199, 74]],
+                Regime::Noise => [[120, 85, 60], [190, 150, 120]],
+                Regime::Undetermined => [[150, 155, 162], [154, 164, 178]],
             },
-            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][0],
-            Self::Series(k) => SERIES[k % SERIES.len()][0],
+            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()],
+            Self::Series(k) => SERIES[k % SERIES.len()],
+            Self::Shade(color) => [color; 2],
         }
     }
 
-    /// The colour on a dark background, such as that of the Rerun viewer.
+    /// The colour on a white background.
+    pub const fn on_light(self) -> Rgb {
+        self.pair()[0]
+    }
+
+    /// The colour on a dark background.
     pub const fn on_dark(self) -> Rgb {
-        match self {
-            Self::Ink => [244, 246, 248],
-            Self::Faint => [154, 164, 178],
-            Self::Pale => [85, 95, 109],
-            Self::Grid => [46, 52, 61],
-            Self::Accent => [255, 105, 145],
-            Self::Run => [107, 201, 255],
-            Self::Compared => [255, 154, 77],
-            Self::Regime(regime) => match regime {
-                Regime::Silent => [90, 102, 120],
-                Regime::Periodic => [86, 180, 233],
-                Regime::QuasiPeriodic => [76, 208, 158],
-                Regime::Chaotic => [255, 140, 66],
-                Regime::Transient => [245, 199, 74],
-                Regime::Noise => [190, 150, 120],
-                Regime::Undetermined => [154, 164, 178],
-            },
-            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][1],
-            Self::Series(k) => SERIES[k % SERIES.len()][1],
-        }
+        self.pair()[1]
     }
 }
 
 /// The colours on a light and on a dark background.
 impl Serialize for Color {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        [self.on_light(), self.on_dark()].serialize(serializer)
+        self.pair().serialize(serializer)
     }
 }
 

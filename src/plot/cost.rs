@@ -3,7 +3,6 @@
 use super::axis::{Axis, decades};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
-use crate::number::{error, setting, short};
 use crate::study::cost::{Cost, Setting, WorkPrecision, WorkPrecisionPoint};
 
 /// Smaller errors are drawn at the lower end of the axis.
@@ -36,19 +35,7 @@ fn panel(setting: Setting, sets: &[&WorkPrecision], scatter: Option<f64>) -> Pan
     for (k, set) in sets.iter().enumerate() {
         let places: Vec<_> = set.points.iter().filter_map(found).collect();
         layers.push(Layer::line(places.clone(), Color::Series(k)).with_label(&set.method));
-        let shown = set.points.iter().filter(|point| point.error.is_some());
-        let hover = shown.map(|point| hover(set, point)).collect();
-        layers.push(Layer::points(places, 2.4, Color::Series(k)).with_hover(hover));
+        layers.push(Layer::points(places, 2.4, Color::Series(k)));
     }
     Panel::new(setting.name(), x, y, layers)
-}
-
-/// The level, its error and its time in one line.
-fn hover(set: &WorkPrecision, point: &WorkPrecisionPoint) -> String {
-    format!(
-        "{}: error {}, {} s",
-        setting(set.setting.name(), point.value),
-        error(point.error.unwrap_or(f64::NAN)),
-        short(point.cpu_s)
-    )
 }

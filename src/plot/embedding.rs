@@ -6,7 +6,7 @@ use super::figure::{Layer, Panel};
 use crate::analysis::DelayChoice;
 
 /// Average mutual information over the delay, with the chosen delay as the top layer; `step` is the delay of
-/// one sample in `unit`.
+/// one sample in `unit`: a prefix is added to that of a time.
 pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel {
     let bits = &choice.mutual.bits;
     let curve = bits.iter().enumerate();
@@ -15,7 +15,7 @@ pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel 
     let [_, most] = extent(bits.iter().copied());
     Panel::new(
         "average mutual information",
-        Axis::linear(format!("delay, {unit}"), [0.0, largest]),
+        Axis::linear("delay", [0.0, largest]).of(unit),
         Axis::linear(
             "average mutual information, bits",
             [0.0, round_up(most.max(1e-3))],

@@ -22,20 +22,24 @@ pub struct Figure {
 
 /// Text width of a page, mm.
 pub const PAGE_MM: f64 = 180.0;
+/// Width of a figure of one square panel, mm.
+const SQUARE_MM: f64 = 108.0;
 
 impl Figure {
-    /// A figure of page width without a caption; `height_mm` is the height of the whole figure.
+    /// A figure of page width, or narrower if it is a single square, without a caption; `height_mm` is the height of
+    /// the whole figure.
     pub fn new(
         name: impl Into<String>,
         title: impl Into<String>,
         height_mm: f64,
         rows: Vec<Vec<Panel>>,
     ) -> Self {
+        let is_square = matches!(&rows[..], [row] if matches!(&row[..], [one] if one.square));
         Self {
             name: name.into(),
             title: title.into(),
             caption: String::new(),
-            size_mm: [PAGE_MM, height_mm],
+            size_mm: [if is_square { SQUARE_MM } else { PAGE_MM }, height_mm],
             rows,
         }
     }
@@ -209,8 +213,6 @@ pub enum Shape {
         radius: f64,
         /// Shape of the marker.
         marker: Marker,
-        /// Tooltip of each point; empty for none.
-        hover: Vec<String>,
     },
     /// Peaks of a curve: labelled points. A label that would overlap another is omitted.
     Peaks(Vec<([f64; 2], String)>),
@@ -223,8 +225,6 @@ pub enum Shape {
     },
     /// An image in a rectangle of the axes.
     Image(Image),
-    /// A text above a position, starting there.
-    Text([f64; 2], String),
 }
 
 /// The shape of a marker.
@@ -269,6 +269,9 @@ pub struct Swatch {
     pub name: String,
 }
 
+/// Colour of a cell without a result.
+const UNKNOWN: Rgb = [245, 246, 247];
+
 /// A coordinate beyond the end of every axis.
 const FAR: f64 = 1e300;
 
@@ -305,7 +308,6 @@ impl Layer {
             points,
             radius,
             marker: Marker::Dot,
-            hover: Vec::new(),
         };
         Self::new("points", color, points)
     }
@@ -358,9 +360,32 @@ impl Layer {
         Self::new("image", Color::Ink, Shape::Image(image))
     }
 
-    /// A text above a position, starting there.
-    pub fn text(at: [f64; 2], text: impl Into<String>) -> Self {
-        Self::new("text", Color::Ink, Shape::Text(at, text.into()))
+    /// Cells of two axes made by [`Axis::cells`], the lower row first: the index of the colour of each, `None` for an
+    /// unknown one.
+    pub fn cells(
+        [x, y]: [&Axis; 2],
+        columns: usize,
+        cells: &[Option<u8>],
+        palette: impl IntoIterator<Item = Rgb>,
+    ) -> Self {
+        let mut palette: Vec<Rgb> = palette.into_iter().collect();
+        let unknown = palette.len() as u8;
+        palette.push(UNKNOWN);
+        let rows = cells.chunks(columns).rev();
+        Self::image(Image {
+            x: x.range,
+            y: y.range,
+            size: [columns, rows.len()],
+            pixels: rows.flatten().map(|cell| cell.unwrap_or(unknown)).collect(),
+            palette: palette.into_iter().map(Swatch::uniform).collect(),
+        })
+    }
+
+    /// Rings around bifurcations.
+    pub fn rings(places: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Self::points(places.into_iter().collect(), 2.4, Color::Accent)
+            .with_marker(Marker::Ring)
+            .with_id("bifurcations")
     }
 
     /// A legend entry without data.
@@ -435,15 +460,6 @@ impl Layer {
     pub fn with_marker(mut self, new: Marker) -> Self {
         if let Shape::Points { marker, .. } = &mut self.shape {
             *marker = new;
-        }
-        self
-    }
-
-    /// Adds tooltips to points.
-    #[must_use]
-    pub fn with_hover(mut self, texts: Vec<String>) -> Self {
-        if let Shape::Points { hover, .. } = &mut self.shape {
-            *hover = texts;
         }
         self
     }

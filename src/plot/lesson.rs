@@ -47,24 +47,24 @@ impl Course {
     fn panel(
         &self,
         title: &str,
-        (y, scale): (&str, Scale),
-        per: f64,
+        (name, unit, scale): (&str, &str, Scale),
         curves: &[(usize, Color, &str)],
     ) -> Panel {
         let layer = |&(k, color, label): &(usize, Color, &str)| {
-            let points = self.points.iter().map(|(t, y)| [1e3 * t, per * y[k]]);
+            let points = self.points.iter().map(|(t, values)| [*t, values[k]]);
             Layer::line(points.collect(), color).with_label(label)
         };
         let layers: Vec<Layer> = curves.iter().map(layer).collect();
         let ends = [self.points.front(), self.points.back()];
-        let ends = ends.map(|end| end.map_or(0.0, |(t, _)| 1e3 * t));
+        let ends = ends.map(|end| end.map_or(0.0, |(t, _)| *t));
         let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
         let y = if scale == Scale::Logarithmic {
-            Axis::rounded_logarithmic(y, values)
+            Axis::rounded_logarithmic(name, values)
         } else {
-            Axis::with_margin(y, values.chain([0.0]))
+            Axis::with_margin(name, values.chain([0.0]))
         };
-        Panel::new(title, Axis::linear("time, ms", ends), y, layers)
+        let y = if unit.is_empty() { y } else { y.of(unit) };
+        Panel::new(title, Axis::linear("time", ends).of("s"), y, layers)
     }
 }
 
@@ -73,7 +73,7 @@ impl Course {
 pub struct LessonPictures {
     /// Level and prediction, m/s.
     level: Course,
-    /// Tilt (deg) and strongest line (kHz) with rising and with falling tilt, and the last of them.
+    /// Tilt (deg) and strongest line (Hz) with rising and with falling tilt, and the last of them.
     tones: [VecDeque<[f64; 2]>; 2],
     now: Vec<[f64; 2]>,
     /// Distance of the perturbed trajectory, and the last result.
@@ -83,7 +83,7 @@ pub struct LessonPictures {
     energy: Course,
     /// Of a joint: normal force and friction, N, and the numbers of nodes that slip, stick and are separated.
     contact: Course,
-    /// Displacement (µm) and velocity (mm/s) of a small system, and 1 while it sticks.
+    /// Displacement (m) and velocity (m/s) of a small system, and 1 while it sticks.
     motion: Course,
     /// Spacing of the bins, Hz, amplitudes, m/s, and lines of the spectrum.
     spectrum: (f64, Vec<f64>, Vec<SpectralLine>),
@@ -94,7 +94,7 @@ impl LessonPictures {
     pub fn add_level(&mut self, sample: &LevelSample) {
         let time = sample.time;
         if let Some(tone) = &sample.tone {
-            let point = [tone.tilt.to_degrees(), 1e-3 * tone.frequency];
+            let point = [tone.tilt.to_degrees(), tone.frequency];
             let tones = &mut self.tones[usize::from(tone.way == TiltDirection::Down)];
             tones.push_back(point);
             tones.drain(..tones.len().saturating_sub(LOOP));
@@ -142,11 +142,7 @@ impl LessonPictures {
         }
         for snapshot in &frame.patch {
             let total = |k: usize| snapshot.friction.iter().map(|f| f[k]).sum::<f64>();
-            let friction = [0, 1, 2]
-                .map(|k| total(k).powi(2))
-                .iter()
-                .sum::<f64>()
-                .sqrt();
+            let friction = (0..3).map(|k| total(k).powi(2)).sum::<f64>().sqrt();
             let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
             let counts = states.map(|state| snapshot.count(state) as f64);
             let forces = [snapshot.normal_force.iter().sum(), friction];
@@ -157,7 +153,7 @@ impl LessonPictures {
             for (k, &status) in frame.status.iter().enumerate() {
                 let status = small.statuses.get(usize::from(status));
                 let holds = status.is_some_and(|status| status.kind == StatusKind::Held);
-                let [u, v] = [1e6 * frame.displacement[k], 1e3 * frame.velocity[k]];
+                let [u, v] = [frame.displacement[k], frame.velocity[k]];
                 let span = PERIODS / small.frequency_hz;
                 let values = vec![u, v, f64::from(u8::from(holds))];
                 self.motion.push(frame.time(k), values, span);
@@ -176,27 +172,21 @@ impl LessonPictures {
                     (0, Color::Run, "measured"),
                     (1, Color::Compared, "computed growth"),
                 ];
-                vec![self.level.panel(
-                    "Velocity level",
-                    ("level, mm/s", Scale::Logarithmic),
-                    1e3,
-                    &curves,
-                )]
+                let level = ("level", "m/s", Scale::Logarithmic);
+                vec![self.level.panel("Velocity level", level, &curves)]
             }
             Evidence::Turning | Evidence::Loop => {
                 let tones = self.tones.clone().map(Vec::from);
-                let joint = header.joint().into_iter();
-                joint
-                    .map(|joint| tone_loop(joint, tones.clone(), self.now.clone()))
-                    .collect()
+                let joint = header.joint();
+                let tones = joint.map(|joint| tone_loop(joint, tones, self.now.clone()));
+                Vec::from_iter(tones)
             }
             Evidence::Contact if header.joint().is_none() => vec![self.portrait()],
             Evidence::Contact if computed.mechanism == Mechanism::StickSlip => vec![self.nodes()],
             Evidence::Contact => {
                 let curves = [(0, Color::Run, "normal"), (1, Color::Compared, "friction")];
-                let forces =
-                    self.contact
-                        .panel("Contact force", ("force, N", Scale::Linear), 1.0, &curves);
+                let force = ("force", "N", Scale::Linear);
+                let forces = self.contact.panel("Contact force", force, &curves);
                 vec![forces, self.nodes()]
             }
             Evidence::Modes => vec![self.energies(header), self.spectrum(header)],
@@ -210,23 +200,13 @@ impl LessonPictures {
     fn distance(&self) -> Panel {
         let title = "Distance of the perturbed trajectory";
         let curves = [(0, Color::Run, "distance")];
-        let mut panel = self.distance.panel(
-            title,
-            ("relative to the motion", Scale::Logarithmic),
-            1.0,
-            &curves,
-        );
+        let distance = ("relative to the motion", "", Scale::Logarithmic);
+        let mut panel = self.distance.panel(title, distance, &curves);
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
-            let at = |t: f64| {
-                [
-                    1e3 * t,
-                    (line.intercept + line.rate * (t - now.start)).exp(),
-                ]
-            };
+            let at = |t: f64| [t, (line.intercept + line.rate * (t - now.start)).exp()];
             let ends = vec![at(line.since), at(now.saturated.unwrap_or(now.time))];
-            panel
-                .layers
-                .push(Layer::line(ends, Color::Compared).with_label("straight line"));
+            let line = Layer::line(ends, Color::Compared);
+            panel.layers.push(line.with_label("straight line"));
         }
         panel
     }
@@ -242,12 +222,8 @@ impl LessonPictures {
         let curves = order.iter().zip(0..MODES);
         let curves = curves.map(|(&k, color)| (k, Color::Series(color), &*modes[k].label));
         let curves: Vec<_> = curves.collect();
-        self.energy.panel(
-            "Energy of each mode",
-            ("energy, µJ", Scale::Logarithmic),
-            1e6,
-            &curves,
-        )
+        let energy = ("energy", "J", Scale::Logarithmic);
+        self.energy.panel("Energy of each mode", energy, &curves)
     }
 
     fn nodes(&self) -> Panel {
@@ -256,8 +232,8 @@ impl LessonPictures {
             (3, Color::Compared, "stick"),
             (4, Color::Ink, "separated"),
         ];
-        self.contact
-            .panel("Contact nodes", ("nodes", Scale::Linear), 1.0, &curves)
+        let nodes = ("nodes", "", Scale::Linear);
+        self.contact.panel("Contact nodes", nodes, &curves)
     }
 
     fn portrait(&self) -> Panel {
@@ -272,10 +248,14 @@ impl LessonPictures {
             layer(0.0, Color::Run, "slides"),
             layer(1.0, Color::Compared, "sticks"),
         ];
-        let [x, y] = [(0, "displacement, µm"), (1, "velocity, mm/s")].map(|(k, name)| {
+        let axis = |k: usize, name| {
             let values = self.motion.points.iter().map(|(_, values)| values[k]);
             Axis::with_margin(name, values)
-        });
+        };
+        let [x, y] = [
+            axis(0, "displacement").of("m"),
+            axis(1, "velocity").of("m/s"),
+        ];
         Panel::new("Phase portrait", x, y, layers)
     }
 
@@ -298,7 +278,7 @@ impl LessonPictures {
     }
 }
 
-/// The strongest line (kHz) over the tilt (deg), with rising and with falling tilt and now: the hysteresis loop. `modes`
+/// The strongest line (Hz) over the tilt (deg), with rising and with falling tilt and now: the hysteresis loop. `modes`
 /// gives the axes.
 pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f64; 2]>) -> Panel {
     let layer = |points: Vec<_>, radius, color, label: &str, id| {
@@ -311,12 +291,12 @@ pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f6
         layer(now, 3.5, Color::Ink, "now", "now"),
     ];
     let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
-    let frequencies = joint.modes.iter().map(|mode| 1e-3 * mode.frequency_hz);
-    let highest = 1.2 * frequencies.fold(2.0, f64::max);
+    let frequencies = joint.modes.iter().map(|mode| mode.frequency_hz);
+    let highest = 1.2 * frequencies.fold(2e3, f64::max);
     Panel::new(
         "Strongest line over tilt",
         Axis::linear("tilt, °", [low, 1.05 * high]),
-        Axis::rounded_logarithmic("strongest line, kHz", [1.0, highest].into_iter()),
+        Axis::rounded_logarithmic("strongest line", [1e3, highest].into_iter()).of("Hz"),
         layers,
     )
 }

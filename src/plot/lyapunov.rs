@@ -91,15 +91,9 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
     }
     let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend(by_sign(spectrum, exponents));
-    Panel::new(
-        title,
-        Axis::integers("index", count),
-        Axis::with_margin(
-            "exponent, 1/s",
-            ends(exponents.iter().copied()).chain([0.0]),
-        ),
-        layers,
-    )
+    let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
+    let y = Axis::with_margin("exponent, 1/s", values);
+    Panel::new(title, Axis::integers("index", count), y, layers)
 }
 
 fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
@@ -118,15 +112,10 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
         Layer::horizontal_line(0.0),
     ];
     layers.extend(by_sign(spectrum, &exponents));
-    Panel::new(
-        format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero"),
-        x,
-        Axis::with_margin(
-            "exponent over ω1, 1e−3",
-            ends(exponents.into_iter()).chain([-bound, bound]),
-        ),
-        layers,
-    )
+    let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
+    let y = Axis::with_margin("exponent over ω1, 1e−3", values.chain([-bound, bound]));
+    let title = format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero");
+    Panel::new(title, x, y, layers)
 }
 
 /// The exponents so far with their intervals, on an axis of ± `full` (1/s).
@@ -158,21 +147,19 @@ fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
         (Sign::Undetermined, Marker::Cross, "undetermined"),
     ];
     let layers = kinds.into_iter().flat_map(|(sign, marker, label)| {
-        let of_sign = exponents.iter().enumerate();
-        let of_sign = of_sign.filter(|(k, _)| spectrum.sign(*k) == sign);
-        let spans = of_sign.map(|(k, e)| span(k as f64 + 1.0, *e));
-        let spans: Vec<[f64; 3]> = spans.collect();
-        let points = exponents.iter().enumerate();
-        let points = points.filter(|(k, _)| spectrum.sign(*k) == sign);
-        let points: Vec<[f64; 2]> = points.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
-        let color = Color::Exponent(0);
-        let points = Layer::points(points, 2.4, color)
+        let own = exponents.iter().enumerate();
+        let own = own.filter(|(k, _)| spectrum.sign(*k) == sign);
+        let spans: Vec<[f64; 3]> = own.clone().map(|(k, e)| span(k as f64 + 1.0, *e)).collect();
+        let points = own.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
+        let points = Layer::points(points, 2.4, Color::Exponent(0))
             .with_marker(marker)
             .with_label(label);
-        [Layer::intervals(&spans, color), points]
+        let intervals = Layer::intervals(&spans, Color::Exponent(0));
+        [intervals, points]
+            .into_iter()
+            .filter(move |_| !spans.is_empty())
     });
-    let is_there = |layer: &Layer| layer.has_points() || layer.label.is_empty();
-    layers.filter(is_there).collect()
+    layers.collect()
 }
 
 /// Index of an exponent and the ends of its interval.

@@ -28,28 +28,10 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
             points,
             radius,
             marker,
-            hover,
-        } => {
-            let hover = hover.iter().map(String::as_str);
-            let hover = hover.chain(std::iter::repeat(""));
-            open_group(canvas, layer.color, *marker);
-            for (point, hover) in points.iter().zip(hover) {
-                if let Some(at) = area.position(*point).filter(|_| area.contains(*point)) {
-                    let radius = canvas.scaled(*radius);
-                    put_marker(canvas, at, radius, *marker, hover);
-                }
-            }
-            canvas.push(format_args!("</g>"));
-        }
+        } => put_markers(canvas, area, layer.color, (points, *radius, *marker)),
         Shape::Peaks(peaks) => {
-            open_group(canvas, layer.color, Marker::Dot);
-            for (point, _) in peaks {
-                if let Some(at) = area.position(*point).filter(|_| area.contains(*point)) {
-                    let radius = canvas.scaled(PEAK);
-                    put_marker(canvas, at, radius, Marker::Dot, "");
-                }
-            }
-            canvas.push(format_args!("</g>"));
+            let points: Vec<[f64; 2]> = peaks.iter().map(|(point, _)| *point).collect();
+            put_markers(canvas, area, layer.color, (&points, PEAK, Marker::Dot));
         }
         Shape::Areas { outlines, opacity } => {
             for outline in outlines {
@@ -57,23 +39,6 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
             }
         }
         Shape::Image(image) => draw_image(canvas, area, image),
-        Shape::Text(..) => {}
-    }
-}
-
-/// Draws the texts of a layer where they cover no other text. A text without such a place is omitted.
-pub fn draw_text(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
-    match &layer.shape {
-        Shape::Text(at, name) => {
-            let (half, em) = (0.5 * label_width(canvas, name), canvas.font_size);
-            if let Some([x, y]) = area.position(*at).filter(|_| area.contains(*at)) {
-                let at = [x.max(area.rect.x) + half, y];
-                let rows = (0..NAME_ROWS).map(|k| [at[0], y - (0.9 + 1.2 * k as f64) * em]);
-                label(canvas, area, rows, name);
-            }
-        }
-        Shape::Peaks(peaks) => label_peaks(canvas, area, peaks, layer.color),
-        _ => {}
     }
 }
 
@@ -97,8 +62,7 @@ pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width
         }
         Shape::Points { marker, .. } => {
             open_group(canvas, layer.color, *marker);
-            let radius = canvas.scaled(2.3);
-            put_marker(canvas, [x + 0.5 * width, y], radius, *marker, "");
+            put_marker(canvas, [x + 0.5 * width, y], 2.3, *marker);
             canvas.push(format_args!("</g>"));
         }
         _ => {}
@@ -133,60 +97,55 @@ fn polyline(
     ));
 }
 
+/// Draws the points of one layer.
+fn put_markers(
+    canvas: &mut Canvas,
+    area: &PlotArea<'_>,
+    color: Color,
+    (points, radius, marker): (&[[f64; 2]], f64, Marker),
+) {
+    open_group(canvas, color, marker);
+    let inside = points.iter().filter(|point| area.contains(**point));
+    for at in inside.filter_map(|point| area.position(*point)) {
+        put_marker(canvas, at, radius, marker);
+    }
+    canvas.push(format_args!("</g>"));
+}
+
 /// Opens the group of the points of one layer.
 fn open_group(canvas: &mut Canvas, color: Color, marker: Marker) {
     let (color, width) = (hex(color.on_light()), canvas.scaled(1.0));
-    match marker {
-        Marker::Dot | Marker::Up | Marker::Down => {
-            canvas.push(format_args!("<g fill=\"{color}\">"))
-        }
-        Marker::Ring | Marker::Cross => canvas.push(format_args!(
+    if matches!(marker, Marker::Ring | Marker::Cross) {
+        canvas.push(format_args!(
             "<g fill=\"none\" stroke=\"{color}\" stroke-width=\"{width:.2}\">"
-        )),
+        ));
+    } else {
+        canvas.push(format_args!("<g fill=\"{color}\">"));
     }
 }
 
-fn put_marker(canvas: &mut Canvas, [x, y]: [f64; 2], r: f64, marker: Marker, hover: &str) {
-    let title = match hover {
-        "" => String::new(),
-        hover => format!("<title>{}</title>", text::escape(hover)),
-    };
-    let path = match marker {
+/// Draws a marker of a radius for a font size of 8 points.
+fn put_marker(canvas: &mut Canvas, [x, y]: [f64; 2], radius: f64, marker: Marker) {
+    let r = canvas.scaled(radius);
+    let lines: &[&[[f64; 2]]] = match marker {
         Marker::Dot | Marker::Ring => {
-            canvas.push(format_args!(
-                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\">{title}</circle>"
+            return canvas.push(format_args!(
+                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\"/>"
             ));
-            return;
         }
-        Marker::Cross => format!(
-            "M{:.2},{:.2}L{:.2},{:.2}M{:.2},{:.2}L{:.2},{:.2}",
-            x - r,
-            y - r,
-            x + r,
-            y + r,
-            x - r,
-            y + r,
-            x + r,
-            y - r
-        ),
-        Marker::Up | Marker::Down => {
-            let up = if marker == Marker::Up {
-                -1.2 * r
-            } else {
-                1.2 * r
-            };
-            format!(
-                "M{:.2},{:.2}L{:.2},{:.2}L{:.2},{:.2}Z",
-                x - 1.1 * r,
-                y - 0.6 * up,
-                x + 1.1 * r,
-                y - 0.6 * up,
-                x,
-                y + up
-            )
-        }
+        Marker::Cross => &[&[[-1.0, -1.0], [1.0, 1.0]], &[[-1.0, 1.0], [1.0, -1.0]]],
+        Marker::Up => &[&[[-1.1, 0.72], [1.1, 0.72], [0.0, -1.2]]],
+        Marker::Down => &[&[[-1.1, -0.72], [1.1, -0.72], [0.0, 1.2]]],
     };
-    canvas.push(format_args!("<path d=\"{path}\">{title}</path>"));
+    let path = lines.iter().map(|line| {
+        let corners = line.iter().map(|[right, down]| {
+            let (x, y) = (x + r * right, y + r * down);
+            format!("{x:.2},{y:.2}")
+        });
+        format!("M{}", corners.collect::<Vec<_>>().join("L"))
+    });
+    let path = path.collect::<String>();
+    canvas.push(format_args!("<path d=\"{path}\"/>"));
 }
 
 fn polygon(
@@ -245,77 +204,58 @@ fn encode(image: &Image) -> Option<Vec<u8>> {
     Some(data)
 }
 
-/// Labels the peaks in the given order, each above its tip, beside it, or in a free row above with a line to the tip.
+/// Labels the peaks of a layer in the given order, each above its tip, beside it, or in a free row above with a line to the tip.
 /// A label covers no other peak, and a line no label.
-fn label_peaks(
-    canvas: &mut Canvas,
-    area: &PlotArea<'_>,
-    peaks: &[([f64; 2], String)],
-    color: Color,
-) {
+pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
+    let Shape::Peaks(peaks) = &layer.shape else {
+        return;
+    };
     let em = canvas.font_size;
-    let (left, right) = (area.rect.x, area.rect.x + area.rect.width);
+    let (left, right) = (area.rect.at[0], area.rect.end()[0]);
     let shown = peaks.iter().filter(|(point, _)| area.contains(*point));
     let tips = shown.filter_map(|(point, name)| Some((area.position(*point)?, name)));
     let tips: Vec<([f64; 2], &String)> = tips.collect();
     for ([x, tip], name) in tips.iter().filter(|(_, name)| !name.is_empty()) {
-        let half = 0.5 * label_width(canvas, name);
-        let middle = x.clamp((left + half).min(right - half), right - half);
-        let row = |k: usize| [middle, tip - (1.0 + 1.2 * k as f64) * em];
+        let width = text::width(&text::shown(name), em, false) + 0.4 * em;
+        let half = 0.5 * width;
+        let background = |[x, y]: [f64; 2]| Rect {
+            at: [x - half, y - 0.48 * em],
+            size: [width, 1.15 * em],
+        };
+        let centre = x.clamp((left + half).min(right - half), right - half);
+        let row = |k: usize| [centre, tip - (1.0 + 1.2 * k as f64) * em];
         // Next to the tip, also for peaks just below the top.
-        let level = tip.max(area.rect.y + 0.7 * em);
+        let level = tip.max(area.rect.at[1] + 0.7 * em);
         let beside = [1.0, -1.0].map(|side| [x + side * (half + 0.7 * em), level]);
-        let places = [row(0)].into_iter().chain(beside);
-        let places = places.chain((1..NAME_ROWS).map(row)).filter(|[middle, y]| {
+        let mut places = [row(0)]
+            .into_iter()
+            .chain(beside)
+            .chain((1..NAME_ROWS).map(row));
+        let place = places.find(|place| {
+            let [middle, y] = *place;
             let covers = |([x, tip], _): &([f64; 2], _)| {
                 (x - middle).abs() < half + 0.3 * em && (tip - y).abs() < 0.8 * em
             };
             let line = Rect {
-                x: *x,
-                y: y + 0.6 * em,
-                width: 0.1 * em,
-                height: tip - y - 0.6 * em,
+                at: [*x, y + 0.6 * em],
+                size: [0.1 * em, tip - y - 0.6 * em],
             };
-            !tips.iter().any(covers) && (*y > tip - 1.5 * em || canvas.is_free(&line))
+            background(*place).is_in(&area.rect)
+                && canvas.is_free(&background(*place))
+                && !tips.iter().any(covers)
+                && (y > tip - 1.5 * em || canvas.is_free(&line))
         });
-        let places: Vec<[f64; 2]> = places.collect();
-        let place = label(canvas, area, places.into_iter(), name);
-        if let Some([_, y]) = place.filter(|[_, y]| *y < tip - 1.5 * em) {
-            canvas.line([*x, y + 0.6 * em, *x, *tip], color, 0.5, "");
+        let Some(place) = place else {
+            continue;
+        };
+        let ([left, top], [width, height]) = (background(place).at, background(place).size);
+        // A translucent background keeps the label legible.
+        canvas.push(format_args!(
+            "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"#fff\" fill-opacity=\"0.85\"/>"
+        ));
+        canvas.text(place, name, Anchor::Middle, (1.0, false, Color::Ink));
+        if place[1] < tip - 1.5 * em {
+            canvas.line([*x, place[1] + 0.6 * em, *x, *tip], layer.color, 0.5, "");
         }
     }
-}
-
-/// Width of a label with its background.
-fn label_width(canvas: &Canvas, name: &str) -> f64 {
-    text::width(&text::shown(name), canvas.font_size, false) + 0.4 * canvas.font_size
-}
-
-/// Writes a label at the first of some places where it lies in the plot area and covers no other text, and returns the
-/// place.
-fn label(
-    canvas: &mut Canvas,
-    area: &PlotArea<'_>,
-    mut places: impl Iterator<Item = [f64; 2]>,
-    name: &str,
-) -> Option<[f64; 2]> {
-    let em = canvas.font_size;
-    let (width, height) = (label_width(canvas, name), 1.15 * em);
-    let background = |[x, y]: [f64; 2]| Rect {
-        x: x - 0.5 * width,
-        y: y - 0.48 * em,
-        width,
-        height,
-    };
-    let place = places.find(|at| {
-        let place = background(*at);
-        place.is_in(&area.rect) && canvas.is_free(&place)
-    })?;
-    let Rect { x, y, .. } = background(place);
-    // A translucent background keeps the label legible.
-    canvas.push(format_args!(
-        "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"#fff\" fill-opacity=\"0.85\"/>"
-    ));
-    canvas.text(place, name, Anchor::Middle, (1.0, false, Color::Ink));
-    Some(place)
 }

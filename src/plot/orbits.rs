@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 
 use super::axis::{Axis, extent, readable};
 use super::color::Color;
-use super::figure::{Figure, Layer, Marker, Panel};
-use super::unit::Unit;
+use super::figure::{Figure, Layer, Panel};
 use crate::analysis::Regime;
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind};
@@ -30,42 +29,51 @@ const CIRCLE: u32 = 180;
 /// sweep over the same parameter, drawn as dots in the colour of their type of motion.
 pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Figure {
     let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
-    let responses = || {
-        settled
-            .iter()
-            .filter_map(|point| point.outcome.as_ref().ok())
-    };
+    let dots = settled.iter().filter_map(|point| {
+        let response = point.outcome.as_ref().ok()?;
+        let at = [*point.place.values.first()?, response.amplitude];
+        Some((response.regime, at))
+    });
+    let dots: Vec<(Regime, [f64; 2])> = dots.collect();
+    let amplitude = |orbit: &PeriodicOrbit| orbit.amplitude;
     let amplitudes = branch.points.iter().map(|point| point.orbit.amplitude);
-    let amplitudes = amplitudes.chain(responses().map(|response| response.amplitude));
+    let amplitudes = amplitudes.chain(dots.iter().map(|(_, at)| at[1]));
     let [_, highest] = extent(amplitudes.chain([0.0]));
-    let unit = Unit::of("m", highest);
-    let amplitude = |orbit: &PeriodicOrbit| unit.factor * orbit.amplitude;
-    let mut layers = legend(branch);
-    layers.extend(equilibrium(branch));
+    let branches = 0..branch.orbit_branches();
+    let several = branches.clone().filter(|_| branches.len() > 1);
+    let mut layers: Vec<Layer> = several
+        .map(|k| Layer::legend_entry(format!("branch {k}"), color(k)))
+        .collect();
+    let equilibria = branch.equilibria.iter();
+    let equilibria =
+        equilibria.map(|point| Some(([point.at.value, 0.0], point.unstable_modes == 0)));
+    layers.extend(stability_lines(equilibria, Color::Faint, "equilibrium"));
     layers.extend(lines(branch, &amplitude));
-    layers.extend(dots(settled, &|response| {
-        Some(unit.factor * response.amplitude)
+    layers.extend(Regime::ALL.into_iter().filter_map(|regime| {
+        let own = dots.iter().filter(|(found, _)| *found == regime);
+        let dots = Layer::points(own.map(|(_, at)| *at).collect(), 1.5, Color::Regime(regime))
+            .with_label(format!("sweep: {regime}"))
+            .with_id(format!("sweep {regime}"));
+        Some(dots).filter(Layer::has_points)
     }));
     layers.push(rings(branch, &amplitude));
-    layers.push(names(branch, &amplitude));
+    let names = branch.orbit_bifurcations();
+    let names = names.map(|found| (place(found, &amplitude), name(found)));
+    layers.push(Layer::peaks(names.collect()));
     let upper = Panel::new(
         "amplitude: solid if the motion attracts, dashed if not",
         x.clone(),
-        Axis::linear(
-            unit.after("amplitude"),
-            [-0.04, 1.12].map(|y| y * unit.factor * highest),
-        ),
+        Axis::linear("amplitude", [-0.04 * highest, 1.12 * highest]).of("m"),
         layers,
     );
-    let frequency = |orbit: &PeriodicOrbit| 1e-3 * orbit.frequency_hz();
-    let frequencies = branch.points.iter().map(|point| frequency(&point.orbit));
-    let mut layers: Vec<Layer> = lines(branch, &frequency);
+    let frequencies = branch.points.iter().map(|point| point.orbit.frequency_hz());
+    let mut layers: Vec<Layer> = lines(branch, &PeriodicOrbit::frequency_hz);
     // The names are in the upper panel: here they would cover the curve.
-    layers.push(rings(branch, &frequency));
+    layers.push(rings(branch, &PeriodicOrbit::frequency_hz));
     let lower = Panel::new(
         "frequency of the periodic orbits",
         x.clone(),
-        Axis::with_margin("frequency, kHz", frequencies),
+        Axis::with_margin("frequency", frequencies).of("Hz"),
         layers,
     );
     let title = format!("{scene}: branches of periodic orbits");
@@ -90,12 +98,7 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
     let rotations = points().filter_map(|point| point.rotation_number);
     let shown = rotations.chain(births.iter().map(|[_, rotation]| *rotation));
     let y = Axis::with_margin("rotation number", shown);
-    let mut layers = vec![
-        Layer::points(births, 2.4, Color::Accent)
-            .with_marker(Marker::Ring)
-            .with_label("birth")
-            .with_id("births"),
-    ];
+    let mut layers = vec![Layer::rings(births).with_label("birth").with_id("births")];
     let kinds = [
         (TorusKind::Torus, Color::Regime(Regime::QuasiPeriodic)),
         (TorusKind::Doubled, Color::Series(4)),
@@ -130,44 +133,33 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
 pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
     let circle = multipliers_panel(branch, None);
     let mut layers = vec![Layer::horizontal_line(1.0)];
-    let magnitudes = |k: usize| {
-        let points = branch.points.iter();
-        points.filter_map(move |point| {
-            let magnitude = point.orbit.nontrivial_multipliers().nth(k)?.magnitude();
-            Some((point.branch, [point.at.value, magnitude]))
-        })
+    let magnitude = |point: &OrbitPoint, k: usize| {
+        let magnitude = point.orbit.nontrivial_multipliers().nth(k)?.magnitude();
+        Some([point.at.value, magnitude])
     };
-    for k in (0..3).rev() {
-        let color = Color::Exponent(k);
-        let mut strips: Vec<Vec<[f64; 2]>> = Vec::new();
-        let mut last = None;
-        for (number, at) in magnitudes(k) {
-            if last != Some(number) {
-                strips.push(Vec::new());
-                last = Some(number);
-            }
-            if let Some(strip) = strips.last_mut() {
-                strip.push(at);
-            }
-        }
-        let label = ["largest", "second", "third"][k];
+    for (k, label) in ["largest", "second", "third"].into_iter().enumerate().rev() {
+        let branches = branch.points.chunk_by(|a, b| a.branch == b.branch);
+        let strips = branches.map(|part| {
+            part.iter()
+                .filter_map(|point| magnitude(point, k))
+                .collect()
+        });
         // Lines behind are wider, so that those of a complex pair, which coincide, remain visible.
-        let line = Layer::lines(strips, color).with_line_width(1.1 + 1.1 * k as f64);
-        layers.extend(
-            line.last_point()
-                .map(|_| line.with_label(label).with_id(label)),
-        );
+        let line = Layer::lines(strips.collect(), Color::Exponent(k))
+            .with_line_width(1.1 + 1.1 * k as f64)
+            .with_label(label)
+            .with_id(label);
+        layers.extend(Some(line).filter(|line| line.points_of().next().is_some()));
     }
-    let marks = branch.orbit_bifurcations().map(|found| {
-        let magnitude = 1.0;
-        ([found.at.value, magnitude], name(found))
-    });
+    let values = layers.iter().flat_map(Layer::points_of).map(|at| at[1]);
+    let y = Axis::with_margin("magnitude", values);
+    let marks = branch.orbit_bifurcations();
+    let marks = marks.map(|found| ([found.at.value, 1.0], name(found)));
     layers.push(Layer::peaks(marks.collect()));
-    let values = (0..3).flat_map(|k| magnitudes(k).map(|(_, at)| at[1]));
     let magnitude = Panel::new(
         "magnitudes, without the trivial multiplier",
         Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval),
-        Axis::with_margin("magnitude", values.chain([1.0])),
+        y,
         layers,
     );
     let title = format!("{scene}: Floquet multipliers");
@@ -197,21 +189,26 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
         let chosen = multipliers.filter(|m| (m.ln_magnitude > 1e-6) == is_outside);
         chosen.map(|m| [m.re(), m.im()]).collect()
     };
-    for (is_outside, color) in [(false, Color::Faint), (true, Color::Accent)] {
+    let sides = [("inside", false), ("outside", true)];
+    for (side, is_outside) in sides {
         let all = branch.points.iter().flat_map(|point| at(point, is_outside));
-        let (radius, color) = match chosen {
-            Some(_) => (0.5, Color::Pale),
-            None => (0.8, color),
+        let (radius, color) = match (chosen, is_outside) {
+            (Some(_), _) => (0.5, Color::Pale),
+            (None, false) => (0.8, Color::Faint),
+            (None, true) => (0.8, Color::Accent),
         };
-        let id = if is_outside { "outside" } else { "inside" };
-        layers.push(Layer::points(all.collect(), radius, color).with_id(format!("all {id}")));
+        layers.push(Layer::points(all.collect(), radius, color).with_id(format!("all {side}")));
     }
-    for (is_outside, color) in [(false, Color::Ink), (true, Color::Accent)] {
-        if let Some(point) = chosen {
-            let id = if is_outside { "outside" } else { "inside" };
-            layers.push(Layer::points(at(point, is_outside), 2.2, color).with_id(id));
-        }
-    }
+    layers.extend(chosen.into_iter().flat_map(|point| {
+        sides.map(|(side, is_outside)| {
+            let color = if is_outside {
+                Color::Accent
+            } else {
+                Color::Ink
+            };
+            Layer::points(at(point, is_outside), 2.2, color).with_id(side)
+        })
+    }));
     let axis = |name: &str| Axis::linear(name, [-RADIUS, RADIUS]);
     Panel::new(
         "multipliers in the unit circle",
@@ -222,44 +219,27 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
     .square()
 }
 
-/// Legend entries of the branches, if there are several.
-fn legend(branch: &Branch) -> Vec<Layer> {
-    let count = branch.orbit_branches();
-    let keys = (0..count).filter(|_| count > 1);
-    keys.map(|k| Layer::legend_entry(format!("branch {k}"), color(k)))
-        .collect()
-}
-
 fn color(branch: usize) -> Color {
     BRANCH_COLORS[branch % BRANCH_COLORS.len()]
 }
 
-/// The equilibrium at amplitude zero.
-fn equilibrium(branch: &Branch) -> [Layer; 2] {
-    let points = branch.equilibria.iter();
-    let points = points.map(|point| Some(([point.at.value, 0.0], point.unstable_modes == 0)));
-    solid_and_dashed(stable_parts(points), Color::Faint, "equilibrium")
-}
-
 /// The lines of all branches.
 fn lines(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
-    let count = branch.orbit_branches();
-    let layers = (0..count).flat_map(|number| {
+    let layers = (0..branch.orbit_branches()).flat_map(|number| {
         let course = branch.course(number).into_iter();
         let points = course.map(|(orbit, stable)| Some(([orbit.parameter, of(orbit)], stable)));
-        solid_and_dashed(
-            stable_parts(points),
-            color(number),
-            &format!("branch {number}"),
-        )
+        stability_lines(points, color(number), &format!("branch {number}"))
     });
     layers.collect()
 }
 
-/// The unstable and the stable parts of a line, which is interrupted at `None`. Neighbouring parts share a point.
-pub(super) fn stable_parts(
+/// The unstable (dashed) and the stable parts (solid) of a line, which is interrupted at `None`. Neighbouring parts share a
+/// point.
+pub(super) fn stability_lines(
     points: impl Iterator<Item = Option<([f64; 2], bool)>>,
-) -> [Vec<Vec<[f64; 2]>>; 2] {
+    color: Color,
+    id: &str,
+) -> [Layer; 2] {
     let mut parts: [Vec<Vec<[f64; 2]>>; 2] = [Vec::new(), Vec::new()];
     let mut last = None;
     for point in points {
@@ -275,58 +255,20 @@ pub(super) fn stable_parts(
         }
         last = point;
     }
-    parts
-}
-
-fn solid_and_dashed(
-    [unstable, stable]: [Vec<Vec<[f64; 2]>>; 2],
-    color: Color,
-    id: &str,
-) -> [Layer; 2] {
+    let [unstable, stable] = parts.map(|strips| Layer::lines(strips, color));
     [
-        Layer::lines(unstable, color)
-            .dashed()
-            .with_id(format!("{id}, unstable")),
-        Layer::lines(stable, color)
-            .with_line_width(1.6)
-            .with_id(format!("{id}, stable")),
+        unstable.dashed().with_id(format!("{id}, unstable")),
+        stable.with_line_width(1.6).with_id(format!("{id}, stable")),
     ]
 }
 
-/// The settled responses of a sweep.
-fn dots(
-    settled: &[SweepPoint],
-    of: &dyn Fn(&crate::study::response::SettledResponse) -> Option<f64>,
-) -> Vec<Layer> {
-    let layers = Regime::ALL.into_iter().map(|regime| {
-        let points = settled.iter().filter_map(|point| {
-            let response = point.outcome.as_ref().ok()?;
-            let value = *point.place.values.first()?;
-            (response.regime == regime).then_some([value, of(response)?])
-        });
-        Layer::points(points.collect(), 1.5, Color::Regime(regime))
-            .with_label(format!("sweep: {regime}"))
-            .with_id(format!("sweep {regime}"))
-    });
-    layers.filter(Layer::has_points).collect()
-}
-
-/// The bifurcations of the orbits, each with its place.
-fn places(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<([f64; 2], String)> {
-    let found = branch.orbit_bifurcations();
-    let place = |found: &OrbitBifurcation| [found.at.value, of(&found.bifurcation.orbit)];
-    found.map(|found| (place(found), name(found))).collect()
+/// Parameter and value of a bifurcation.
+fn place(found: &OrbitBifurcation, of: &dyn Fn(&PeriodicOrbit) -> f64) -> [f64; 2] {
+    [found.at.value, of(&found.bifurcation.orbit)]
 }
 
 fn rings(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Layer {
-    let places = places(branch, of).into_iter().map(|(at, _)| at);
-    Layer::points(places.collect(), 2.4, Color::Accent)
-        .with_marker(Marker::Ring)
-        .with_id("bifurcations")
-}
-
-fn names(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Layer {
-    Layer::peaks(places(branch, of))
+    Layer::rings(branch.orbit_bifurcations().map(|found| place(found, of)))
 }
 
 /// Short name of a bifurcation with its second frequency.

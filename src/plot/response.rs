@@ -74,51 +74,31 @@ pub fn time_series(portrait: &PhasePortrait, color: Color) -> Panel {
     let first = fine
         .len()
         .saturating_sub((WINDOW / dt).round() as usize + 1);
-    let unit = Unit::of("m", size_of(&fine)[0]);
     let points = fine[first..].iter().enumerate();
-    let points = points.map(|(k, [u, _])| [1e3 * dt * k as f64, unit.factor * u]);
-    let points: Vec<[f64; 2]> = points.collect();
+    let points: Vec<[f64; 2]> = points.map(|(k, [u, _])| [dt * k as f64, *u]).collect();
     Panel::new(
         "displacement at the patch centre",
-        Axis::linear("time, ms", [0.0, 1e3 * WINDOW]),
-        Axis::with_margin(unit.after("u"), points.iter().map(|p| p[1])),
+        Axis::linear("time", [0.0, WINDOW]).of("s"),
+        Axis::with_margin("u", points.iter().map(|p| p[1])).of("m"),
         vec![Layer::line(points, color)],
     )
 }
 
-/// Largest absolute displacement and velocity.
-fn size_of(points: &[[f64; 2]]) -> [f64; 2] {
-    let sizes = points.iter().map(|point| point.map(f64::abs));
-    sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)])
-}
-
 /// Phase portrait: velocity (m/s) over displacement (m), on axes of ± `reach` if it is given.
 pub fn phase_portrait(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Panel {
-    let size = reach.unwrap_or_else(|| size_of(points));
-    let units = [Unit::of("m", size[0]), Unit::of("m/s", size[1])];
-    let drawn = points
-        .iter()
-        .map(|[u, v]| [units[0].factor * u, units[1].factor * v]);
-    let drawn: Vec<[f64; 2]> = drawn.collect();
-    let axis = |c: usize, name: &str| {
-        let name = units[c].after(name);
-        match reach {
-            Some(reach) => {
-                let end = units[c].factor * reach[c];
-                Axis::linear(name, [-end, end])
-            }
-            None => Axis::with_margin(name, drawn.iter().map(|p| p[c])),
-        }
+    let axis = |c: usize, name, unit| {
+        let axis = match reach {
+            Some(reach) => Axis::linear(name, [-reach[c], reach[c]]),
+            None => Axis::with_margin(name, points.iter().map(|p| p[c])),
+        };
+        axis.of(unit)
     };
+    let trail = Layer::line(points.to_vec(), color).with_line_width(0.9);
     Panel::new(
         "phase portrait",
-        axis(0, "displacement"),
-        axis(1, "velocity"),
-        vec![
-            Layer::line(drawn.clone(), color)
-                .with_id("trail")
-                .with_line_width(0.9),
-        ],
+        axis(0, "displacement", "m"),
+        axis(1, "velocity", "m/s"),
+        vec![trail.with_id("trail")],
     )
 }
 
@@ -133,25 +113,21 @@ pub fn common_range(found: &[&SettledResponse], least: [f64; 2]) -> [f64; 2] {
 /// Delay reconstruction in two dimensions.
 pub fn reconstruction(portrait: &PhasePortrait, color: Color) -> Panel {
     let fine = interpolated(portrait);
-    let unit = Unit::of("m", size_of(&fine)[0]);
-    let u: Vec<f64> = fine.iter().map(|[u, _]| unit.factor * u).collect();
     let lag = (FINER as f64 * LAG / portrait.dt).round().max(1.0) as usize;
-    let pairs = u.iter().zip(u.iter().skip(lag));
-    let points: Vec<[f64; 2]> = pairs.map(|(a, b)| [*a, *b]).collect();
+    let pairs = fine.iter().zip(fine.iter().skip(lag));
+    let points: Vec<[f64; 2]> = pairs.map(|([a, _], [b, _])| [*a, *b]).collect();
+    let axis = |c: usize, name| Axis::with_margin(name, points.iter().map(|p| p[c])).of("m");
     Panel::new(
         format!("delay reconstruction, τ = {:.0} µs", 1e6 * LAG),
-        Axis::with_margin(unit.after("u(t)"), points.iter().map(|p| p[0])),
-        Axis::with_margin(unit.after("u(t + τ)"), points.iter().map(|p| p[1])),
-        vec![Layer::line(points, color).with_line_width(0.9)],
+        axis(0, "u(t)"),
+        axis(1, "u(t + τ)"),
+        vec![Layer::line(points.clone(), color).with_line_width(0.9)],
     )
 }
 
 /// The common axes of several spectra.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumAxes {
-    /// Unit of the frequencies.
-    pub frequency: Unit,
-    amplitude: Unit,
     x: Axis,
     y: Axis,
     /// Frequencies of modes that are marked, Hz.
@@ -161,47 +137,34 @@ pub struct SpectrumAxes {
 impl SpectrumAxes {
     /// Amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
     pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
-        let amplitude = Unit::of("m", largest);
-        let top = (amplitude.factor * largest).max(1e-15).log10().ceil() as i32;
-        let name = amplitude.after("amplitude");
-        Self::with_units(amplitude, name, [top - decades, top], highest)
+        let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
+        let y = Axis::decades("amplitude", [top - decades, top]);
+        Self {
+            x: Axis::linear("frequency", [0.0, highest]).of("Hz"),
+            y: y.written_in(Unit::of("m", largest)),
+            marked: Vec::new(),
+        }
     }
 
     /// Velocity amplitudes of a run of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its full scale.
     /// Frequencies that the lesson computes are marked.
     pub fn of_run(header: &Header) -> Self {
-        let [_, unit] = units(&header.subject);
-        let (amplitude, name, decades) = match &header.subject {
-            Subject::Joint(_) | Subject::Small(_) => {
-                (Unit::of(unit, 1e-3), "velocity amplitude", [-4, 2])
-            }
+        let (name, [low, high], largest) = match &header.subject {
+            Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),
             Subject::Signal(signal) => {
                 let full = full_scale(signal);
-                let unit = Unit::of(unit, full);
-                let top = (unit.factor * full).log10().ceil() as i32;
-                (unit, "amplitude", [top - 7, top])
+                let top = full.log10().ceil() as i32;
+                ("amplitude", [top - 7, top], full)
             }
         };
-        let name = amplitude.after(name);
-        let axes = Self::with_units(amplitude, name, decades, header.highest_frequency());
+        let unit = Unit::of(units(&header.subject)[1], largest);
         let computed = header.computed.iter();
         let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
         let unstable = computed.flat_map(|computed| computed.unstable());
         Self {
+            x: Axis::linear("frequency", [0.0, header.highest_frequency()]).of("Hz"),
+            y: Axis::decades(name, [low, high]).written_in(unit),
             marked: unstable.map(|mode| mode.frequency_hz).collect(),
-            ..axes
-        }
-    }
-
-    fn with_units(amplitude: Unit, name: String, decades: [i32; 2], highest: f64) -> Self {
-        let frequency = Unit::of("Hz", highest);
-        let x = frequency.after("frequency");
-        Self {
-            x: Axis::linear(x, [0.0, frequency.factor * highest]),
-            y: Axis::decades(name, decades),
-            frequency,
-            amplitude,
-            marked: Vec::new(),
         }
     }
 
@@ -214,24 +177,22 @@ impl SpectrumAxes {
         color: Color,
     ) -> Panel {
         let end = self.x.range[1];
-        let place = |hz: f64| self.frequency.factor * hz;
         let points = amplitude.into_iter().enumerate();
-        let points = points.map(|(k, a)| [place(bin * k as f64), self.amplitude.factor * a]);
+        let points = points.map(|(k, amplitude)| [bin * k as f64, amplitude]);
         let points = points.take_while(|point| point[0] <= end).collect();
-        let shown = lines.iter().filter(|line| place(line.frequency) <= end);
+        let shown = lines.iter().filter(|line| line.frequency <= end);
         let peaks = shown.take(NAMED).map(|line| {
-            let frequency = place(line.frequency);
+            let frequency = self.x.unit.factor * line.frequency;
             let name = match &*line.label {
                 "" => format!("{frequency:.2}"),
                 name => format!("{name}: {frequency:.2}"),
             };
-            ([frequency, self.amplitude.factor * line.amplitude], name)
+            ([line.frequency, line.amplitude], name)
         });
-        let marked = self.marked.iter().map(|hz| place(*hz));
-        let marked = marked.filter(|place| *place <= end);
-        let marked = marked.map(|place| self.y.range.map(|y| [place, y]).to_vec());
         let mut layers = vec![Layer::line(points, color), Layer::peaks(peaks.collect())];
         if !self.marked.is_empty() {
+            let marked = self.marked.iter().filter(|hz| **hz <= end);
+            let marked = marked.map(|hz| self.y.range.map(|y| [*hz, y]).to_vec());
             let lines = Layer::lines(marked.collect(), Color::Faint);
             layers.insert(0, lines.with_id("computed"));
         }
@@ -269,9 +230,8 @@ pub const SHADES: u8 = 16;
 /// the distances of the other pairs, too.
 pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
     let window = found.map_or(WINDOW, |found| found.window);
-    let unit = Unit::of("s", window);
-    let ends = [-unit.factor * window, 0.0];
-    let axis = || Axis::linear(unit.after("time before end"), ends);
+    let ends = [-window, 0.0];
+    let axis = || Axis::linear("time before end", ends).of("s");
     let classes = found.map_or_else(Vec::new, |found| classes(found, shaded));
     let image = Layer::image(Image {
         x: ends,

@@ -48,8 +48,8 @@ pub const RUN_FIGURES: [&str; 14] = [
     "lyapunov-spectrum",
 ];
 
-/// A picture: its name, its time (s), and its panel.
-pub type Picture = (&'static str, f64, Panel);
+/// A time (s), and the pictures drawn then: their names and panels.
+pub type Pictures = (f64, Vec<(&'static str, Panel)>);
 
 /// Units of displacement and velocity of a subject.
 pub fn units(subject: &Subject) -> [&str; 2] {
@@ -147,12 +147,12 @@ impl RunPanels {
     }
 
     /// The pictures that a record changes.
-    pub fn accept(&mut self, record: &Record) -> Vec<Picture> {
+    pub fn accept(&mut self, record: &Record) -> Pictures {
         let [unit, _] = units(&self.header.subject);
         match record {
             Record::Samples(frame) => {
                 self.redraw.set_rate(frame);
-                Vec::new()
+                (frame.t0, Vec::new())
             }
             Record::Spectrum {
                 time,
@@ -162,23 +162,24 @@ impl RunPanels {
             } => {
                 let amplitude = amplitude.iter().copied();
                 let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
-                vec![("spectrum", *time, panel)]
+                (*time, vec![("spectrum", panel)])
             }
             Record::Recurrence { time, image } => {
                 let panel = response::recurrence(Some(image), true);
                 let panel = panel.with_caption(recurrence_caption(image, unit));
-                vec![("recurrence", *time, panel)]
+                (*time, vec![("recurrence", panel)])
             }
             Record::Delay {
                 time, dt, choice, ..
             } => {
                 let [mutual, neighbours] = embedding(*dt, choice);
-                vec![
-                    ("mutual-information", *time, mutual),
-                    ("false-neighbours", *time, neighbours),
-                ]
+                let pictures = [
+                    ("mutual-information", mutual),
+                    ("false-neighbours", neighbours),
+                ];
+                (*time, pictures.into())
             }
-            Record::Section { time, points } => self.section(*time, points),
+            Record::Section { time, points } => (*time, self.section(*time, points)),
             Record::Chaos {
                 time,
                 dt,
@@ -198,19 +199,13 @@ impl RunPanels {
                     Subject::Signal(signal) => signal.span,
                 };
                 let distance = Unit::of(unit, 0.5 * (high - low));
-                vec![
-                    ("divergence", *time, divergence(&found, &distance)),
-                    (
-                        "zero-one-path",
-                        *time,
-                        zero_one_path(zero_one, unit, PATH_POINTS).square(),
-                    ),
-                    (
-                        "largest-exponent",
-                        *time,
-                        largest_exponents(&self.largest, span),
-                    ),
-                ]
+                let path = zero_one_path(zero_one, unit, PATH_POINTS).square();
+                let pictures = [
+                    ("divergence", divergence(&found, &distance)),
+                    ("zero-one-path", path),
+                    ("largest-exponent", largest_exponents(&self.largest, span)),
+                ];
+                (*time, pictures.into())
             }
             Record::Exponents(found) => {
                 // Exponents of minus infinity have no position on the axis.
@@ -218,14 +213,14 @@ impl RunPanels {
                 let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
                 self.exponents.update(1.1 * largest, SMALLEST_EXPONENT);
                 let panel = current_spectrum(&found.spectrum, self.exponents.get());
-                vec![("lyapunov-spectrum", found.time, panel)]
+                (found.time, vec![("lyapunov-spectrum", panel)])
             }
-            _ => Vec::new(),
+            _ => (0.0, Vec::new()),
         }
     }
 
     /// Adds intersections, complete up to `time` (s).
-    fn section(&mut self, time: f64, points: &[SectionPoint]) -> Vec<Picture> {
+    fn section(&mut self, time: f64, points: &[SectionPoint]) -> Vec<(&'static str, Panel)> {
         self.recent.extend(points);
         let surplus = self.recent.len().saturating_sub(PASSAGES);
         self.recent.drain(..surplus);
@@ -234,35 +229,28 @@ impl RunPanels {
         }
         let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
         let times: Vec<f64> = self.recent.iter().map(|point| point.time).collect();
-        self.section.fit(points.iter());
+        let axes = &mut self.section;
+        axes.fit(points.iter());
         vec![
-            ("section", time, self.section.section(&points, Color::Run)),
-            (
-                "return-map",
-                time,
-                self.section.return_map(&points, Color::Run),
-            ),
-            (
-                "return-times",
-                time,
-                self.section.return_times(&times, Color::Run),
-            ),
+            ("section", axes.section(&points, Color::Run)),
+            ("return-map", axes.return_map(&points, Color::Run)),
+            ("return-times", axes.return_times(&times, Color::Run)),
         ]
     }
 }
 
 /// The choice of the delay embedding of samples `dt` (s) apart, with its reasons.
 fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
-    let unit = Unit::of("s", dt * choice.mutual.bits.len() as f64);
-    let step = unit.factor * dt;
     let why = match choice.reason {
         LagReason::FirstMinimum => "first minimum",
         LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
         LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
     };
+    let mutual = mutual_information(choice, "s", dt);
+    let unit = &mutual.x.unit;
     let lag = format!(
         "τ = {} {} ({} samples): {why}",
-        short(step * choice.lag as f64),
+        short(unit.factor * dt * choice.lag as f64),
         unit.symbol,
         choice.lag
     );
@@ -279,7 +267,6 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
         short(100.0 * share.copied().unwrap_or(0.0)),
         Unit::write(dt * choice.theiler as f64, "s"),
     );
-    let mutual = mutual_information(choice, &unit.symbol, step);
     [
         mutual.with_caption(lag),
         false_neighbours(choice).with_caption(dimension),
@@ -343,13 +330,12 @@ impl RunFigures {
         });
         let pictures = RUN_FIGURES.iter().filter_map(|name| {
             let panel = kept.last.get(name)?.clone();
-            let width = if panel.square {
-                108.0
-            } else {
-                super::figure::PAGE_MM
-            };
-            let figure = Figure::new(*name, header.scene.clone(), 100.0, vec![vec![panel]]);
-            Some(figure.with_width(width))
+            Some(Figure::new(
+                *name,
+                header.scene.clone(),
+                100.0,
+                vec![vec![panel]],
+            ))
         });
         lesson.into_iter().chain(pictures).collect()
     }
@@ -389,9 +375,8 @@ impl Sink for RunFigures {
                 .add_spectrum(*bin, amplitude.iter().copied(), peaks),
             _ => {}
         }
-        let pictures = kept.panels.as_mut().map(|panels| panels.accept(&record));
-        for (name, _, panel) in pictures.into_iter().flatten() {
-            kept.last.insert(name, panel);
+        if let Some(panels) = &mut kept.panels {
+            kept.last.extend(panels.accept(&record).1);
         }
         Ok(())
     }

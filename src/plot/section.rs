@@ -68,16 +68,14 @@ impl Coordinate {
         }
     }
 
-    /// The axis, and the factor to its unit.
     fn reach(&self) -> f64 {
         self.range[0].abs().max(self.range[1].abs())
     }
 
-    fn axis(&self, suffix: &str, reach: f64) -> (Axis, f64) {
-        let unit = Unit::of(&self.unit, reach);
-        let name = unit.after(&format!("{}{suffix}", self.name));
-        let range = self.range.map(|end| unit.factor * end);
-        (Axis::linear(name, range), unit.factor)
+    /// The axis, in the unit for values up to `reach`.
+    fn axis(&self, suffix: &str, reach: f64) -> Axis {
+        let axis = Axis::linear(format!("{}{suffix}", self.name), self.range);
+        axis.written_in(Unit::of(&self.unit, reach))
     }
 }
 
@@ -149,17 +147,17 @@ impl SectionAxes {
         } else {
             0.0
         };
-        let [(x, fx), (y, fy)] = [a, b].map(|c| c.axis("", common.max(c.reach())));
-        let points = points.iter().map(|[a, b]| [fx * a, fy * b]).collect();
-        Panel::new("Poincaré section", x, y, vec![cloud(points, color)]).square()
+        let [x, y] = [a, b].map(|c| c.axis("", common.max(c.reach())));
+        let cloud = cloud(points.to_vec(), color);
+        Panel::new("Poincaré section", x, y, vec![cloud]).square()
     }
 
     /// The return map of the first coordinate.
     pub fn return_map(&self, points: &[[f64; 2]], color: Color) -> Panel {
         let own = &self.coordinates[0];
-        let (x, factor) = own.axis(" at an intersection", own.reach());
-        let (y, _) = own.axis(" at the next", own.reach());
-        let values: Vec<f64> = points.iter().map(|point| factor * point[0]).collect();
+        let x = own.axis(" at an intersection", own.reach());
+        let y = own.axis(" at the next", own.reach());
+        let values: Vec<f64> = points.iter().map(|point| point[0]).collect();
         let ends = x.range.map(|end| [end; 2]).to_vec();
         let diagonal = Layer::line(ends, Color::Pale).with_id("diagonal");
         let layers = vec![diagonal, cloud(return_map(&values), color)];
@@ -171,7 +169,7 @@ impl SectionAxes {
         let returns: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let span = range(returns.iter().copied());
         self.time.fit(span, self.time.half_width(span));
-        let (x, factor) = self.time.axis("", self.time.reach());
+        let x = self.time.axis("", self.time.reach());
         let [low, high] = x.range;
         // An odd number: neither the middle of the axis nor the ends of the data are edges, at which rounding would divide
         // equal times.
@@ -179,7 +177,7 @@ impl SectionAxes {
         let width = (high - low) / bins as f64;
         let mut counts = vec![0.0; bins];
         for time in &returns {
-            let bin = ((factor * time - low) / width) as usize;
+            let bin = ((time - low) / width) as usize;
             counts[bin.min(bins - 1)] += 1.0;
         }
         let most = counts.iter().copied().fold(1.0, f64::max);
@@ -217,7 +215,7 @@ mod tests {
         let panel = axes.section(&points, Color::Ink);
         // The second coordinate has a range of 2 µm; the margin is the same on both axes.
         for (axis, low, high) in [(&panel.x, 1.0, 1.0), (&panel.y, -4.0, -2.0)] {
-            let [from, to] = axis.range;
+            let [from, to] = axis.range.map(|end| 1e6 * end);
             assert!((0.5 * (from + to) - 0.5 * (low + high)).abs() < 1e-9);
             assert!((0.5 * (to - from) - MARGIN).abs() < 1e-9);
         }
@@ -240,7 +238,7 @@ mod tests {
         let points = [[1e-9, 4e-6], [2e-9, 4.1e-6]];
         axes.fit(points.iter());
         let panel = axes.section(&points, Color::Ink);
-        assert_eq!([panel.x.unit, panel.y.unit], ["µm", "µm"]);
+        assert_eq!([panel.x.unit.symbol, panel.y.unit.symbol], ["µm", "µm"]);
     }
 
     /// The histogram of a period-2 motion has two bars of equal height, and that of a clock one.
@@ -257,7 +255,8 @@ mod tests {
             let crate::plot::Shape::Areas { outlines, .. } = &panel.layers[0].shape else {
                 panic!("bars are areas");
             };
-            let bar = |corners: &Vec<[f64; 2]>| (corners[0][0], corners[1][0], corners[2][1]);
+            let bar =
+                |corners: &Vec<[f64; 2]>| (1e6 * corners[0][0], 1e6 * corners[1][0], corners[2][1]);
             (
                 panel.x.label(),
                 outlines.iter().map(bar).collect::<Vec<_>>(),

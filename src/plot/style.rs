@@ -18,7 +18,8 @@ pub enum Style {
 }
 
 /// A file format of figures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Format {
     /// Scalable Vector Graphics.
@@ -42,11 +43,7 @@ impl Format {
 
     /// The file extension.
     pub fn ending(self) -> &'static str {
-        match self {
-            Self::Svg => "svg",
-            Self::Png => "png",
-            Self::Pdf => "pdf",
-        }
+        self.into()
     }
 }
 
@@ -81,20 +78,9 @@ impl FromStr for Size {
 }
 
 /// A size that is not two sides within the allowed range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("write WIDTHxHEIGHT in mm, each {} to {}, such as 180x120", SIDES[0], SIDES[1])]
 pub struct SizeError;
-
-impl fmt::Display for SizeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [least, most] = SIDES;
-        write!(
-            f,
-            "write WIDTHxHEIGHT in mm, each {least} to {most}, such as 180x120"
-        )
-    }
-}
-
-impl std::error::Error for SizeError {}
 
 /// Style and size of figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -84,10 +84,8 @@ pub fn page(
         }
     }
     let body = Rect {
-        x: 0.0,
-        y: top,
-        width,
-        height: height - top,
+        at: [0.0, top],
+        size: [width, height - top],
     };
     rows(&mut canvas, figure, body, marks);
     canvas.out.push_str("</svg>\n");
@@ -96,7 +94,8 @@ pub fn page(
 
 fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
     let em = canvas.font_size;
-    let height = body.height / figure.rows.len().max(1) as f64;
+    let [body_width, body_height] = body.size;
+    let height = body_height / figure.rows.len().max(1) as f64;
     // The margins are the same for rows with as many panels, so that plot areas are aligned. They depend on the ticks,
     // these on the height of the plot areas, and this on the headers, whose lines depend on the margins.
     let mut margins = vec![[5.0 * em, 2.0 * em]; figure.rows.len()];
@@ -105,7 +104,7 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
     for _ in 0..3 {
         let rows = figure.rows.iter().zip(&heights).zip(&margins);
         let texts = rows.map(|((row, plot), margins)| {
-            let cell = body.width / row.len().max(1) as f64;
+            let cell = body_width / row.len().max(1) as f64;
             let texts = row
                 .iter()
                 .map(|panel| Texts::new(panel, [cell, *plot], *margins, em));
@@ -120,42 +119,35 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
         heights = placed.iter().map(|row| height - outside(row, em)).collect();
     }
     for (number, row) in placed.iter().enumerate() {
-        canvas.plots += heights[number] / canvas.page.height;
-        let width = body.width / row.len().max(1) as f64;
+        canvas.plots += heights[number] / canvas.page.size[1];
+        let cell = body_width / row.len().max(1) as f64;
         let [left, right] = margins[number];
         for (place, texts) in row.iter().enumerate() {
-            let cell = Rect {
-                x: body.x + place as f64 * width,
-                y: body.y + number as f64 * height,
-                width,
-                height,
+            let cell_x = body.at[0] + place as f64 * cell;
+            let cell_y = body.at[1] + number as f64 * height;
+            let plot = [cell - left - right, heights[number]];
+            canvas.fits &= plot[0] >= LEAST_PLOT[0] * em && plot[1] >= LEAST_PLOT[1] * em;
+            let header = [cell_x + indent(texts.panel, left, em), cell_y + 0.2 * em];
+            texts.draw_header(canvas, header);
+            let side = plot[0].min(plot[1]);
+            let (shift, size) = if texts.panel.square {
+                (0.5 * (plot[0] - side), [side; 2])
+            } else {
+                (0.0, plot)
             };
-            let [mut width, mut height] = [cell.width - left - right, heights[number]];
-            canvas.fits &= width >= LEAST_PLOT[0] * em && height >= LEAST_PLOT[1] * em;
-            let mut x = cell.x + left;
-            texts.draw_header(
-                canvas,
-                [cell.x + indent(texts.panel, left, em), cell.y + 0.2 * em],
-            );
-            let y = cell.y + cell.height - heights[number] - BELOW * em;
-            if texts.panel.square {
-                let side = width.min(height);
-                x += 0.5 * (width - side);
-                [width, height] = [side, side];
-            }
-            let [width, height] = [width, height].map(|side| side.max(em));
             let frame = Rect {
-                x,
-                y,
-                width,
-                height,
+                at: [
+                    cell_x + left + shift,
+                    cell_y + height - plot[1] - BELOW * em,
+                ],
+                size: size.map(|side| side.max(em)),
             };
             draw_panel(canvas, texts, frame, marks);
             let name = &texts.names[1];
             let half = 0.5 * text::width(name, em, false) + 0.3 * em;
-            let [low, high] = [cell.y + half, cell.y + cell.height - half];
-            let y = (frame.y + 0.5 * frame.height).min(high).max(low);
-            canvas.turned_text([frame.x - left + em, y], name, Color::Faint);
+            let [low, high] = [cell_y + half, cell_y + height - half];
+            let y = (frame.at[1] + 0.5 * frame.size[1]).min(high).max(low);
+            canvas.turned_text([frame.at[0] - left + em, y], name, Color::Faint);
         }
     }
 }
@@ -310,9 +302,8 @@ fn sample_width(layer: &Layer) -> f64 {
 fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Ticks {
     let most = ((length / (spacing * em)) as usize).clamp(2, MOST_TICKS);
     let choice = |most: usize| -> Ticks {
-        let ticks = axis.ticks(most);
-        let labels = axis.labels(&ticks).into_iter().map(|label| vec![label]);
-        ticks.into_iter().zip(labels).collect()
+        let ticks = axis.ticks(most).into_iter();
+        ticks.map(|(tick, label)| (tick, vec![label])).collect()
     };
     let are_apart = |ticks: &Ticks| {
         let half = |lines: &[String]| {
@@ -343,12 +334,7 @@ fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Ticks {
 fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) {
     axes(canvas, texts, frame);
     let panel = texts.panel;
-    let Rect {
-        x,
-        y,
-        width,
-        height,
-    } = frame;
+    let ([x, y], [width, height]) = (frame.at, frame.size);
     let area = PlotArea { panel, rect: frame };
     if marks {
         // A nested SVG element clips its content and needs no identifier that another figure could share.
@@ -370,7 +356,7 @@ fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) 
     let middle = [x + 0.5 * width, y + 0.5 * height];
     centred(canvas, middle, &lines, (Anchor::Middle, FAINT));
     for layer in &panel.layers {
-        marks::draw_text(canvas, &area, layer);
+        marks::label_peaks(canvas, &area, layer);
     }
 }
 
@@ -392,8 +378,7 @@ fn centred(
 fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
     let em = canvas.font_size;
     let panel = texts.panel;
-    let (left, right) = (frame.x, frame.x + frame.width);
-    let (top, bottom) = (frame.y, frame.y + frame.height);
+    let ([left, top], [right, bottom]) = (frame.at, frame.end());
     let grid = !panel.has_image();
     let tick = 0.4 * em;
     let [x_ticks, y_ticks] = &texts.ticks;
@@ -401,7 +386,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
         canvas.fits &= ticks.len() > 1 || axis.scale != Scale::Linear;
     }
     for (value, label) in x_ticks {
-        let x = left + frame.width * panel.x.fraction(*value);
+        let x = left + frame.size[0] * panel.x.fraction(*value);
         if grid {
             canvas.line([x, top, x, bottom], Color::Grid, 0.7, "");
         }
@@ -416,7 +401,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
     let middle = [0.5 * (left + right), bottom + 2.4 * em];
     canvas.text(middle, &texts.names[0], Anchor::Middle, FAINT);
     for (value, label) in y_ticks {
-        let y = bottom - frame.height * panel.y.fraction(*value);
+        let y = bottom - frame.size[1] * panel.y.fraction(*value);
         if panel.y.scale != Scale::Rows {
             if grid {
                 canvas.line([left, y, right, y], Color::Grid, 0.7, "");

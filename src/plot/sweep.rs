@@ -3,8 +3,7 @@
 
 use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
-use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
-use super::unit::Unit;
+use super::figure::{Figure, Layer, Marker, Panel};
 use crate::analysis::{Regime, range};
 use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
@@ -12,8 +11,6 @@ use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};
 
 /// Number of exponents shown.
 const EXPONENTS: usize = 3;
-/// Colour of a point that is not computed.
-const UNKNOWN: Rgb = [245, 246, 247];
 /// Lines weaker than this fraction of the strongest are not drawn.
 const FAINTEST: f64 = 0.02;
 /// Offset between the points of different starts, as a fraction of a step.
@@ -25,34 +22,27 @@ const SMALLEST_EXPONENT: f64 = -250.0;
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 50.0;
 
-/// A response and its place in the sweep.
-#[derive(Clone, Copy)]
-struct Point<'a> {
-    values: &'a [f64],
-    start: Start,
-    response: &'a SettledResponse,
-}
-
-/// The panels over one parameter: their axis, the responses, and the starts.
+/// The panels over one parameter.
 struct ParameterPanels<'a> {
     axis: Axis,
-    /// The starts shown, and the offset of each along the axis.
-    starts: Vec<(Start, f64)>,
-    found: Vec<Point<'a>>,
-    /// Starts, and parameters between two points, at which the motion doubles.
-    doublings: Vec<(Start, f64)>,
+    /// The starts shown.
+    starts: Vec<Start>,
+    /// Start, place on the axis, and response of each point, also of starts that are not shown.
+    found: Vec<(Start, f64, &'a SettledResponse)>,
+    /// Parameters between two points of a start shown at which the motion doubles.
+    doublings: Vec<f64>,
 }
 
 /// All figures of a sweep: `bifurcation` over one parameter, with all starts in each panel; `regimes-START`
 /// for each start of a sweep over two parameters. Points that are not computed yet are omitted.
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
-        let shared = ParameterPanels::new(plan, points);
+        let shared = ParameterPanels::new(plan, points, &plan.starts);
         let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
         if shared
             .found
             .iter()
-            .any(|found| found.response.exponents.is_some())
+            .any(|(.., response)| response.exponents.is_some())
         {
             rows.push(vec![shared.exponents()]);
         }
@@ -69,13 +59,13 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     }
     let starts = plan.starts.iter();
     starts
-        .map(|&start| map(plan, start, &found(points, start)))
+        .map(|&start| map(plan, start, &found(points, start).collect::<Vec<_>>()))
         .collect()
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
-    let shared = ParameterPanels::new(plan, points);
+    let shared = ParameterPanels::new(plan, points, &plan.starts);
     let panels = [shared.exponents(), shared.maxima(), shared.lines()];
     let rows = panels.into_iter().zip(["a", "b", "c"]);
     let rows = rows.map(|(panel, letter)| {
@@ -96,9 +86,7 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
 
 /// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
 pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
-    let mut shared = ParameterPanels::new(plan, points);
-    shared.starts = vec![(start, 0.0)];
-    shared.maxima()
+    ParameterPanels::new(plan, points, &[start]).maxima()
 }
 
 /// Name of the way in which points are started.
@@ -110,115 +98,97 @@ pub fn start_label(start: Start) -> &'static str {
     }
 }
 
-/// The marker of a start.
-fn marker(start: Start) -> Marker {
-    match start {
-        Start::Fresh => Marker::Dot,
-        Start::Upward => Marker::Up,
-        Start::Downward => Marker::Down,
-    }
+/// The points of one start with a response.
+fn found(
+    points: &[SweepPoint],
+    start: Start,
+) -> impl Iterator<Item = (&[f64], &SettledResponse)> + Clone {
+    let of_start = points
+        .iter()
+        .filter(move |point| point.place.start == start);
+    of_start.filter_map(|point| Some((&point.place.values[..], point.outcome.as_ref().ok()?)))
 }
 
-/// The responses of one start.
-fn found(points: &[SweepPoint], start: Start) -> Vec<Point<'_>> {
-    let of_start = points.iter().filter(|point| point.place.start == start);
-    let found = of_start.filter_map(|point| {
-        Some(Point {
-            values: &point.place.values,
-            start,
-            response: point.outcome.as_ref().ok()?,
-        })
-    });
-    found.collect()
-}
-
-/// Half a step of an axis.
-fn half_step(axis: &sweep::Axis) -> f64 {
-    let [low, high] = range(axis.values().iter().copied());
-    match axis.values().len() {
-        0 | 1 => 0.5,
-        count => 0.5 * (high - low) / (count - 1) as f64,
-    }
-}
-
-/// The axis of a parameter, extended by half a step at each end.
+/// The axis of a parameter.
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
-    let [low, high] = range(axis.values().iter().copied());
-    let half = half_step(axis);
     let parameter = axis.parameter();
-    let name = readable(parameter.path(), parameter.unit());
-    Axis::linear(name, [low - half, high + half])
+    Axis::cells(readable(parameter.path(), parameter.unit()), axis.values())
 }
 
 impl<'a> ParameterPanels<'a> {
-    fn new(plan: &SweepPlan, points: &'a [SweepPoint]) -> Self {
-        let axis = &plan.axes[0];
-        let apart = 2.0 * OFFSET * half_step(axis) / plan.starts.len() as f64;
-        let middle = 0.5 * (plan.starts.len() as f64 - 1.0);
-        let starts = (0..).zip(&plan.starts);
-        let doublings = sweep::transitions(points).into_iter();
-        let doublings = doublings.filter_map(|transition| {
-            let middle = 0.5 * (transition.from + transition.to);
-            let doubles = transition.doubling.is_some();
-            doubles.then_some((transition.start, middle))
+    /// The panels of the starts shown, side by side within a step of the parameter.
+    fn new(plan: &SweepPlan, points: &'a [SweepPoint], starts: &[Start]) -> Self {
+        let axis = parameter_axis(&plan.axes[0]);
+        let [low, high] = axis.range;
+        let step = (high - low) / plan.axes[0].values().len().max(1) as f64;
+        let apart = OFFSET * step / starts.len() as f64;
+        let middle = 0.5 * (starts.len() as f64 - 1.0);
+        let found = plan.starts.iter().flat_map(|&start| {
+            let place = starts.iter().position(|shown| *shown == start);
+            let shift = place.map_or(0.0, |k| apart * (k as f64 - middle));
+            found(points, start).map(move |(values, response)| (start, values[0] + shift, response))
+        });
+        let doublings = sweep::transitions(points).into_iter().filter(|transition| {
+            transition.doubling.is_some() && starts.contains(&transition.start)
         });
         Self {
-            doublings: doublings.collect(),
-            axis: parameter_axis(axis),
-            starts: starts
-                .map(|(k, start)| (*start, apart * (f64::from(k) - middle)))
+            axis,
+            starts: starts.to_vec(),
+            found: found.collect(),
+            doublings: doublings
+                .map(|transition| 0.5 * (transition.from + transition.to))
                 .collect(),
-            found: plan
-                .starts
-                .iter()
-                .flat_map(|start| found(points, *start))
-                .collect(),
+        }
+    }
+
+    /// The marker of a start, if there are several.
+    fn marker(&self, start: Start) -> Marker {
+        match start {
+            _ if self.starts.len() < 2 => Marker::Dot,
+            Start::Fresh => Marker::Dot,
+            Start::Upward => Marker::Up,
+            Start::Downward => Marker::Down,
         }
     }
 
     /// Legend entries of the starts, if there are several.
     fn start_legend(&self) -> Vec<Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
-        let keys = starts.map(|(start, _)| {
-            Layer::legend_entry(start.to_string(), Color::Ink).with_marker(marker(*start))
+        let keys = starts.map(|start| {
+            Layer::legend_entry(start.to_string(), Color::Ink).with_marker(self.marker(*start))
         });
         keys.collect()
     }
 
-    /// Points with the markers and offsets of their starts; `of` returns the ordinates of a response.
+    /// Points with the markers of their starts; `of` returns the ordinates of a response.
     fn points<I: IntoIterator<Item = f64>>(
         &self,
         radius: f64,
         color: Color,
-        of: impl Fn(&Point<'a>) -> I,
+        of: impl Fn(&'a SettledResponse) -> I,
     ) -> Vec<Layer> {
-        let layers = self.starts.iter().map(|(start, shift)| {
-            let found = self.found.iter().filter(|found| found.start == *start);
-            let points = found.flat_map(|found| {
-                let heights = of(found).into_iter();
-                heights.map(|y| [found.values[0] + shift, y])
+        let layers = self.starts.iter().map(|shown| {
+            let found = self.found.iter().filter(|(start, ..)| start == shown);
+            let points = found.flat_map(|(_, x, response)| {
+                let heights = of(response).into_iter();
+                heights.map(|y| [*x, y])
             });
-            let form = if self.starts.len() > 1 {
-                marker(*start)
-            } else {
-                Marker::Dot
-            };
-            Layer::points(points.collect(), radius, color).with_marker(form)
+            let points = Layer::points(points.collect(), radius, color);
+            points.with_marker(self.marker(*shown))
         });
         layers.filter(Layer::has_points).collect()
     }
 
-    /// A vertical line at each doubling of the starts shown, the last with the legend entry.
+    /// A vertical line at each doubling, the last with the legend entry.
     fn doublings(&self) -> Vec<Layer> {
-        let shown = |start: &Start| self.starts.iter().any(|(own, _)| own == start);
-        let shown = self.doublings.iter().filter(|(start, _)| shown(start));
-        let mut layers: Vec<Layer> = shown
-            .map(|(_, middle)| Layer::vertical_line(*middle, Color::Ink))
+        let lines = self.doublings.iter();
+        let mut lines: Vec<Layer> = lines
+            .map(|middle| Layer::vertical_line(*middle, Color::Ink))
             .collect();
-        if let Some(last) = layers.last_mut() {
+        if let Some(last) = lines.last_mut() {
             last.label = "doubling".to_owned();
         }
-        layers
+        lines
     }
 
     /// The maxima of the displacement in the colour of the regime.
@@ -226,9 +196,8 @@ impl<'a> ParameterPanels<'a> {
         let all = self
             .found
             .iter()
-            .flat_map(|found| maxima_or_zero(found.response));
+            .flat_map(|(.., response)| maxima_or_zero(response));
         let [low, high] = extent(all);
-        let unit = Unit::of("m", low.abs().max(high.abs()));
         let mut keys = Vec::new();
         let mut layers = Vec::new();
         for regime in Regime::ALL {
@@ -236,11 +205,9 @@ impl<'a> ParameterPanels<'a> {
             let before = layers.len();
             // The few points of a periodic motion are larger, so that they are visible.
             for (few, radius) in [(false, 0.7), (true, 1.7)] {
-                layers.extend(self.points(radius, color, |found| {
-                    let response = found.response;
+                layers.extend(self.points(radius, color, |response| {
                     let chosen = response.regime == regime && has_few(&response.maxima) == few;
-                    let tops = maxima_or_zero(response).map(|top| unit.factor * top);
-                    tops.filter(move |_| chosen)
+                    maxima_or_zero(response).filter(move |_| chosen)
                 }));
             }
             if layers.len() > before {
@@ -250,23 +217,26 @@ impl<'a> ParameterPanels<'a> {
         keys.extend(self.start_legend());
         keys.extend(self.doublings());
         keys.extend(layers);
-        let drawn = [low, high].map(|top| unit.factor * top);
         Panel::new(
             "local maxima of the displacement",
             self.axis.clone(),
-            Axis::with_margin(unit.after("maximum"), drawn.into_iter()),
+            Axis::with_margin("maximum", [low, high].into_iter()).of("m"),
             keys,
         )
     }
 
     /// The largest exponents with their intervals.
     fn exponents(&self) -> Panel {
-        let kth = |found: &Point<'a>, k: usize| -> Option<Exponent> {
-            found.response.exponents.as_ref()?.exponents.get(k).copied()
+        let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
+            response.exponents.as_ref()?.exponents.get(k).copied()
+        };
+        let all = |k: usize| {
+            let found = self.found.iter();
+            found.filter_map(move |(_, x, response)| Some((*x, kth(response, k)?)))
         };
         let mut layers = vec![Layer::horizontal_line(0.0)];
-        let there = |k: &usize| self.found.iter().any(|found| kth(found, *k).is_some());
-        let numbers: Vec<usize> = (0..EXPONENTS).filter(there).collect();
+        let numbers = (0..EXPONENTS).filter(|k| all(*k).next().is_some());
+        let numbers: Vec<usize> = numbers.collect();
         let keys = numbers
             .iter()
             .map(|k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(*k)));
@@ -276,25 +246,12 @@ impl<'a> ParameterPanels<'a> {
         // visible.
         for &k in numbers.iter().rev() {
             let color = Color::Exponent(k);
-            let shift = |start| {
-                self.starts
-                    .iter()
-                    .find(|(own, _)| *own == start)
-                    .map_or(0.0, |s| s.1)
-            };
-            let spans = self.found.iter().filter_map(|found| {
-                let exponent = kth(found, k)?;
-                let x = found.values[0] + shift(found.start);
-                Some([x, exponent.low(), exponent.high()])
-            });
+            let spans = all(k).map(|(x, exponent)| [x, exponent.low(), exponent.high()]);
             layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
             let radius = 1.6 + 0.8 * k as f64;
             layers.extend(self.points(radius, color, |found| kth(found, k).map(|e| e.value)));
         }
-        let shown = self
-            .found
-            .iter()
-            .flat_map(|found| (0..EXPONENTS).filter_map(|k| kth(found, k)));
+        let shown = (0..EXPONENTS).flat_map(all).map(|(_, exponent)| exponent);
         Panel::new(
             "largest Lyapunov exponents with 95 % intervals",
             self.axis.clone(),
@@ -319,13 +276,13 @@ impl<'a> ParameterPanels<'a> {
         let mut layers = Vec::new();
         let mut upper = f64::INFINITY;
         for (least, radius, color) in kinds {
-            layers.extend(self.points(radius, color, |found| {
-                let strongest = strongest(found.response);
-                let chosen = found.response.lines.iter().filter(move |line| {
+            layers.extend(self.points(radius, color, |response| {
+                let strongest = strongest(response);
+                let chosen = response.lines.iter().filter(move |line| {
                     let share = line.amplitude / strongest;
                     share >= least && share < upper
                 });
-                chosen.map(|line| 1e-3 * line.frequency)
+                chosen.map(|line| line.frequency)
             }));
             upper = least;
             keys.push(Layer::legend_entry(
@@ -333,20 +290,20 @@ impl<'a> ParameterPanels<'a> {
                 color,
             ));
         }
-        let highest = self.found.iter().flat_map(|found| {
-            let weakest = FAINTEST * strongest(found.response);
-            let lines = found.response.lines.iter();
+        let highest = self.found.iter().flat_map(|(.., response)| {
+            let weakest = FAINTEST * strongest(response);
+            let lines = response.lines.iter();
             let strong = lines.filter(move |line| line.amplitude >= weakest);
-            strong.map(|line| 1e-3 * line.frequency)
+            strong.map(|line| line.frequency)
         });
-        let [_, highest] = range(highest.chain([0.1]));
+        let [_, highest] = range(highest.chain([100.0]));
         keys.extend(self.start_legend());
         keys.extend(self.doublings());
         keys.extend(layers);
         Panel::new(
             "spectral lines by amplitude relative to the strongest",
             self.axis.clone(),
-            Axis::linear("frequency, kHz", [0.0, 1.08 * highest]),
+            Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz"),
             keys,
         )
     }
@@ -382,43 +339,29 @@ fn has_few(maxima: &[f64]) -> bool {
 }
 
 /// Maps of the regime and of the largest exponent over two parameters.
-fn map(plan: &SweepPlan, start: Start, found: &[Point<'_>]) -> Figure {
+fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> Figure {
     let axes = [&plan.axes[0], &plan.axes[1]];
     let [columns, rows] = axes.map(|axis| axis.values().len());
     let [x, y] = axes.map(parameter_axis);
-    // Index of the pixel of a point; the upper row first.
-    let pixel = |found: &Point<'_>| {
-        let place = |k: usize| axes[k].values().iter().position(|v| *v == found.values[k]);
-        Some((rows - 1 - place(1)?) * columns + place(0)?)
-    };
-    let image = |palette: Vec<Rgb>, color: &dyn Fn(&SettledResponse) -> Option<u8>| {
-        // The last palette entry is for points that are not computed.
-        let mut pixels = vec![palette.len() as u8; columns * rows];
-        for found in found {
-            if let (Some(pixel), Some(color)) = (pixel(found), color(found.response)) {
-                pixels[pixel] = color;
+    let image = |palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
+        let mut cells = vec![None; columns * rows];
+        for (values, response) in found {
+            let place = |k: usize| axes[k].values().iter().position(|v| *v == values[k]);
+            if let (Some(column), Some(row)) = (place(0), place(1)) {
+                cells[row * columns + column] = color(response);
             }
         }
-        let palette = palette.into_iter().chain([UNKNOWN]);
-        Layer::image(Image {
-            x: x.range,
-            y: y.range,
-            size: [columns, rows],
-            pixels,
-            palette: palette.map(Swatch::uniform).collect(),
-        })
+        Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
     let place = |regime: Regime| Regime::ALL.iter().position(|one| *one == regime);
     let colors = Regime::ALL.map(|regime| Color::Regime(regime).on_light());
-    let regimes = image(colors.to_vec(), &|response| {
-        Some(place(response.regime)? as u8)
-    });
-    let there = |regime: &Regime| found.iter().any(|point| point.response.regime == *regime);
-    let there = Regime::ALL.into_iter().filter(there);
-    let keys = there.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
-    let unsettled = found.iter().filter(|point| !point.response.settled);
-    let unsettled = unsettled.map(|point| [point.values[0], point.values[1]]);
+    let regimes = image(&colors, &|response| Some(place(response.regime)? as u8));
+    let occurs = |regime: &Regime| found.iter().any(|(_, response)| response.regime == *regime);
+    let keys = Regime::ALL.into_iter().filter(occurs);
+    let keys = keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
+    let unsettled = found.iter().filter(|(_, response)| !response.settled);
+    let unsettled = unsettled.map(|(values, _)| [values[0], values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
     let crosses = Some(crosses).filter(Layer::has_points);
@@ -432,12 +375,10 @@ fn map(plan: &SweepPlan, start: Start, found: &[Point<'_>]) -> Figure {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
     };
-    let values = found.iter().filter_map(|point| largest(point.response));
-    let [_, most] = range(values.chain([1.0]));
-    if found.iter().any(|point| largest(point.response).is_some()) {
-        // The last palette entry is for points that are not computed.
-        let shades = colormap()[..255].to_vec();
-        let image = image(shades, &|response| {
+    let values = || found.iter().filter_map(|(_, response)| largest(response));
+    let [_, most] = range(values().chain([1.0]));
+    if values().next().is_some() {
+        let image = image(&colormap()[..255], &|response| {
             largest(response).map(|value| colormap_index(value.max(0.0) / most).min(254))
         });
         let title = format!("largest exponent: pale is 0 or negative, black {most:.0} 1/s");

@@ -135,7 +135,7 @@ fn each_start_has_a_figure() {
 fn starts_are_offset_and_have_different_markers() {
     let plan = plan(false);
     let points = points(&plan);
-    let shared = ParameterPanels::new(&plan, &points);
+    let shared = ParameterPanels::new(&plan, &points, &plan.starts);
     let panel = shared.exponents();
     // The legend lists the exponents first, then the starts.
     let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());

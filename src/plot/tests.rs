@@ -329,7 +329,7 @@ fn events_are_drawn_over_the_spectrogram() {
         let layers = figure.rows[0][0].layers.iter();
         layers.map(|layer| layer.id.clone()).collect()
     };
-    let drawn = ["image", "ridges", "starts", "ends", "numbers"];
+    let drawn = ["image", "ridges", "peaks"];
     assert_eq!(layers(figure), drawn);
     report.sound = Some(MeasuredSound::default());
     let figure = &signal_figures(&report)[0];
@@ -395,7 +395,6 @@ fn everything() -> Figure {
         ]),
         Layer::horizontal_line(0.5),
         Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),
-        Layer::text([0.15, 0.25], "a text"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);
     let panel = Panel::new("one panel", axis("x, mm"), axis("y, s"), layers).with_note("a note");
@@ -452,7 +451,6 @@ fn every_shape_is_drawn_in_every_format_and_style() {
             "f1",
             "f2",
             "chosen",
-            "a text",
             "a note",
             "x, mm",
         ] {

@@ -1,12 +1,16 @@
 //! Units with SI prefixes for display.
 
+use serde::Serialize;
+
 use crate::number::short;
 
 /// Units that take a prefix.
-const PREFIXED: [&str; 10] = ["m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "s", "Hz"];
+const PREFIXED: [&str; 11] = [
+    "m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "J", "s", "Hz",
+];
 
 /// A unit for displayed values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unit {
     /// Symbol; may be empty.
     pub symbol: String,
@@ -18,40 +22,33 @@ impl Unit {
     /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
     /// power of ten.
     pub fn of(unit: &str, largest: f64) -> Self {
-        // The unit of modal coordinates.
-        if let Some(rest) = unit.strip_prefix("√kg ") {
-            let Self { symbol, factor } = Self::of(rest, largest);
-            let symbol = format!("√kg {symbol}");
-            return Self { symbol, factor };
-        }
         const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
         let step = if largest.is_finite() && largest > 0.0 {
             (largest.log10() / 3.0 + 1e-9).floor() as i32
         } else {
             0
         };
-        if PREFIXED.contains(&unit) {
+        // Modal coordinates have a root of the mass before their unit.
+        let base = unit.strip_prefix("√kg ").unwrap_or(unit);
+        let (step, symbol) = if PREFIXED.contains(&base) {
             // Kilometres of displacement and kiloseconds are not in use.
-            let most = if ["Pa", "V", "A", "N", "Hz"].contains(&unit) {
+            let most = if ["Pa", "V", "A", "N", "Hz"].contains(&base) {
                 2
             } else {
                 0
             };
             let step = step.clamp(-4, most);
-            return Self {
-                symbol: format!("{}{unit}", PREFIXES[(step + 4) as usize]),
-                factor: 10f64.powi(-3 * step),
-            };
-        }
-        if (-1..=1).contains(&step) {
-            return Self {
-                symbol: unit.to_owned(),
-                factor: 1.0,
-            };
-        }
-        let power = format!("1e{}", 3 * step).replace('-', "−");
+            let root = &unit[..unit.len() - base.len()];
+            let prefix = PREFIXES[(step + 4) as usize];
+            (step, format!("{root}{prefix}{base}"))
+        } else if (-1..=1).contains(&step) {
+            (0, unit.to_owned())
+        } else {
+            let power = format!("1e{}", 3 * step).replace('-', "−");
+            (step, format!("{power} {unit}").trim_end().to_owned())
+        };
         Self {
-            symbol: format!("{power} {unit}").trim_end().to_owned(),
+            symbol,
             factor: 10f64.powi(-3 * step),
         }
     }
@@ -65,14 +62,6 @@ impl Unit {
             (value, unit.to_owned())
         };
         format!("{} {symbol}", short(value)).trim_end().to_owned()
-    }
-
-    /// A name with the unit, such as `u, µm`.
-    pub fn after(&self, name: &str) -> String {
-        match &*self.symbol {
-            "" => name.to_owned(),
-            symbol => format!("{name}, {symbol}"),
-        }
     }
 }
 
@@ -95,6 +84,5 @@ mod tests {
         assert_eq!(Unit::write(0.3, "s"), "300 ms");
         assert_eq!(Unit::write(-2e-5, "counts"), "-2e-5 counts");
         assert_eq!(Unit::write(0.0, ""), "0");
-        assert_eq!(Unit::of("m", 2e-6).after("u"), "u, µm");
     }
 }

@@ -126,11 +126,7 @@ impl Body {
     }
 
     /// Sends pending pictures.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.send(rec)
-    }
-
-    fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         if self.times.is_empty() {
             return Ok(());
         }

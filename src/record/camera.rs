@@ -1,6 +1,8 @@
 //! The camera of the contact patch: perpendicular to the ball, at the centre of the region that the patch
 //! covers during the run.
 
+use nalgebra::{Rotation3, Unit, Vector3};
+
 use crate::pipeline::message::JointInfo;
 
 /// Largest tilt that is kept in view if the tilt is set interactively, rad.
@@ -66,17 +68,11 @@ pub fn patch_angle(joint: &JointInfo) -> f64 {
     (joint.patch_radius / joint.ball_radius).min(1.0).asin()
 }
 
-/// `v` rotated by `angle` from the beam axis towards `azimuth` (rad), about the axis perpendicular to both
-/// (Rodrigues' formula). The directions right and up have the same sense for every azimuth.
+/// `v` rotated by `angle` from the beam axis towards `azimuth` (rad), about the axis perpendicular to both. The directions
+/// right and up have the same sense for every azimuth.
 fn turned(v: [f64; 3], angle: f64, azimuth: f64) -> [f64; 3] {
-    let axis = [-azimuth.sin(), azimuth.cos(), 0.0];
-    let along: f64 = (0..3).map(|i| axis[i] * v[i]).sum();
-    let (sin, cos) = angle.sin_cos();
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let cross = axis[j] * v[k] - axis[k] * v[j];
-        cos * v[i] + sin * cross + (1.0 - cos) * along * axis[i]
-    })
+    let axis = Unit::new_unchecked(Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0));
+    (Rotation3::from_axis_angle(&axis, angle) * Vector3::from(v)).into()
 }
 
 #[cfg(test)]

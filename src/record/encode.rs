@@ -1,28 +1,25 @@
 //! Encoding of records as rows of entities.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
-
-use crate::record::sdk::Scalars;
 
 use super::{
     body::Body,
-    controls::Controls,
+    controls,
     error::RecordError,
     exponents::RunningExponents,
     health,
     lesson::Lesson,
-    panel_view::PanelView,
+    panel_view::PanelViews,
     patch::Patch,
     paths::{self, Root},
     perturbed::PerturbedTrajectory,
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
     regime,
-    samples::{Samples, Waveform, name_series},
+    samples::{Rows, Samples},
     small::SmallFrames,
     spectrogram::Spectrogram,
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream},
     style, text,
 };
 use crate::{
@@ -36,17 +33,17 @@ use crate::{
 #[derive(Debug)]
 pub struct Encoder {
     header: Arc<Header>,
+    rows: Rows,
     frames: Frames,
     /// The pictures that are panels, and where they are drawn.
     panels: RunPanels,
-    views: BTreeMap<&'static str, PanelView>,
+    views: PanelViews,
     spectrogram: Spectrogram,
     embedding: Embedding,
     quantification: Quantification,
     exponents: RunningExponents,
     perturbed: Option<PerturbedTrajectory>,
     lesson: Option<Lesson>,
-    controls: Controls,
 }
 
 /// Encoders of frames, by the subject of the run.
@@ -57,7 +54,7 @@ enum Frames {
     /// Frames of a small system.
     Small(Box<SmallFrames>),
     /// Frames of a signal from a file.
-    Signal(Waveform),
+    Signal,
 }
 
 /// Encoders of the frames of a joint.
@@ -70,48 +67,51 @@ struct JointFrames {
 }
 
 impl Frames {
-    fn new(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<Self, RecordError> {
-        let joint = match &header.subject {
-            Subject::Joint(joint) => joint,
-            Subject::Small(small) => {
-                health::name(rec)?;
-                portrait::style_point(rec)?;
-                return Ok(Self::Small(Box::new(SmallFrames::new(rec, small)?)));
-            }
-            Subject::Signal(signal) => return Ok(Self::Signal(Waveform::new(rec, signal)?)),
-        };
-        health::name(rec)?;
+    fn new(
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        header: &Header,
+        spec: RecordSpec,
+    ) -> Result<Self, RecordError> {
+        if let Subject::Signal(signal) = &header.subject {
+            let name = style::signal_title(signal);
+            rows.name(rec, paths::WAVEFORM, [(name, style::SIGNAL)])?;
+            return Ok(Self::Signal);
+        }
+        health::name(rec, rows)?;
         portrait::style_point(rec)?;
-        Ok(Self::Joint(Box::new(JointFrames {
-            samples: Samples::new(rec, joint)?,
-            patch: Patch::new(rec, joint)?,
-            body: Body::new(rec, joint, spec.body_rate, spec.deformation_scale)?,
-            portrait: Portrait::new(portrait::TRAIL, vec![style::SIGNAL]),
-        })))
+        Ok(match &header.subject {
+            Subject::Joint(joint) => Self::Joint(Box::new(JointFrames {
+                samples: Samples::new(rec, rows, joint)?,
+                patch: Patch::new(rec, rows, joint)?,
+                body: Body::new(rec, joint, spec.body_rate, spec.deformation_scale)?,
+                portrait: Portrait::new(portrait::TRAIL, vec![style::SIGNAL]),
+            })),
+            Subject::Small(small) => Self::Small(Box::new(SmallFrames::new(rec, rows, small)?)),
+            Subject::Signal(_) => Self::Signal,
+        })
     }
 
-    fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    fn push(
+        &mut self,
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        frame: &Frame,
+    ) -> Result<(), RecordError> {
         match self {
             Self::Joint(joint) => {
-                joint.samples.push(rec, frame)?;
-                joint.patch.push(rec, frame)?;
+                joint.samples.push(rows, frame);
+                joint.patch.push(rec, rows, frame)?;
                 joint.body.push(rec, frame)?;
                 joint.portrait.push(rec, frame)
             }
-            Self::Small(small) => small.push(rec, frame),
-            Self::Signal(waveform) => waveform.push(rec, frame),
-        }
-    }
-
-    fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        match self {
-            Self::Joint(joint) => {
-                joint.samples.finish(rec)?;
-                joint.patch.finish(rec)?;
-                joint.body.finish(rec)
+            Self::Small(small) => small.push(rec, rows, frame),
+            Self::Signal => {
+                let samples = frame.displacement.iter().enumerate();
+                let samples = samples.map(|(k, &value)| (frame.time(k), [value]));
+                rows.extend(paths::WAVEFORM, samples);
+                Ok(())
             }
-            Self::Small(small) => small.finish(rec),
-            Self::Signal(waveform) => waveform.finish(rec),
         }
     }
 }
@@ -125,39 +125,43 @@ impl Encoder {
     ) -> Result<Self, RecordError> {
         text::send_properties(rec, header.as_ref().into())?;
         text::log_about(rec, &header)?;
-        regime::name_regimes(rec)?;
-        name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
+        let mut rows = Rows::default();
+        regime::name_regimes(rec, &mut rows)?;
+        rows.name(rec, paths::ZERO_ONE, [("K", style::ACCENT)])?;
+        controls::name(rec, &mut rows, &header)?;
         let panels = RunPanels::new(Arc::clone(&header));
-        let mut spectrum = PanelView::of("spectrum", &Root::of_run());
+        let mut views = PanelViews::new(Root::of_run());
+        let spectrum = views.of("spectrum");
         spectrum.draw_axes(rec, None, &panels.empty_spectrum())?;
         let lesson = header.computed.as_ref();
-        let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed));
+        let lesson = lesson.map(|computed| Lesson::new(rec, &mut rows, &header, computed));
         Ok(Self {
             lesson: lesson.transpose()?,
-            controls: Controls::new(rec, &header)?,
-            frames: Frames::new(rec, &header, spec)?,
+            frames: Frames::new(rec, &mut rows, &header, spec)?,
             panels,
-            views: BTreeMap::from([("spectrum", spectrum)]),
+            views,
             spectrogram: Spectrogram::new(rec, &header)?,
             embedding: Embedding::new(&header.subject),
             quantification: Quantification::default(),
             exponents: RunningExponents::default(),
             perturbed: if header.has(AnalysisKind::PerturbedTrajectory) {
-                Some(PerturbedTrajectory::new(rec)?)
+                Some(PerturbedTrajectory::new(rec, &mut rows)?)
             } else {
                 None
             },
+            rows,
             header,
         })
     }
 
     /// Logs a record.
     pub fn accept(&mut self, rec: &RecordingStream, record: &Record) -> Result<(), RecordError> {
-        for (name, time, panel) in self.panels.accept(record) {
-            let view = self.views.entry(name);
-            let view = view.or_insert_with(|| PanelView::of(name, &Root::of_run()));
+        let (time, pictures) = self.panels.accept(record);
+        for (name, panel) in pictures {
+            let view = self.views.of(name);
             view.draw(rec, Some(Moment::from(time)), &panel)?;
         }
+        let (header, rows) = (&self.header, &mut self.rows);
         match record {
             // This encoder was created from the header; another header would be the same. The other records have panels
             // only.
@@ -167,12 +171,12 @@ impl Encoder {
             | Record::Delay { .. }
             | Record::Section { .. } => Ok(()),
             Record::Samples(frame) => {
-                self.frames.push(rec, frame)?;
-                self.controls.push(rec, frame)?;
-                match &mut self.perturbed {
-                    Some(perturbed) => perturbed.push(rec, frame),
-                    None => Ok(()),
+                self.frames.push(rec, rows, frame)?;
+                controls::push(rows, header, frame);
+                if let Some(perturbed) = &mut self.perturbed {
+                    perturbed.push(rec, rows, frame)?;
                 }
+                rows.send_full(rec)
             }
             Record::SpectrogramColumn {
                 time,
@@ -186,40 +190,44 @@ impl Encoder {
                 measures,
                 periods,
                 ..
-            } => self.quantification.draw(rec, *time, *dt, measures, periods),
+            } => {
+                let found = (measures, periods);
+                self.quantification.draw(rec, rows, (*time, *dt), found)
+            }
             Record::Chaos { time, zero_one, .. } => {
-                stream::log_at(rec, paths::ZERO_ONE, *time, &Scalars::single(zero_one.k))
+                rows.push(paths::ZERO_ONE, *time, [zero_one.k]);
+                Ok(())
             }
             Record::Regime {
                 time,
                 window,
                 verdict,
             } => self.draw_regime(rec, *time, *window, verdict),
-            Record::Exponents(exponents) => self.exponents.draw(rec, &self.header, exponents),
+            Record::Exponents(exponents) => self.exponents.draw(rec, header, exponents),
             Record::TrajectoryDivergence(separation) => match &mut self.perturbed {
-                Some(perturbed) => perturbed.push_distance(rec, &self.header, separation),
+                Some(perturbed) => perturbed.push_distance(rec, rows, header, separation),
                 None => Ok(()),
             },
             // The playback of a file has no solver whose state could be shown.
             Record::Health(health) => match self.frames {
-                Frames::Joint(_) | Frames::Small(_) => health::log(rec, health),
-                Frames::Signal(_) => Ok(()),
+                Frames::Joint(_) | Frames::Small(_) => health::log(rec, rows, health),
+                Frames::Signal => Ok(()),
             },
             Record::Narration { time, observation } => {
                 let words = crate::text::narration(observation);
-                text::narrate(rec, &self.header, *time, &words)
+                text::narrate(rec, header, *time, &words)
             }
             Record::Event { time, text } => text::note(rec, *time, text),
             Record::Lesson(now) => match &mut self.lesson {
                 Some(lesson) => lesson.write(rec, now),
                 None => Ok(()),
             },
-            Record::LevelSample(course) => match &mut self.lesson {
-                Some(lesson) => lesson.push(rec, &self.header, course),
+            Record::LevelSample(sample) => match &mut self.lesson {
+                Some(lesson) => lesson.push(rec, rows, header, sample),
                 None => Ok(()),
             },
             Record::Warning { time, text } => text::warn(rec, *time, text),
-            Record::Summary(summary) => text::summarise(rec, &self.header, summary),
+            Record::Summary(summary) => text::summarise(rec, header, summary),
         }
     }
 
@@ -232,7 +240,7 @@ impl Encoder {
         verdict: &Verdict,
     ) -> Result<(), RecordError> {
         let header = &self.header;
-        regime::draw_verdict(rec, header, time, window, verdict)?;
+        regime::draw_verdict(rec, &mut self.rows, header, (time, window), verdict)?;
         let words = regime::words(verdict);
         match &mut self.frames {
             Frames::Joint(_) => Ok(()),
@@ -240,25 +248,25 @@ impl Encoder {
                 let words = format!("{words}\n{}", small.status_summary());
                 text::narrate(rec, header, time, &words)
             }
-            Frames::Signal(_) => text::narrate(rec, header, time, &words),
+            Frames::Signal => text::narrate(rec, header, time, &words),
         }
     }
 
-    /// Sends the pending rows of frames and of the lesson.
+    /// Sends the pending rows and frames.
     pub fn send_pending(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        if let Some(lesson) = &mut self.lesson {
-            lesson.finish(rec)?;
+        if let Frames::Joint(joint) = &mut self.frames {
+            joint.patch.send(rec)?;
+            joint.body.send(rec)?;
         }
-        self.controls.finish(rec)?;
-        self.frames.finish(rec)
+        self.rows.send(rec)
     }
 
-    /// Sends all pending rows.
+    /// Sends everything that is pending at the end.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.send_pending(rec)?;
-        if let Some(perturbed) = &mut self.perturbed {
-            perturbed.finish(rec)?;
+        if let Some(perturbed) = &self.perturbed {
+            perturbed.finish(rec, &mut self.rows)?;
         }
+        self.send_pending(rec)?;
         self.spectrogram.finish(rec)
     }
 }

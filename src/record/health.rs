@@ -1,11 +1,9 @@
 //! State of the solver: accuracy of its steps, cost, queues.
 
-use crate::record::sdk::Scalars;
-
 use super::{
     error::RecordError,
     paths,
-    samples::name_series,
+    samples::Rows,
     stream::{self, RecordingStream},
     style::{self, short},
     text,
@@ -13,7 +11,7 @@ use super::{
 use crate::pipeline::message::Health;
 
 /// Names the series.
-pub fn name(rec: &RecordingStream) -> Result<(), RecordError> {
+pub fn name(rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
     let entities: [(&str, &[&str]); 6] = [
         (paths::SOLVER_ERROR, &["local error over tolerance"]),
         (paths::SOLVER_RHS_EVALS, &["RHS evals per ms"]),
@@ -33,42 +31,31 @@ pub fn name(rec: &RecordingStream) -> Result<(), RecordError> {
         (paths::SOLVER_ENERGY_RESIDUAL, &["relative energy residual"]),
     ];
     for (path, names) in entities {
-        let names = names.iter().map(|name| (*name).to_owned());
-        let colors = style::MODES.into_iter().step_by(2).take(names.len());
-        name_series(rec, path, names, colors)?;
+        let colors = style::MODES.into_iter().step_by(2);
+        rows.name(rec, path, names.iter().copied().zip(colors))?;
     }
     Ok(())
 }
 
-/// Logs the current state of the solver, row by row, because it is infrequent.
-pub fn log(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
-    let log = |path, values: &[f64]| {
-        let values = Scalars::new(values.iter().copied());
-        stream::log_at(rec, path, health.time, &values)
-    };
+/// Logs the current state of the solver.
+pub fn log(rec: &RecordingStream, rows: &mut Rows, health: &Health) -> Result<(), RecordError> {
+    let steps = [
+        health.steps_per_ms,
+        health.rejections_per_ms,
+        health.events_per_ms,
+    ];
+    let queues = [health.frames_waiting, health.records_waiting].map(|count| count as f64);
+    let queues = queues.into_iter().chain([health.drops as f64]);
+    let mut push = |path, values: Vec<f64>| rows.push(path, health.time, values);
     if let Some(error) = health.error {
-        log(paths::SOLVER_ERROR, &[error.ratio])?;
+        push(paths::SOLVER_ERROR, vec![error.ratio]);
     }
-    log(paths::SOLVER_RHS_EVALS, &[health.rhs_evals_per_ms])?;
-    log(paths::SOLVER_SPEED, &[health.real_time_factor])?;
-    log(
-        paths::SOLVER_STEPS,
-        &[
-            health.steps_per_ms,
-            health.rejections_per_ms,
-            health.events_per_ms,
-        ],
-    )?;
-    log(
-        paths::SOLVER_QUEUES,
-        &[
-            health.frames_waiting as f64,
-            health.records_waiting as f64,
-            health.drops as f64,
-        ],
-    )?;
+    push(paths::SOLVER_RHS_EVALS, vec![health.rhs_evals_per_ms]);
+    push(paths::SOLVER_SPEED, vec![health.real_time_factor]);
+    push(paths::SOLVER_STEPS, steps.to_vec());
+    push(paths::SOLVER_QUEUES, queues.collect());
     if let Some(audit) = health.audit {
-        log(paths::SOLVER_ENERGY_RESIDUAL, &[audit])?;
+        push(paths::SOLVER_ENERGY_RESIDUAL, vec![audit]);
     }
     let words = text::document(words(health));
     stream::log_at(rec, paths::SOLVER_TEXT, health.time, &words)

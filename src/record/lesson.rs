@@ -1,15 +1,13 @@
 //! The lesson of a scene with a mechanism, and its plots: velocity level compared with the computed growth,
 //! strongest line over the tilt, and computed curves.
 
-use std::sync::Arc;
-
 use crate::record::sdk::SeriesLines;
 
 use super::{
     error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
-    samples::{Rows, name_series},
+    samples::Rows,
     stream::{self, RecordingStream},
     style, text,
 };
@@ -25,8 +23,6 @@ use crate::{
 #[derive(Debug)]
 pub struct Lesson {
     text: LessonText,
-    level: Rows,
-    predicted_level: Rows,
     /// The hysteresis loop, if the tilt varies.
     hysteresis: Option<HysteresisLoop>,
 }
@@ -43,10 +39,11 @@ impl Lesson {
     /// Names the series, and draws the computed values.
     pub fn new(
         rec: &RecordingStream,
+        rows: &mut Rows,
         header: &Header,
-        computed: &Arc<MechanismPrediction>,
+        computed: &MechanismPrediction,
     ) -> Result<Self, RecordError> {
-        let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
+        let mut one = |path, name, color| rows.name(rec, path, [(name, color)]);
         one(paths::LESSON_VELOCITY_LEVEL, "measured", style::SIGNAL)?;
         one(paths::LESSON_PREDICTED, "computed growth", style::ACCENT)?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
@@ -66,8 +63,6 @@ impl Lesson {
         };
         Ok(Self {
             text: LessonText::default(),
-            level: Rows::new(paths::LESSON_VELOCITY_LEVEL, 1),
-            predicted_level: Rows::new(paths::LESSON_PREDICTED, 1),
             hysteresis,
         })
     }
@@ -91,6 +86,7 @@ impl Lesson {
     pub fn push(
         &mut self,
         rec: &RecordingStream,
+        rows: &mut Rows,
         header: &Header,
         course: &LevelSample,
     ) -> Result<(), RecordError> {
@@ -105,17 +101,14 @@ impl Lesson {
                 None => Ok(()),
             };
         }
-        self.level.push(course.time, [shown(course.level)]);
-        let predicted_level = course.predicted.map_or(f64::NAN, shown);
-        self.predicted_level.push(course.time, [predicted_level]);
-        self.level.send_full(rec)?;
-        self.predicted_level.send_full(rec)
-    }
-
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.level.send(rec)?;
-        self.predicted_level.send(rec)
+        let predicted = course.predicted.map_or(f64::NAN, shown);
+        rows.push(
+            paths::LESSON_VELOCITY_LEVEL,
+            course.time,
+            [shown(course.level)],
+        );
+        rows.push(paths::LESSON_PREDICTED, course.time, [predicted]);
+        Ok(())
     }
 }
 
@@ -126,7 +119,7 @@ impl HysteresisLoop {
         (header, time): (&Header, f64),
         tone: &TiltedTone,
     ) -> Result<(), RecordError> {
-        let point = [tone.tilt.to_degrees(), 1e-3 * tone.frequency];
+        let point = [tone.tilt.to_degrees(), tone.frequency];
         let way = usize::from(tone.way == TiltDirection::Down);
         self.tones[way].push(point);
         let Some(joint) = header.joint() else {

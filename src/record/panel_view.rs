@@ -7,9 +7,11 @@
 //! | labels of peaks and lines to the peaks | `PATH/names`, `PATH/stems` |
 //! | caption, note | `PATH/caption`, `PATH/note` |
 
+use std::collections::BTreeMap;
+
 use crate::record::sdk::{
-    AnnotationContext, AsComponents, Clear, Color, LineStrips2D, Points2D, Radius,
-    SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, Clear, Color, LineStrips2D, Points2D, Radius, SegmentationImage,
+    Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
 };
 
 use super::{
@@ -17,7 +19,7 @@ use super::{
     error::RecordError,
     paths::{self, Root},
     plot::{CAPTION_HEIGHT, Plot, legend_height},
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream, log_from},
     style,
 };
 use crate::{
@@ -48,6 +50,29 @@ pub struct PanelView {
     image: Option<([usize; 2], usize)>,
 }
 
+/// The panels below a root, by their names in the layout.
+#[derive(Debug)]
+pub struct PanelViews {
+    root: Root,
+    views: BTreeMap<&'static str, PanelView>,
+}
+
+impl PanelViews {
+    /// No panels yet.
+    pub fn new(root: Root) -> Self {
+        Self {
+            root,
+            views: BTreeMap::new(),
+        }
+    }
+
+    /// The panel of a name.
+    pub fn of(&mut self, name: &'static str) -> &mut PanelView {
+        let view = self.views.entry(name);
+        view.or_insert_with(|| PanelView::of(name, &self.root))
+    }
+}
+
 /// The components of one entity.
 #[derive(Default)]
 struct Entity {
@@ -55,13 +80,10 @@ struct Entity {
     strip_colors: Vec<Color>,
     points: Vec<[f32; 2]>,
     point_colors: Vec<Color>,
-    labels: Vec<String>,
-    /// Half-width of lines and radius of points; `None` for the defaults of the view.
-    radius: Option<f32>,
+    /// Half-width of lines and radius of points.
+    radius: f32,
     has_strips: bool,
     has_points: bool,
-    /// Whether the labels are always visible, and not only as tooltips.
-    written: bool,
     order: f32,
 }
 
@@ -142,12 +164,12 @@ impl PanelView {
         if self.note != panel.note {
             self.note.clone_from(&panel.note);
             let note = words(&panel.note, [middle, height], style::POLE);
-            log(rec, &self.at(paths::PANEL_NOTE), at, &note)?;
+            log_from(rec, self.at(paths::PANEL_NOTE), at, &note)?;
         }
         if self.caption != panel.caption {
             self.caption.clone_from(&panel.caption);
             let caption = words(&panel.caption, [middle, -36.0], style::AXIS);
-            log(rec, &paths::caption(&self.path), at, &caption)?;
+            log_from(rec, paths::caption(&self.path), at, &caption)?;
         }
         Ok(())
     }
@@ -197,7 +219,7 @@ impl PanelView {
         if image.pixels.is_empty() {
             // The size is logged again with the next image.
             self.image = None;
-            return log(rec, &path, at, &Clear::flat());
+            return log_from(rec, &*path, at, &Clear::flat());
         }
         let now = Some((image.size, image.palette.len()));
         if self.image != now {
@@ -214,14 +236,14 @@ impl PanelView {
             let [columns, rows] = image.size.map(|side| side as f32);
             let scale = [(right - left) / columns, (bottom - top) / rows, 1.0];
             let place = Transform3D::from_translation([left, top, 0.0]).with_scale(scale);
-            log(rec, &path, at, &place)?;
+            log_from(rec, &*path, at, &place)?;
         }
         let size = image.size.map(|side| side as u32);
         let format = ImageFormat::segmentation(size, ChannelDatatype::U8);
         let picture = SegmentationImage::new(image.pixels.clone(), format)
             .with_opacity(1.0)
             .with_draw_order(-2.0);
-        log(rec, &path, at, &picture)
+        log_from(rec, &*path, at, &picture)
     }
 
     fn draw_peaks(
@@ -237,14 +259,24 @@ impl PanelView {
         let points = Points2D::new(tips.iter().copied())
             .with_colors([color])
             .with_radii([Radius::new_ui_points(2.5)]);
-        log(rec, &self.at(&layer.id), at, &points)?;
-        let named = tips.iter().zip(peaks).map(|(tip, (_, name))| Named {
-            tip: *tip,
-            name: name.clone(),
+        log_from(rec, self.at(&layer.id), at, &points)?;
+        let named = tips.into_iter().zip(peaks.iter().map(|(_, name)| &**name));
+        let labels = place_names(plot.width, named);
+        let names = Points2D::new(labels.iter().map(|label| label.at))
+            .with_labels(labels.iter().map(|label| shown(label.name)))
+            .with_show_labels(true)
+            .with_colors(vec![color; labels.len()])
+            .with_radii([Radius::new_ui_points(0.0)]);
+        // The lines start below the label, which the viewer draws below its position.
+        let stems = labels.iter().map(|label| {
+            let [x, tip] = label.tip;
+            [[x, label.at[1] + NAME_HEIGHT], [x, tip]]
         });
-        let (names, stems) = names_and_stems(plot.width, named, color);
-        log(rec, &self.at(paths::PANEL_NAMES), at, &names)?;
-        log(rec, &self.at(paths::PANEL_STEMS), at, &stems)
+        let stems = LineStrips2D::new(stems)
+            .with_colors([style::faded(color, 0.5)])
+            .with_radii([Radius::new_ui_points(0.5)]);
+        log_from(rec, self.at(paths::PANEL_NAMES), at, &names)?;
+        log_from(rec, self.at(paths::PANEL_STEMS), at, &stems)
     }
 }
 
@@ -256,63 +288,32 @@ pub const NAMES_HEIGHT: f32 = NAME_LINES as f32 * NAME_HEIGHT - 4.0;
 /// Space around a label, pixels.
 const NAME_PADDING: f32 = 16.0;
 
-/// Labels of peaks above the plot area, and lines from them to the peaks.
-fn names_and_stems(
-    width: f32,
-    named: impl Iterator<Item = Named>,
-    color: Color,
-) -> (Points2D, LineStrips2D) {
-    let placed = place_names(width, named);
-    let names = Points2D::new(placed.iter().map(|name| name.at))
-        .with_labels(placed.iter().map(|name| shown(&name.named.name)))
-        .with_show_labels(true)
-        .with_colors(vec![color; placed.len()])
-        .with_radii([Radius::new_ui_points(0.0)]);
-    // The lines start below the label, which the viewer draws below its position.
-    let stems = placed.iter().map(|name| {
-        let [x, tip] = name.named.tip;
-        [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
-    });
-    let stems = LineStrips2D::new(stems)
-        .with_colors([style::faded(color, 0.5)])
-        .with_radii([Radius::new_ui_points(0.5)]);
-    (names, stems)
-}
-
-/// Position and label of a peak.
-#[derive(Clone, Debug, PartialEq)]
-struct Named {
-    /// Position of the peak.
-    tip: [f32; 2],
-    /// Label of the peak.
-    name: String,
-}
-
-/// A label and its position.
-#[derive(Clone, Debug, PartialEq)]
-struct Placed {
-    named: Named,
+/// A label of a peak, its position, and that of the peak.
+struct PeakLabel<'a> {
+    name: &'a str,
     at: [f32; 2],
+    tip: [f32; 2],
 }
 
-/// Places labels above the plot area, centred over their peaks if possible, in the given order. Each label
+/// Places the labels of peaks above the plot area, centred over their peaks if possible, in the given order. Each label
 /// takes the lowest row in which it overlaps no other; a label without space is omitted, its peak keeps its
 /// mark.
-fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
-    let mut placed: Vec<Placed> = Vec::new();
+fn place_names<'a>(
+    width: f32,
+    peaks: impl Iterator<Item = ([f32; 2], &'a str)>,
+) -> Vec<PeakLabel<'a>> {
     let mut taken: [Vec<[f32; 2]>; NAME_LINES] = Default::default();
-    for named in names {
-        let half = 0.5 * (LETTER * named.name.chars().count() as f32 + NAME_PADDING);
-        let middle = named.tip[0].clamp(half - NAME_PADDING, width + NAME_PADDING - half);
+    let labels = peaks.filter_map(|(tip, name)| {
+        let half = 0.5 * (LETTER * name.chars().count() as f32 + NAME_PADDING);
+        let middle = tip[0].clamp(half - NAME_PADDING, width + NAME_PADDING - half);
         let [left, right] = [middle - half, middle + half];
         let is_free = |line: &Vec<[f32; 2]>| line.iter().all(|[a, b]| right <= *a || *b <= left);
-        if let Some(line) = taken.iter().position(is_free) {
-            taken[line].push([left, right]);
-            let at = [middle, -(line as f32 + 1.0) * NAME_HEIGHT - 4.0];
-            placed.push(Placed { named, at });
-        }
-    }
-    placed
+        let line = taken.iter().position(is_free)?;
+        taken[line].push([left, right]);
+        let at = [middle, -(line as f32 + 1.0) * NAME_HEIGHT - 4.0];
+        Some(PeakLabel { name, at, tip })
+    });
+    labels.collect()
 }
 
 /// Labels of the layers with their colours.
@@ -337,18 +338,6 @@ fn words(text: &str, at: [f32; 2], color: Color) -> Points2D {
         .with_radii([Radius::new_ui_points(0.0)])
 }
 
-fn log(
-    rec: &RecordingStream,
-    path: &str,
-    at: Option<Moment>,
-    what: &dyn AsComponents,
-) -> Result<(), RecordError> {
-    match at {
-        Some(at) => stream::log_at(rec, path, at, what),
-        None => rec.log_static(path, what),
-    }
-}
-
 impl Entity {
     /// Adds a layer; `number` is its drawing order.
     fn add(&mut self, plot: &Plot, layer: &Layer, number: f32) {
@@ -362,7 +351,7 @@ impl Entity {
                 width,
                 dashed,
             } => {
-                self.radius = Some((ENLARGED * width) as f32);
+                self.radius = (ENLARGED * width) as f32;
                 for strip in strips {
                     let strip = strip.iter().filter(finite).map(|point| place(*point));
                     let strip: Vec<[f32; 2]> = strip.collect();
@@ -377,11 +366,10 @@ impl Entity {
                 points,
                 radius,
                 marker,
-                ..
             } => {
                 let places = points.iter().filter(finite).map(|point| place(*point));
                 // Smaller points are not visible on a screen.
-                self.radius = Some((1.2 * radius).max(1.6) as f32);
+                self.radius = (1.2 * radius).max(1.6) as f32;
                 match marker {
                     Marker::Cross => self.add_strips(places.map(cross), color),
                     _ if layer.fading => {
@@ -395,19 +383,11 @@ impl Entity {
                 }
             }
             Shape::Areas { outlines, .. } => {
-                self.radius = Some(0.6);
+                self.radius = 0.6;
                 for outline in outlines {
                     let corners = outline.iter().chain(outline.first());
                     self.add_strips([corners.map(|point| place(*point)).collect()], color);
                 }
-            }
-            Shape::Text(at, text) => {
-                // The viewer centres a label at its position.
-                let [x, y] = place(*at);
-                let half = 0.5 * LETTER * text.chars().count() as f32 + GAP;
-                self.add_points([[x + half, y - 13.0]], color);
-                self.labels.push(escape::line(text).into_owned());
-                (self.radius, self.written) = (Some(0.0), true);
             }
             Shape::Image(_) | Shape::Peaks(_) => {}
         }
@@ -436,39 +416,23 @@ impl Entity {
             .extend(near.map(|at| at.map(|c| c as f32 / 4.0)));
     }
 
-    fn log(
-        mut self,
-        rec: &RecordingStream,
-        path: &str,
-        at: Option<Moment>,
-    ) -> Result<(), RecordError> {
+    fn log(self, rec: &RecordingStream, path: &str, at: Option<Moment>) -> Result<(), RecordError> {
+        let radius = [Radius::new_ui_points(self.radius)];
         if self.has_strips {
-            let mut strips = LineStrips2D::new(std::mem::take(&mut self.strips))
-                .with_colors(single(std::mem::take(&mut self.strip_colors)));
-            if let Some(radius) = self.radius {
-                let radius = Radius::new_ui_points(radius);
-                strips = strips.with_radii([radius]).with_draw_order(self.order);
-            }
-            if !self.has_points && !self.labels.is_empty() {
-                strips = strips.with_labels(std::mem::take(&mut self.labels));
-            }
-            log(rec, path, at, &strips)?;
+            let strips = LineStrips2D::new(self.strips)
+                .with_colors(single(self.strip_colors))
+                .with_radii(radius)
+                .with_draw_order(self.order);
+            log_from(rec, path, at, &strips)?;
         }
-        if !self.has_points {
-            return Ok(());
+        if self.has_points {
+            let points = Points2D::new(self.points)
+                .with_colors(single(self.point_colors))
+                .with_radii(radius)
+                .with_draw_order(self.order);
+            log_from(rec, path, at, &points)?;
         }
-        let mut points = Points2D::new(self.points).with_colors(single(self.point_colors));
-        if let Some(radius) = self.radius {
-            let radius = Radius::new_ui_points(radius);
-            points = points.with_radii([radius]).with_draw_order(self.order);
-        }
-        if !self.labels.is_empty() {
-            points = points.with_labels(self.labels);
-        }
-        if self.written {
-            points = points.with_show_labels(true);
-        }
-        log(rec, path, at, &points)
+        Ok(())
     }
 }
 
@@ -480,7 +444,7 @@ fn single(mut colors: Vec<Color>) -> Vec<Color> {
     colors
 }
 
-/// A cross as one polyline through its centre, so that it has one label.
+/// A cross as one polyline through its centre.
 fn cross([x, y]: [f32; 2]) -> Vec<[f32; 2]> {
     let ends = [
         [-1.0, -1.0],
@@ -532,10 +496,7 @@ mod tests {
 
     #[test]
     fn labels_do_not_overlap() {
-        let named = |x: f32, name: &str| Named {
-            tip: [x, 50.0],
-            name: name.to_owned(),
-        };
+        let named = |x: f32, name: &'static str| ([x, 50.0], name);
         let crowd = [
             (100.0, "f1: 4.12"),
             (103.0, "f2: 3.88"),
@@ -551,7 +512,7 @@ mod tests {
         let five = [100.0, 101.0, 102.0, 103.0, 300.0].map(|x| named(x, "f1: 4.12"));
         let kept: Vec<_> = place_names(400.0, five.into_iter())
             .iter()
-            .map(|p| p.named.tip[0])
+            .map(|p| p.tip[0])
             .collect();
         assert_eq!(kept, [100.0, 101.0, 102.0, 300.0]);
     }

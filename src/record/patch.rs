@@ -6,13 +6,15 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use crate::record::sdk::{Arrows3D, LineStrips3D, Points3D, Radius};
 
 use super::{
     camera::Camera,
     error::RecordError,
     paths,
-    samples::{Rows, name_series},
+    samples::Rows,
     stream::{self, RecordingStream},
     style::{self, short},
 };
@@ -51,26 +53,27 @@ pub struct Patch {
     radii: Vec<Radius>,
     friction: Vec<[f32; 3]>,
     redraw: RedrawTimer,
-    counts: Rows,
-    force: Rows,
 }
 
 impl Patch {
     /// Draws the static elements and starts empty.
-    pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
-        let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
-        name_series(
-            rec,
-            paths::NODE_COUNTS,
-            ["slip", "stick", "separated"].map(str::to_owned),
-            states.map(style::node),
-        )?;
-        name_series(
-            rec,
-            paths::CONTACT_FORCE,
-            ["normal force, N", "friction, N"].map(str::to_owned),
-            [style::LOAD, style::FRICTION],
-        )?;
+    pub fn new(
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        joint: &JointInfo,
+    ) -> Result<Self, RecordError> {
+        let counts = [
+            ("slip", NodeState::Slip),
+            ("stick", NodeState::Stick),
+            ("separated", NodeState::Separated),
+        ];
+        let counts = counts.map(|(name, state)| (name, style::node(state)));
+        rows.name(rec, paths::NODE_COUNTS, counts)?;
+        let forces = [
+            ("normal force, N", style::LOAD),
+            ("friction, N", style::FRICTION),
+        ];
+        rows.name(rec, paths::CONTACT_FORCE, forces)?;
         draw_circles(rec, joint)?;
         draw_pole(rec, joint)?;
         Ok(Self {
@@ -85,13 +88,16 @@ impl Patch {
             radii: Vec::new(),
             friction: Vec::new(),
             redraw: RedrawTimer::default(),
-            counts: Rows::new(paths::NODE_COUNTS, 3),
-            force: Rows::new(paths::CONTACT_FORCE, 2),
         })
     }
 
     /// Adds a frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    pub fn push(
+        &mut self,
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        frame: &Frame,
+    ) -> Result<(), RecordError> {
         let same = Arc::ptr_eq(&self.geometry, &frame.geometry) || self.geometry == frame.geometry;
         if !same {
             let first = self.geometry.positions.is_empty();
@@ -104,24 +110,16 @@ impl Patch {
         self.redraw.set_rate(frame);
         for snapshot in &frame.patch {
             if self.redraw.is_due(snapshot.time) {
-                self.push_snapshot(snapshot);
+                self.push_snapshot(rows, snapshot);
             }
         }
         if self.colors.len() >= BATCH_NODES {
             self.send(rec)?;
         }
-        self.counts.send_full(rec)?;
-        self.force.send_full(rec)
+        Ok(())
     }
 
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.send(rec)?;
-        self.counts.send(rec)?;
-        self.force.send(rec)
-    }
-
-    fn push_snapshot(&mut self, snapshot: &PatchSnapshot) {
+    fn push_snapshot(&mut self, rows: &mut Rows, snapshot: &PatchSnapshot) {
         let geometry = &*self.geometry;
         let nodes = snapshot.states.len();
         self.times.push(stream::nanos(snapshot.time));
@@ -147,19 +145,17 @@ impl Patch {
         self.friction
             .extend(arrows.map(|f| f.map(|c| (scale * c) as f32)));
 
-        let [stick, slip, separated] = [NodeState::Stick, NodeState::Slip, NodeState::Separated]
-            .map(|state| snapshot.count(state));
-        self.counts.push(
-            snapshot.time,
-            [slip, stick, separated].map(|count| count as f64),
-        );
+        let counts = [NodeState::Slip, NodeState::Stick, NodeState::Separated]
+            .map(|state| snapshot.count(state) as f64);
+        rows.push(paths::NODE_COUNTS, snapshot.time, counts);
         let normal = snapshot.normal_force.iter().sum();
         let friction = (0..3).map(|c| snapshot.friction.iter().map(|f| f[c]).sum::<f64>());
         let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
-        self.force.push(snapshot.time, [normal, friction]);
+        rows.push(paths::CONTACT_FORCE, snapshot.time, [normal, friction]);
     }
 
-    fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    /// Sends pending snapshots.
+    pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         if self.times.is_empty() {
             return Ok(());
         }
@@ -301,33 +297,19 @@ fn circle(axis: [f64; 3], radius: f64, angle: f64) -> Vec<[f32; 3]> {
     let radius = 1e3 * radius;
     // Two unit vectors perpendicular to the axis and to each other, starting from the coordinate direction
     // with the smallest component along the axis.
-    let least = (0..3).min_by(|&i, &j| axis[i].abs().total_cmp(&axis[j].abs()));
-    let mut helper = [0.0; 3];
-    helper[least.unwrap_or(0)] = 1.0;
-    let first = unit(cross(axis, helper));
-    let second = cross(axis, first);
+    let axis = Vector3::from(axis);
+    let mut helper = Vector3::zeros();
+    helper[axis.iamin()] = 1.0;
+    let first = axis.cross(&helper).normalize();
+    let second = axis.cross(&first);
     (0..=CORNERS)
         .map(|k| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
-            std::array::from_fn(|i| {
-                let across = cos * first[i] + sin * second[i];
-                (radius * (angle.cos() * axis[i] + angle.sin() * across)) as f32
-            })
+            let across = cos * first + sin * second;
+            let point = radius * (angle.cos() * axis + angle.sin() * across);
+            point.map(|c| c as f32).into()
         })
         .collect()
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = a.iter().map(|c| c * c).sum::<f64>().sqrt();
-    a.map(|c| c / length)
 }
 
 #[cfg(test)]
@@ -336,7 +318,7 @@ mod tests {
 
     #[test]
     fn circles_lie_on_the_ball_at_their_angle() {
-        let axis = unit([0.1, -0.2, 1.0]);
+        let axis: [f64; 3] = Vector3::new(0.1, -0.2, 1.0).normalize().into();
         for point in circle(axis, 0.0158, 0.1) {
             let p = point.map(f64::from);
             let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -8,7 +8,7 @@ use super::{
     error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
-    samples::{Rows, name_series},
+    samples::Rows,
     stream::{self, RecordingStream},
     style, text,
 };
@@ -28,8 +28,6 @@ const TRAJECTORIES: [(&str, Color); 2] =
 /// Draws both trajectories and their distance.
 #[derive(Debug)]
 pub struct PerturbedTrajectory {
-    displacement: Rows,
-    distance: Rows,
     /// Displacement (m) and velocity (m/s) of both trajectories at the last samples, oldest first.
     trail: VecDeque<[[f64; 2]; 2]>,
     scales: [FullScale; 2],
@@ -40,8 +38,8 @@ pub struct PerturbedTrajectory {
 
 impl PerturbedTrajectory {
     /// Names the series and starts empty.
-    pub fn new(rec: &RecordingStream) -> Result<Self, RecordError> {
-        let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
+    pub fn new(rec: &RecordingStream, rows: &mut Rows) -> Result<Self, RecordError> {
+        let mut one = |path, name, color| rows.name(rec, path, [(name, color)]);
         one(
             paths::PERTURBED_DISPLACEMENT,
             "perturbed trajectory, µm",
@@ -49,8 +47,6 @@ impl PerturbedTrajectory {
         )?;
         one(paths::DIVERGENCE_DISTANCE, "distance", style::SIGNAL)?;
         Ok(Self {
-            displacement: Rows::new(paths::PERTURBED_DISPLACEMENT, 1),
-            distance: Rows::new(paths::DIVERGENCE_DISTANCE, 1),
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             portraits: PanelView::of("both-portraits", &Root::of_run()),
@@ -60,7 +56,12 @@ impl PerturbedTrajectory {
     }
 
     /// Adds a frame; the trails are redrawn once per frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    pub fn push(
+        &mut self,
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        frame: &Frame,
+    ) -> Result<(), RecordError> {
         let Some(perturbed) = frame
             .perturbed
             .as_ref()
@@ -72,12 +73,11 @@ impl PerturbedTrajectory {
         let second = perturbed.displacement.iter().zip(&perturbed.velocity);
         for (k, (&u, &v)) in (perturbed.first..).zip(second) {
             if k % every == 0 {
-                self.displacement.push(frame.time(k), [1e6 * u]);
+                rows.push(paths::PERTURBED_DISPLACEMENT, frame.time(k), [1e6 * u]);
             }
             let first = [frame.displacement[k], frame.velocity[k]];
             self.trail.push_back([first, [u, v]]);
         }
-        self.displacement.send_full(rec)?;
         let keep = (TRAIL / frame.dt).round() as usize;
         self.trail.drain(..self.trail.len().saturating_sub(keep));
         self.redraw.set_rate(frame);
@@ -117,45 +117,47 @@ impl PerturbedTrajectory {
     pub fn push_distance(
         &mut self,
         rec: &RecordingStream,
+        rows: &mut Rows,
         header: &Header,
         separation: &TrajectoryDivergence,
     ) -> Result<(), RecordError> {
         // A gap where the distance is zero.
         let level = separation.distance.log10();
         let level = if level.is_finite() { level } else { f64::NAN };
-        self.distance.push(separation.time, [level]);
-        self.distance.send(rec)?;
+        rows.push(paths::DIVERGENCE_DISTANCE, separation.time, [level]);
         let before = self.last.replace(*separation);
         if before.is_none_or(|before| before.saturated.is_none()) && separation.saturated.is_some()
         {
-            self.draw_fit(rec)?;
+            self.draw_fit(rec, rows)?;
         }
         let words = text::document(document(header, separation));
         stream::log_at(rec, paths::DIVERGENCE_TEXT, separation.time, &words)
     }
 
     /// Draws the fitted line of the logarithmic distance once it is final.
-    fn draw_fit(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+    fn draw_fit(&self, rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
         let Some((separation, line)) = self.last.and_then(|last| Some((last, last.line?))) else {
             return Ok(());
         };
         let name = format!("slope λ = {} per s", rate(line));
-        name_series(rec, paths::DIVERGENCE_FIT, [name], [style::ACCENT])?;
+        rows.name(rec, paths::DIVERGENCE_FIT, [(name, style::ACCENT)])?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
         rec.log_static(paths::DIVERGENCE_FIT, &width)?;
-        let mut rows = Rows::new(paths::DIVERGENCE_FIT, 1);
         for time in [line.since, separation.saturated.unwrap_or(separation.time)] {
             let level = line.intercept + line.rate * (time - separation.start);
-            rows.push(time, [level / std::f64::consts::LN_10]);
+            rows.push(
+                paths::DIVERGENCE_FIT,
+                time,
+                [level / std::f64::consts::LN_10],
+            );
         }
-        rows.send(rec)
+        Ok(())
     }
 
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.displacement.send(rec)?;
+    /// Draws the fitted line of distances that are not saturated.
+    pub fn finish(&self, rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
         match self.last {
-            Some(last) if last.saturated.is_none() => self.draw_fit(rec),
+            Some(last) if last.saturated.is_none() => self.draw_fit(rec, rows),
             _ => Ok(()),
         }
     }

@@ -6,7 +6,7 @@ use crate::record::sdk::{Color, LineStrips2D, Points2D, Radius};
 use super::{
     error::RecordError,
     paths,
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream, log_from},
     style,
 };
 use crate::plot::{Axis, shown};
@@ -64,7 +64,7 @@ impl Plot {
     }
 
     /// Ticks of both axes.
-    fn ticks(&self) -> [Vec<f64>; 2] {
+    fn ticks(&self) -> [Vec<(f64, String)>; 2] {
         let most = |length: f32, spacing: f32| ((length / spacing) as usize).max(3);
         [
             self.x.ticks(most(self.width, TICKS[0])),
@@ -84,18 +84,8 @@ impl Plot {
         path: &str,
         from: Option<Moment>,
     ) -> Result<(), RecordError> {
-        let (lines, labels) = (self.lines(), self.labels());
-        let (line_path, label_path) = (paths::axis_lines(path), paths::axis_labels(path));
-        match from {
-            Some(from) => {
-                stream::log_at(rec, line_path, from, &lines)?;
-                stream::log_at(rec, label_path, from, &labels)
-            }
-            None => {
-                rec.log_static(line_path, &lines)?;
-                rec.log_static(label_path, &labels)
-            }
-        }
+        log_from(rec, paths::axis_lines(path), from, &self.lines())?;
+        log_from(rec, paths::axis_labels(path), from, &self.labels())
     }
 
     /// Frame, and ticks or grid lines.
@@ -104,13 +94,13 @@ impl Plot {
         let mut strips = Vec::new();
         let mut colors = Vec::new();
         let [x_ticks, y_ticks] = self.ticks();
-        for tick in x_ticks {
+        for (tick, _) in x_ticks {
             let [x, _] = self.at(tick, self.y.range[0]);
             let top = if self.grid { 0.0 } else { h };
             strips.push(vec![[x, top], [x, h + 4.0]]);
             colors.push(if self.grid { style::GRID } else { style::AXIS });
         }
-        for tick in y_ticks {
+        for (tick, _) in y_ticks {
             let [_, y] = self.at(self.x.range[0], tick);
             let right = if self.grid { w } else { 0.0 };
             strips.push(vec![[-4.0, y], [right, y]]);
@@ -129,13 +119,15 @@ impl Plot {
         let mut points = Vec::new();
         let mut words = Vec::new();
         let [x_ticks, y_ticks] = self.ticks();
-        words.extend(self.x.labels(&x_ticks));
-        words.extend(self.y.labels(&y_ticks));
         let [left, bottom] = [self.x.range[0], self.y.range[0]];
-        let below = |tick: f64| [self.at(tick, bottom)[0], self.height + 11.0];
-        let beside = |tick: f64| [-26.0, self.at(left, tick)[1] - 12.0];
-        points.extend(x_ticks.into_iter().map(below));
-        points.extend(y_ticks.into_iter().map(beside));
+        for (tick, label) in x_ticks {
+            points.push([self.at(tick, bottom)[0], self.height + 11.0]);
+            words.push(label);
+        }
+        for (tick, label) in y_ticks {
+            points.push([-26.0, self.at(left, tick)[1] - 12.0]);
+            words.push(label);
+        }
         points.push([0.5 * self.width, self.height + 40.0]);
         words.push(shown(&self.x.label()));
         if !self.y.label().is_empty() {

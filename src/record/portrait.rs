@@ -26,8 +26,8 @@ use crate::{
 pub const TRAIL: f64 = 20e-3;
 /// Interval of the logged current points, samples.
 const POINT_EVERY: usize = 10;
-/// Approximate maximum number of pieces of the trail of the phase portrait.
-const FADES: f64 = 100.0;
+/// Number of pieces of the trail of the phase portrait, each with an age.
+const FADES: usize = 20;
 /// Number of pieces of the delay trail, each with one colour.
 const PIECES: usize = 8;
 
@@ -38,45 +38,11 @@ pub struct Portrait {
     length: f64,
     /// Colours of the trail by status; the first one if there is no status.
     colors: Vec<Color>,
-    /// The last frames, oldest first.
-    trail: VecDeque<Piece>,
+    /// Displacement (m), velocity (m/s) and status of the last samples, oldest first.
+    trail: VecDeque<([f64; 2], u8)>,
     scales: [FullScale; 2],
-    drawn: bool,
+    view: PanelView,
     redraw: RedrawTimer,
-}
-
-/// A piece of the trail: one frame or several short ones.
-#[derive(Debug)]
-struct Piece {
-    /// Displacement in m, velocity in m/s.
-    points: Vec<[f64; 2]>,
-    /// Runs of the same status: number of points and status.
-    stretches: Vec<(usize, u8)>,
-}
-
-impl Piece {
-    fn new(frame: &Frame) -> Self {
-        let points = frame.displacement.iter().zip(&frame.velocity);
-        let stretches = frame.status.chunk_by(|a, b| a == b);
-        let mut stretches: Vec<_> = stretches.map(|same| (same.len(), same[0])).collect();
-        if stretches.is_empty() {
-            stretches.push((frame.len(), 0));
-        }
-        Self {
-            points: points.map(|(&u, &v)| [u, v]).collect(),
-            stretches,
-        }
-    }
-
-    fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
-        self.points.iter()
-    }
-
-    /// Appends the next piece.
-    fn append(&mut self, next: Self) {
-        self.points.extend(next.points);
-        self.stretches.extend(next.stretches);
-    }
 }
 
 impl Portrait {
@@ -88,7 +54,7 @@ impl Portrait {
             colors,
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
-            drawn: false,
+            view: PanelView::of("portrait", &Root::of_run()),
             redraw: RedrawTimer::default(),
         }
     }
@@ -98,107 +64,73 @@ impl Portrait {
         if frame.is_empty() {
             return Ok(());
         }
-        self.lengthen(frame);
+        let samples = frame.displacement.iter().zip(&frame.velocity);
+        let status = frame.status.iter().copied().chain(std::iter::repeat(0));
+        self.trail.extend(
+            samples
+                .zip(status)
+                .map(|((&u, &v), status)| ([u, v], status)),
+        );
+        let wanted = (self.length / frame.dt).ceil() as usize;
+        let piece = wanted.div_ceil(FADES);
+        // Whole pieces, so that a point stays in its piece: pieces that shift compress badly.
+        let surplus = self.trail.len().saturating_sub(wanted) / piece * piece;
+        self.trail.drain(..surplus);
         self.redraw.set_rate(frame);
         if !self.redraw.is_due(frame.end()) {
             return Ok(());
         }
-
-        let mut changed = !self.drawn;
-        self.drawn = true;
         for (c, scale) in self.scales.iter_mut().enumerate() {
-            let all = self.trail.iter().flat_map(Piece::points);
-            let peak = all.map(|p| p[c].abs()).fold(0.0, f64::max);
-            changed |= scale.update(peak, SMALLEST[c]);
+            let sizes = self.trail.iter().map(|(point, _)| point[c].abs());
+            scale.update(sizes.fold(0.0, f64::max), SMALLEST[c]);
         }
-        let field = Field::new(self.scales.map(FullScale::get));
-        if changed {
-            field
-                .plot
-                .draw(rec, paths::PORTRAIT, Some(frame.t0.into()))?;
-        }
-        self.draw_trail(rec, &field, frame)?;
-        draw_point(rec, &field, frame)
-    }
-
-    /// Adds a frame to the trail and removes frames that are too old.
-    fn lengthen(&mut self, frame: &Frame) {
-        let wanted = (self.length / frame.dt).ceil();
-        let piece = Piece::new(frame);
-        match self.trail.back_mut() {
-            // More pieces, each with its own colour, would not improve the fading.
-            Some(last) if (last.points.len() as f64) < wanted / FADES => last.append(piece),
-            _ => self.trail.push_back(piece),
-        }
-        let mut count: usize = self.trail.iter().map(|piece| piece.points.len()).sum();
-        while let Some(oldest) = self.trail.front() {
-            count -= oldest.points.len();
-            if (count as f64) < wanted || count == 0 {
-                break;
-            }
-            self.trail.pop_front();
-        }
+        let reach = self.scales.map(FullScale::get);
+        let panel = phase_portrait(&[], Some(reach), plot::Color::Run);
+        let plot = self.view.draw_axes(rec, Some(frame.t0.into()), &panel)?;
+        self.draw_trail(rec, &plot, frame.t0, piece)?;
+        draw_point(rec, &plot, frame)
     }
 
     fn draw_trail(
-        &self,
+        &mut self,
         rec: &RecordingStream,
-        field: &Field,
-        frame: &Frame,
+        plot: &Plot,
+        time: f64,
+        piece: usize,
     ) -> Result<(), RecordError> {
-        let pieces = self.trail.len();
+        let points = &*self.trail.make_contiguous();
+        let pieces = points.chunks(piece);
+        let count = pieces.len();
         let mut strips = Vec::new();
         let mut colors = Vec::new();
-        for (k, piece) in self.trail.iter().enumerate() {
-            // Each run ends at the first point of the next one, so that there is no gap.
-            let next = self.trail.get(k + 1).and_then(|piece| piece.points.first());
-            let mut start = 0;
-            for &(length, status) in &piece.stretches {
-                let (stretch, rest) = piece.points[start..].split_at(length);
-                let points = stretch.iter().chain(rest.first().or(next));
-                strips.push(points.map(|p| field.at(*p)).collect::<Vec<_>>());
-                colors.push(style::fade(self.colors[usize::from(status)], k + 1, pieces));
-                start += length;
+        let mut end = 0;
+        for (k, piece) in pieces.enumerate() {
+            for run in piece.chunk_by(|a, b| a.1 == b.1) {
+                // Each run ends at the first point of the next one, so that there is no gap.
+                let start = end;
+                end += run.len();
+                let run_and_next = &points[start..(end + 1).min(points.len())];
+                let strip = run_and_next.iter().map(|([u, v], _)| plot.at(*u, *v));
+                strips.push(strip.collect::<Vec<_>>());
+                let color = self.colors[usize::from(run[0].1)];
+                colors.push(style::fade(color, k + 1, count));
             }
         }
         let trail = LineStrips2D::new(strips)
             .with_colors(colors)
             .with_radii([Radius::new_ui_points(0.7)]);
-        stream::log_at(rec, paths::PORTRAIT_TRAIL, frame.t0, &trail)
-    }
-}
-
-/// The phase plane: the axes of its panel, and the factors to their units.
-struct Field {
-    plot: Plot,
-    factors: [f64; 2],
-}
-
-impl Field {
-    /// The phase plane with given full scales (m and m/s).
-    fn new(scales: [f64; 2]) -> Self {
-        let panel = phase_portrait(&[], Some(scales), plot::Color::Run);
-        Self {
-            factors: [panel.x.range[1] / scales[0], panel.y.range[1] / scales[1]],
-            plot: PanelView::of("portrait", &Root::of_run()).plot(&panel),
-        }
-    }
-
-    /// Position of a displacement (m) and a velocity (m/s) in the plot.
-    fn at(&self, [u, v]: [f64; 2]) -> [f32; 2] {
-        let [length, speed] = self.factors;
-        self.plot.at(length * u, speed * v)
+        stream::log_at(rec, paths::PORTRAIT_TRAIL, time, &trail)
     }
 }
 
 /// Logs the current point several times within the frame.
-fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(), RecordError> {
+fn draw_point(rec: &RecordingStream, plot: &Plot, frame: &Frame) -> Result<(), RecordError> {
     let chosen = (0..frame.len()).step_by(POINT_EVERY);
     let times: Vec<i64> = chosen
         .clone()
         .map(|k| stream::nanos(frame.time(k)))
         .collect();
-    let positions = chosen.map(|k| field.at([frame.displacement[k], frame.velocity[k]]));
+    let positions = chosen.map(|k| plot.at(frame.displacement[k], frame.velocity[k]));
     let columns = Points2D::update_fields()
         .with_positions(positions)
         .columns_of_unit_batches();

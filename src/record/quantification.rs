@@ -1,84 +1,89 @@
 //! Recurrence quantification over time, one series per measure.
 
-use crate::record::sdk::Scalars;
-
-use super::{
-    error::RecordError,
-    paths,
-    samples::name_series,
-    stream::{self, RecordingStream},
-    style,
-};
+use super::{error::RecordError, paths, samples::Rows, stream::RecordingStream, style};
 use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriods};
 use crate::plot::Unit;
+use crate::record::sdk::Color;
 
 /// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
+
+/// What a measure counts.
+#[derive(Clone, Copy)]
+enum Quantity {
+    /// A number with its own unit.
+    Number,
+    /// A number of states, written as a short or as a long duration.
+    Short,
+    Long,
+    /// A number per state, written over a long duration.
+    Rate,
+}
+
+/// Entity, name, quantity and colour of each measure.
+const SERIES: [(&str, &str, Quantity, Color); 11] = {
+    use Quantity::{Long, Number, Rate, Short};
+    use style::{ACCENT, FRICTION, ROTATION, SIGNAL};
+    [
+        (paths::RECURRENCE_RATE, "RR", Number, SIGNAL),
+        (paths::DETERMINISM, "DET", Number, ACCENT),
+        (paths::LAMINARITY, "LAM", Number, ROTATION),
+        (paths::MEAN_DIAGONAL, "L", Long, SIGNAL),
+        (paths::LONGEST_DIAGONAL, "Lmax", Long, ACCENT),
+        (paths::TRAPPING_TIME, "TT", Short, SIGNAL),
+        (paths::RECURRENCE_TIME_1, "T1", Short, ROTATION),
+        (paths::RECURRENCE_TIME_2, "T2", Short, FRICTION),
+        (paths::ENTROPY, "ENTR, nats", Number, SIGNAL),
+        (paths::DIVERGENCE_RATE, "DIV", Rate, ACCENT),
+        (paths::TREND, "TREND", Rate, FRICTION),
+    ]
+};
 
 /// Draws recurrence measures.
 #[derive(Debug, Default)]
 pub struct Quantification {
     /// Units of short and long durations, determined by the first measures.
-    units: Option<Units>,
-}
-
-/// Factors from SI to the units of the series.
-#[derive(Clone, Copy, Debug)]
-struct Units {
-    short: f64,
-    long: f64,
+    units: Option<[Unit; 2]>,
 }
 
 impl Quantification {
-    /// Draws the measures of a window that ends at `time` (s), with states `dt` (s) apart; `periods` in s. An
-    /// undefined measure is a gap.
+    /// Draws the measures of a window that ends at `time` (s), with states `dt` (s) apart; `periods` in s.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
-        time: f64,
-        dt: f64,
-        measures: &Measures,
-        periods: &RecurrencePeriods,
+        rows: &mut Rows,
+        (time, dt): (f64, f64),
+        (measures, periods): (&Measures, &RecurrencePeriods),
     ) -> Result<(), RecordError> {
-        let units = match self.units {
-            Some(units) => units,
-            None => name_measures(rec, dt)?,
-        };
-        self.units = Some(units);
-        let short = |states: f64| units.short * dt * states;
-        let long = |states: f64| units.long * dt * states;
-        let rows = [
-            (paths::RECURRENCE_RATE, Some(measures.recurrence_rate)),
-            (paths::DETERMINISM, measures.determinism),
-            (paths::LAMINARITY, measures.laminarity),
-            (paths::MEAN_DIAGONAL, measures.mean_diagonal.map(long)),
-            (
-                paths::LONGEST_DIAGONAL,
-                Some(long(measures.longest_diagonal)),
-            ),
-            (paths::TRAPPING_TIME, measures.trapping_time.map(short)),
-            (
-                paths::RECURRENCE_TIME_1,
-                measures.recurrence_time_1.map(short),
-            ),
-            (
-                paths::RECURRENCE_TIME_2,
-                measures.recurrence_time_2.map(short),
-            ),
-            (paths::ENTROPY, measures.entropy),
-            (
-                paths::DIVERGENCE_RATE,
-                measures.divergence.map(|div| div / (units.long * dt)),
-            ),
-            // TREND is per thousand states; converted to a rate over time.
-            (
-                paths::TREND,
-                measures.trend.map(|trend| trend / (1e3 * units.long * dt)),
-            ),
+        if self.units.is_none() {
+            name_measures(rec, rows, dt)?;
+        }
+        let units = self.units.get_or_insert_with(|| units(dt));
+        let [short, long] = units.each_ref().map(|unit| unit.factor * dt);
+        // In the order of the series; an undefined measure is a gap.
+        let values = [
+            Some(measures.recurrence_rate),
+            measures.determinism,
+            measures.laminarity,
+            measures.mean_diagonal,
+            Some(measures.longest_diagonal),
+            measures.trapping_time,
+            measures.recurrence_time_1,
+            measures.recurrence_time_2,
+            measures.entropy,
+            measures.divergence,
+            // TREND is per thousand states.
+            measures.trend.map(|trend| 1e-3 * trend),
         ];
-        for (path, value) in rows {
-            let value = value.unwrap_or(f64::NAN);
-            stream::log_at(rec, path, time, &Scalars::single(value))?;
+        for ((path, _, quantity, _), value) in SERIES.into_iter().zip(values) {
+            let factor = match quantity {
+                Quantity::Number => 1.0,
+                Quantity::Short => short,
+                Quantity::Long => long,
+                Quantity::Rate => long.recip(),
+            };
+            let value = value.map_or(f64::NAN, |value| factor * value);
+            rows.push(path, time, [value]);
         }
         let kinds = [
             RecurrenceKind::Finest,
@@ -86,45 +91,34 @@ impl Quantification {
             RecurrenceKind::Doubled,
         ];
         let period = |kind| periods.last(kind).map_or(f64::NAN, |found| found.period);
-        let scaled = kinds.map(|kind| units.short * period(kind));
-        stream::log_at(rec, paths::PERIOD, time, &Scalars::new(scaled))
+        let periods = kinds.map(|kind| units[0].factor * period(kind));
+        rows.push(paths::PERIOD, time, periods);
+        Ok(())
     }
 }
 
+/// Units of short and long durations for the spacing of the states (s).
+fn units(dt: f64) -> [Unit; 2] {
+    [dt, LONG * dt].map(|duration| Unit::of("s", duration))
+}
+
 /// Names the series; the units depend on the spacing of the states (s).
-fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
-    let short = Unit::of("s", dt);
-    let long = Unit::of("s", LONG * dt);
-    let (s, l) = (&short.symbol, &long.symbol);
-    let series = [
-        (paths::RECURRENCE_RATE, "RR".to_owned(), style::SIGNAL),
-        (paths::DETERMINISM, "DET".to_owned(), style::ACCENT),
-        (paths::LAMINARITY, "LAM".to_owned(), style::ROTATION),
-        (paths::MEAN_DIAGONAL, format!("L, {l}"), style::SIGNAL),
-        (paths::LONGEST_DIAGONAL, format!("Lmax, {l}"), style::ACCENT),
-        (paths::TRAPPING_TIME, format!("TT, {s}"), style::SIGNAL),
-        (
-            paths::RECURRENCE_TIME_1,
-            format!("T1, {s}"),
-            style::ROTATION,
-        ),
-        (
-            paths::RECURRENCE_TIME_2,
-            format!("T2, {s}"),
-            style::FRICTION,
-        ),
-        (paths::ENTROPY, "ENTR, nats".to_owned(), style::SIGNAL),
-        (paths::DIVERGENCE_RATE, format!("DIV, 1/{l}"), style::ACCENT),
-        (paths::TREND, format!("TREND, 1/{l}"), style::FRICTION),
-    ];
-    for (path, name, color) in series {
-        name_series(rec, path, [name], [color])?;
+fn name_measures(rec: &RecordingStream, rows: &mut Rows, dt: f64) -> Result<(), RecordError> {
+    let [short, long] = units(dt).map(|unit| unit.symbol);
+    for (path, name, quantity, color) in SERIES {
+        let name = match quantity {
+            Quantity::Number => name.to_owned(),
+            Quantity::Short => format!("{name}, {short}"),
+            Quantity::Long => format!("{name}, {long}"),
+            Quantity::Rate => format!("{name}, 1/{long}"),
+        };
+        rows.name(rec, path, [(name, color)])?;
     }
-    let names = ["finest period", "beat", "doubled period"].map(|name| format!("{name}, {s}"));
-    let colors = [style::ACCENT, style::SIGNAL, style::FRICTION];
-    name_series(rec, paths::PERIOD, names, colors)?;
-    Ok(Units {
-        short: short.factor,
-        long: long.factor,
-    })
+    let periods = [
+        ("finest period", style::ACCENT),
+        ("beat", style::SIGNAL),
+        ("doubled period", style::FRICTION),
+    ];
+    let periods = periods.map(|(name, color)| (format!("{name}, {short}"), color));
+    rows.name(rec, paths::PERIOD, periods)
 }

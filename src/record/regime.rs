@@ -1,11 +1,11 @@
 //! The type of motion: its confidence over time, and the evidence as text.
 
-use crate::record::sdk::{Scalars, SeriesPoints};
+use crate::record::sdk::SeriesPoints;
 
 use super::{
     error::RecordError,
     paths,
-    samples::name_series,
+    samples::Rows,
     stream::{self, RecordingStream},
     style, text,
 };
@@ -17,10 +17,14 @@ use crate::{
 };
 
 /// Names the regimes and the series.
-pub fn name_regimes(rec: &RecordingStream) -> Result<(), RecordError> {
+pub fn name_regimes(rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
     let colors = Regime::ALL.map(style::regime);
     let names = Regime::ALL.map(|kind| kind.to_string());
-    name_series(rec, paths::REGIME_CONFIDENCE, names.clone(), colors)?;
+    rows.name(
+        rec,
+        paths::REGIME_CONFIDENCE,
+        names.clone().into_iter().zip(colors),
+    )?;
     // A value between two gaps has no line segment. The legend takes the names from the points.
     let points = SeriesPoints::new()
         .with_names(names)
@@ -32,9 +36,9 @@ pub fn name_regimes(rec: &RecordingStream) -> Result<(), RecordError> {
 /// Draws the classification of a window of `window` (s) that ends at `time` (s).
 pub fn draw_verdict(
     rec: &RecordingStream,
+    rows: &mut Rows,
     header: &Header,
-    time: f64,
-    window: f64,
+    (time, window): (f64, f64),
     verdict: &Verdict,
 ) -> Result<(), RecordError> {
     let confidence = |kind| match kind == verdict.regime {
@@ -42,8 +46,7 @@ pub fn draw_verdict(
         true => verdict.confidence,
         false => f64::NAN,
     };
-    let confidences = Scalars::new(Regime::ALL.map(confidence));
-    stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
+    rows.push(paths::REGIME_CONFIDENCE, time, Regime::ALL.map(confidence));
     let text = document(header, time, window, verdict);
     let document = text::document(text);
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)

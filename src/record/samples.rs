@@ -1,6 +1,8 @@
 //! Scalar series: probe, modes, energies, tilt, load and rotation.
 
-use crate::record::sdk::{Points2D, Radius, Scalars, SeriesLines};
+use std::collections::BTreeMap;
+
+use crate::record::sdk::{Color, Points2D, Radius, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,
@@ -9,83 +11,99 @@ use super::{
     stream::{self, RecordingStream},
     style,
 };
-use crate::pipeline::message::{Frame, JointInfo, ModeInfo, SignalInfo};
+use crate::pipeline::message::{Frame, JointInfo, ModeInfo};
 
 /// Rows per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
 
+/// Pending rows of the entities with time series.
+#[derive(Debug, Default)]
+pub struct Rows(BTreeMap<String, Pending>);
+
 /// Pending rows of one entity, all of the same width.
 #[derive(Debug)]
-pub struct Rows {
-    path: String,
+struct Pending {
     width: usize,
     times: Vec<i64>,
     values: Vec<f64>,
 }
 
 impl Rows {
-    /// No rows yet, for an entity of `width` series.
-    pub fn new(path: impl Into<String>, width: usize) -> Self {
-        Self {
-            path: path.into(),
+    /// Adds an entity with series of these names and colours; without names the viewer shows the path.
+    pub fn name<N: Into<String>>(
+        &mut self,
+        rec: &RecordingStream,
+        path: &str,
+        series: impl IntoIterator<Item = (N, Color)>,
+    ) -> Result<(), RecordError> {
+        let series = series.into_iter();
+        let (names, colors): (Vec<String>, Vec<Color>) =
+            series.map(|(name, color)| (name.into(), color)).unzip();
+        self.add(path, names.len());
+        name_series(rec, path, names, colors)
+    }
+
+    /// Adds an entity of `width` series.
+    pub fn add(&mut self, path: &str, width: usize) {
+        let none = Pending {
             width,
-            times: Vec::with_capacity(BATCH_ROWS),
-            values: Vec::with_capacity(BATCH_ROWS * width),
+            times: Vec::new(),
+            values: Vec::new(),
+        };
+        self.0.insert(path.to_owned(), none);
+    }
+
+    /// Adds a row at a time (s), as [`Rows::extend`].
+    pub fn push(&mut self, path: &str, time: f64, row: impl IntoIterator<Item = f64>) {
+        self.extend(path, [(time, row)]);
+    }
+
+    /// Adds rows of an entity, each with its time (s) and a value for each series. Rows of an entity that was not added are
+    /// ignored: the run has no such series.
+    pub fn extend<R: IntoIterator<Item = f64>>(
+        &mut self,
+        path: &str,
+        rows: impl IntoIterator<Item = (f64, R)>,
+    ) {
+        let Some(pending) = self.0.get_mut(path) else {
+            return;
+        };
+        for (time, row) in rows {
+            pending.times.push(stream::nanos(time));
+            pending.values.extend(row);
         }
+        debug_assert_eq!(pending.values.len(), pending.times.len() * pending.width);
     }
 
-    /// Adds a row at a time (s); `row` has as many values as the entity has series.
-    pub fn push(&mut self, time: f64, row: impl IntoIterator<Item = f64>) {
-        self.times.push(stream::nanos(time));
-        self.values.extend(row);
-        debug_assert_eq!(self.values.len(), self.times.len() * self.width);
-    }
-
-    /// Sends the rows if the batch is full.
+    /// Sends full batches.
     pub fn send_full(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        if self.times.len() < BATCH_ROWS {
-            return Ok(());
-        }
-        self.send(rec)
+        self.send_from(rec, BATCH_ROWS)
     }
 
     /// Sends all rows.
     pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        if self.times.is_empty() {
-            return Ok(());
+        self.send_from(rec, 1)
+    }
+
+    fn send_from(&mut self, rec: &RecordingStream, least: usize) -> Result<(), RecordError> {
+        for (path, pending) in &mut self.0 {
+            if pending.times.len() >= least {
+                let lengths = std::iter::repeat_n(pending.width, pending.times.len());
+                let columns = Scalars::new(pending.values.drain(..)).columns(lengths);
+                stream::send_rows(rec, path, &pending.times, columns)?;
+                pending.times.clear();
+            }
         }
-        let columns = Scalars::new(self.values.drain(..))
-            .columns(std::iter::repeat_n(self.width, self.times.len()));
-        stream::send_rows(rec, &self.path, &self.times, columns)?;
-        self.times.clear();
         Ok(())
     }
 }
 
-/// The scalar series of a joint.
-#[derive(Debug)]
-pub struct Samples {
-    displacement: Rows,
-    velocity: Rows,
-    q: Rows,
-    qdot: Rows,
-    modal_energy: Rows,
-    /// Time of the last displayed energy sample, s.
-    last_energy: f64,
-    energy: Rows,
-    tilt: Rows,
-    /// Load, if it varies.
-    load: Option<Rows>,
-    /// Rotation factor, if it varies.
-    rotation_factor: Option<Rows>,
-}
-
-/// Sets names and colours of the series of an entity; without names the viewer shows the path.
+/// Sets names and colours of the series of an entity.
 pub fn name_series(
     rec: &RecordingStream,
     path: &str,
     names: impl IntoIterator<Item = String>,
-    colors: impl IntoIterator<Item = crate::record::sdk::Color>,
+    colors: impl IntoIterator<Item = Color>,
 ) -> Result<(), RecordError> {
     let style = SeriesLines::new()
         .with_names(names)
@@ -94,67 +112,79 @@ pub fn name_series(
     rec.log_static(path, &style)
 }
 
+/// Adds displacement and velocity of the probe, those that are shown.
+pub fn push_probe(rows: &mut Rows, frame: &Frame) {
+    let series = [
+        (paths::DISPLACEMENT, &frame.displacement, 1e6),
+        (paths::VELOCITY, &frame.velocity, 1e3),
+    ];
+    for (path, values, factor) in series {
+        let values = shown(frame).map(|k| (frame.time(k), [factor * values[k]]));
+        rows.extend(path, values);
+    }
+}
+
+/// The samples of a frame that are shown.
+fn shown(frame: &Frame) -> impl Iterator<Item = usize> {
+    (0..frame.len()).step_by(frame.shown.map_or(1, |shown| shown.every))
+}
+
+/// The scalar series of a joint.
+#[derive(Debug)]
+pub struct Samples {
+    /// Time of the last displayed energy sample, s.
+    last_energy: f64,
+}
+
 impl Samples {
-    /// Names the series and starts empty.
-    pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
-        let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
+    /// Names the series.
+    pub fn new(
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        joint: &JointInfo,
+    ) -> Result<Self, RecordError> {
+        let mut one = |path, name, color| rows.name(rec, path, [(name, color)]);
         one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL)?;
         one(paths::VELOCITY, "velocity, mm/s", style::LOAD)?;
         one(paths::TILT, "tilt, deg", style::LOAD)?;
-        let varying = |varies: bool, path, name, color| -> Result<Option<Rows>, RecordError> {
-            if !varies {
-                return Ok(None);
-            }
-            one(path, name, color)?;
-            Ok(Some(Rows::new(path, 1)))
-        };
-        let load = varying(joint.load_varies(), paths::LOAD_NOW, "load, N", style::LOAD)?;
-        let rotation_factor = varying(
-            joint.rotation_varies(),
-            paths::ROTATION_FACTOR,
-            "rotation factor",
-            style::ROTATION,
-        )?;
+        if joint.load_varies() {
+            one(paths::LOAD_NOW, "load, N", style::LOAD)?;
+        }
+        if joint.rotation_varies() {
+            one(paths::ROTATION_FACTOR, "rotation factor", style::ROTATION)?;
+        }
         for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
-            let colors = (0..joint.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
-            name_series(rec, path, joint.modes.iter().map(mode_name), colors)?;
+            let names = joint.modes.iter().map(mode_name);
+            rows.name(rec, path, names.zip(style::MODES.into_iter().cycle()))?;
         }
         draw_mode_legend(rec, joint)?;
-        name_series(
-            rec,
-            paths::ENERGY,
-            ["stored, µJ", "work of friction, µJ", "residual, µJ"].map(str::to_owned),
-            [style::SIGNAL, style::FRICTION, style::ACCENT],
-        )?;
+        let energies = [
+            ("stored, µJ", style::SIGNAL),
+            ("work of friction, µJ", style::FRICTION),
+            ("residual, µJ", style::ACCENT),
+        ];
+        rows.name(rec, paths::ENERGY, energies)?;
         // The first two nearly coincide; the wide line remains visible behind the narrow one.
         let widths = SeriesLines::update_fields().with_widths([3.6, 1.2, 1.2]);
         rec.log_static(paths::ENERGY, &widths)?;
-        let modes = joint.modes.len();
         Ok(Self {
-            displacement: Rows::new(paths::DISPLACEMENT, 1),
-            velocity: Rows::new(paths::VELOCITY, 1),
-            q: Rows::new(paths::MODES_Q, modes),
-            qdot: Rows::new(paths::MODES_QDOT, modes),
-            modal_energy: Rows::new(paths::MODES_ENERGY, modes),
             last_energy: f64::NEG_INFINITY,
-            energy: Rows::new(paths::ENERGY, 3),
-            tilt: Rows::new(paths::TILT, 1),
-            load,
-            rotation_factor,
         })
     }
 
     /// Adds a frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
-        let rows = frame.q.chunks_exact(frame.modes);
-        let rates = frame.qdot.chunks_exact(frame.modes);
-        let samples = rows.zip(rates).enumerate();
-        for (k, (q, qdot)) in samples.step_by(frame.shown.map_or(1, |shown| shown.every)) {
-            let time = frame.time(k);
-            self.displacement.push(time, [1e6 * frame.displacement[k]]);
-            self.velocity.push(time, [1e3 * frame.velocity[k]]);
-            self.q.push(time, q.iter().map(|x| 1e6 * x));
-            self.qdot.push(time, qdot.iter().map(|x| 1e3 * x));
+    pub fn push(&mut self, rows: &mut Rows, frame: &Frame) {
+        push_probe(rows, frame);
+        let modal = [
+            (paths::MODES_Q, &frame.q, 1e6),
+            (paths::MODES_QDOT, &frame.qdot, 1e3),
+        ];
+        for (path, values, factor) in modal {
+            let values = shown(frame).map(|k| {
+                let row = values[k * frame.modes..][..frame.modes].iter();
+                (frame.time(k), row.map(move |value| factor * value))
+            });
+            rows.extend(path, values);
         }
         let interval = frame.shown.map_or(0.0, |shown| 1.0 / shown.energies());
         for sample in &frame.energy {
@@ -164,73 +194,16 @@ impl Samples {
                 continue;
             }
             self.last_energy = sample.time;
-            self.modal_energy
-                .push(sample.time, sample.modal.iter().map(|e| 1e6 * e));
+            let modal = sample.modal.iter().map(|e| 1e6 * e);
+            rows.push(paths::MODES_ENERGY, sample.time, modal);
             let sums = [sample.total, sample.friction_work, sample.residual];
-            self.energy.push(sample.time, sums.map(|e| 1e6 * e));
+            rows.push(paths::ENERGY, sample.time, sums.map(|e| 1e6 * e));
         }
         if !frame.is_empty() {
-            self.tilt.push(frame.t0, [frame.tilt.to_degrees()]);
-            if let Some(load) = &mut self.load {
-                load.push(frame.t0, [frame.load]);
-            }
-            if let Some(factor) = &mut self.rotation_factor {
-                factor.push(frame.t0, [frame.rotation_factor]);
-            }
+            rows.push(paths::TILT, frame.t0, [frame.tilt.to_degrees()]);
+            rows.push(paths::LOAD_NOW, frame.t0, [frame.load]);
+            rows.push(paths::ROTATION_FACTOR, frame.t0, [frame.rotation_factor]);
         }
-        for rows in self.all() {
-            rows.send_full(rec)?;
-        }
-        Ok(())
-    }
-
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        for rows in self.all() {
-            rows.send(rec)?;
-        }
-        Ok(())
-    }
-
-    fn all(&mut self) -> impl Iterator<Item = &mut Rows> {
-        let always = [
-            &mut self.displacement,
-            &mut self.velocity,
-            &mut self.q,
-            &mut self.qdot,
-            &mut self.modal_energy,
-            &mut self.energy,
-            &mut self.tilt,
-        ];
-        let varying = [&mut self.load, &mut self.rotation_factor];
-        always.into_iter().chain(varying.into_iter().flatten())
-    }
-}
-
-/// The samples of a signal from a file, in their own unit.
-#[derive(Debug)]
-pub struct Waveform(Rows);
-
-impl Waveform {
-    /// Names the series and starts empty.
-    pub fn new(rec: &RecordingStream, signal: &SignalInfo) -> Result<Self, RecordError> {
-        let name = format!("{}, {}", style::signal_name(signal), signal.unit);
-        let name = name.trim_end_matches(", ").to_owned();
-        name_series(rec, paths::WAVEFORM, [name], [style::SIGNAL])?;
-        Ok(Self(Rows::new(paths::WAVEFORM, 1)))
-    }
-
-    /// Adds a frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
-        for (k, &value) in frame.displacement.iter().enumerate() {
-            self.0.push(frame.time(k), [value]);
-        }
-        self.0.send_full(rec)
-    }
-
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.0.send(rec)
     }
 }
 

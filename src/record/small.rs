@@ -6,7 +6,7 @@ use super::{
     error::RecordError,
     paths,
     portrait::Portrait,
-    samples::Rows,
+    samples::{Rows, push_probe},
     stream::{self, RecordingStream},
     style,
 };
@@ -20,8 +20,6 @@ const TRAIL: f64 = 40.0;
 #[derive(Debug)]
 pub struct SmallFrames {
     small: SmallInfo,
-    displacement: Rows,
-    velocity: Rows,
     portrait: Portrait,
     /// Status at the last sample.
     last: Option<u8>,
@@ -40,7 +38,11 @@ struct StatusStats {
 
 impl SmallFrames {
     /// Names the series and the statuses, and starts empty.
-    pub fn new(rec: &RecordingStream, small: &SmallInfo) -> Result<Self, RecordError> {
+    pub fn new(
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        small: &SmallInfo,
+    ) -> Result<Self, RecordError> {
         let colors: Vec<Color> = small.statuses.iter().map(|s| color(s.kind)).collect();
         for (path, name) in [
             (paths::DISPLACEMENT, "displacement, µm"),
@@ -49,6 +51,7 @@ impl SmallFrames {
             // A static colour would override the colour of the status.
             let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
             rec.log_static(path, &style)?;
+            rows.add(path, 1);
         }
         let labels = || small.statuses.iter().map(|status| status.label.as_str());
         let band = StateConfiguration::new()
@@ -57,8 +60,6 @@ impl SmallFrames {
             .with_colors(colors.iter().copied());
         rec.log_static(paths::STATUS, &band)?;
         Ok(Self {
-            displacement: Rows::new(paths::DISPLACEMENT, 1),
-            velocity: Rows::new(paths::VELOCITY, 1),
             portrait: Portrait::new(TRAIL / small.frequency_hz, colors),
             last: None,
             stats: StatusStats::default(),
@@ -67,24 +68,17 @@ impl SmallFrames {
     }
 
     /// Adds a frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    pub fn push(
+        &mut self,
+        rec: &RecordingStream,
+        rows: &mut Rows,
+        frame: &Frame,
+    ) -> Result<(), RecordError> {
         self.draw_status(rec, frame)?;
-        for k in (0..frame.len()).step_by(frame.shown.map_or(1, |shown| shown.every)) {
-            let time = frame.time(k);
-            self.displacement.push(time, [1e6 * frame.displacement[k]]);
-            self.velocity.push(time, [1e3 * frame.velocity[k]]);
-        }
-        self.displacement.send_full(rec)?;
-        self.velocity.send_full(rec)?;
+        push_probe(rows, frame);
         self.portrait.push(rec, frame)?;
         self.stats.push(frame, self.small.statuses.len());
         Ok(())
-    }
-
-    /// Sends pending rows.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.displacement.send(rec)?;
-        self.velocity.send(rec)
     }
 
     /// Logs changes of the status, as a band and as the colour of the series.

@@ -34,7 +34,12 @@ const REFRESH: usize = 4;
 /// column extends to the next one.
 #[derive(Debug)]
 pub struct Spectrogram {
-    picture: SpectrogramPlot,
+    /// Plot area, with times in s and frequencies in Hz.
+    plot: Plot,
+    /// Levels at the ends of the colour map, dB.
+    range_db: [f32; 2],
+    /// Whether the run has no planned end, so that another image follows.
+    endless: bool,
     map: ColorMap,
     /// Levels of the current tile, dB, `TILE x HEIGHT`, column by column.
     levels: Vec<f32>,
@@ -48,19 +53,21 @@ pub struct Spectrogram {
 impl Spectrogram {
     /// Draws the axes and places the tiles.
     pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
-        let picture = spectrogram_plot(header);
+        let (plot, range_db) = spectrogram_plot(header);
         // Static data would override data that are logged later.
-        let from = picture.endless.then(|| Moment::from(picture.start));
-        picture.plot.draw(rec, paths::SPECTROGRAM, from)?;
+        let from = header.endless.then(|| Moment::from(header.start()));
+        plot.draw(rec, paths::SPECTROGRAM, from)?;
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
         }
         if let Subject::Signal(signal) = &header.subject {
-            draw_events(rec, &picture.plot, header, signal)?;
+            draw_events(rec, &plot, signal)?;
         }
         Ok(Self {
-            picture,
+            plot,
+            range_db,
+            endless: header.endless,
             map: ColorMap::inferno(),
             levels: vec![f32::NEG_INFINITY; TILE * HEIGHT],
             logged: 0,
@@ -79,14 +86,10 @@ impl Spectrogram {
         level_db: &[f32],
     ) -> Result<(), RecordError> {
         let column = self.resample(bin, level_db);
-        if self.picture.endless && time >= self.picture.start + self.picture.duration {
+        if self.endless && time >= self.plot.x.range[1] {
             self.turn_over(rec, time)?;
         }
-        let SpectrogramPlot {
-            start, duration, ..
-        } = self.picture;
-        let share = (time - start) / duration;
-        let pixel = ((share * WIDTH as f64) as usize).min(WIDTH - 1);
+        let pixel = ((self.plot.x.fraction(time) * WIDTH as f64) as usize).min(WIDTH - 1);
         self.time = time;
         if pixel < self.filled {
             self.merge(self.filled - 1, &column);
@@ -116,13 +119,12 @@ impl Spectrogram {
     /// Starts an empty image of the same duration that contains a time (s).
     fn turn_over(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         self.log(rec)?;
-        let SpectrogramPlot {
-            start, duration, ..
-        } = self.picture;
-        let start = start + duration * ((time - start) / duration).floor();
-        self.picture.begin_at(start);
+        let [start, end] = self.plot.x.range;
+        let duration = end - start;
+        let start = start + duration * self.plot.x.fraction(time).floor();
+        self.plot.x = time_axis(start, duration);
         let axes = Some(Moment::from(start));
-        self.picture.plot.draw(rec, paths::SPECTROGRAM, axes)?;
+        self.plot.draw(rec, paths::SPECTROGRAM, axes)?;
         self.levels.fill(f32::NEG_INFINITY);
         (self.logged, self.filled, self.time) = (0, 0, start);
         for tile in 0..WIDTH / TILE {
@@ -140,7 +142,7 @@ impl Spectrogram {
 
     /// Levels at the frequencies of the pixels, highest first, linearly interpolated between bins.
     fn resample(&self, bin: f64, level_db: &[f32]) -> Vec<f32> {
-        let highest = self.picture.highest;
+        let [_, highest] = self.plot.y.range;
         (0..HEIGHT)
             .map(|row| {
                 let frequency = highest * (1.0 - (row as f64 + 0.5) / HEIGHT as f64);
@@ -165,7 +167,7 @@ impl Spectrogram {
     }
 
     fn log_tile(&self, rec: &RecordingStream, tile: usize) -> Result<(), RecordError> {
-        let [low, high] = self.picture.levels;
+        let [low, high] = self.range_db;
         let mut pixels = Vec::with_capacity(3 * TILE * HEIGHT);
         for row in 0..HEIGHT {
             for column in 0..TILE {
@@ -179,27 +181,20 @@ impl Spectrogram {
 }
 
 /// Draws the ridges of tonal events over the spectrogram, with their numbers and levels.
-fn draw_events(
-    rec: &RecordingStream,
-    plot: &Plot,
-    header: &Header,
-    signal: &SignalInfo,
-) -> Result<(), RecordError> {
-    let time = Unit::of("s", header.duration).factor;
-    let frequency = Unit::of("Hz", header.highest_frequency()).factor;
+fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) -> Result<(), RecordError> {
     let ridges = signal.events.iter().map(|event| {
         let points = event.ridge.iter();
-        let points = points.map(|p| plot.at(time * p.time_s, frequency * p.frequency_hz));
+        let points = points.map(|p| plot.at(p.time_s, p.frequency_hz));
         points.collect::<Vec<_>>()
     });
     let ridges = LineStrips2D::new(ridges)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(0.8)]);
     rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges)?;
-    let starts = signal.events.iter().map(|event| {
-        let start = event.frequency_at(event.start_s);
-        plot.at(time * event.start_s, frequency * start)
-    });
+    let starts = signal
+        .events
+        .iter()
+        .map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
     let numbers = (1..).zip(&signal.events).map(|(number, event)| {
         format!("{number}: {:.1} {}", event.level_db, signal.level_reference)
     });
@@ -211,39 +206,12 @@ fn draw_events(
     rec.log_static(paths::SPECTROGRAM_NUMBERS, &numbers)
 }
 
-/// The plot of a spectrogram and its scales.
-#[derive(Clone, Debug)]
-struct SpectrogramPlot {
-    /// Plot area and axes.
-    plot: Plot,
-    /// Time at the left end, and duration, s.
-    start: f64,
-    duration: f64,
-    /// Whether the run has no planned end, so that another image follows.
-    endless: bool,
-    /// Frequency at the upper end, Hz.
-    highest: f64,
-    /// Levels at the ends of the colour map, dB.
-    levels: [f32; 2],
-}
-
-impl SpectrogramPlot {
-    /// Moves the left end to a time, s.
-    fn begin_at(&mut self, start: f64) {
-        self.start = start;
-        self.plot.x = time_axis(start, self.duration);
-    }
-}
-
 fn time_axis(start: f64, duration: f64) -> Axis {
-    let time = Unit::of("s", duration);
-    let ends = [start, start + duration].map(|end| time.factor * end);
-    Axis::linear(time.after("time"), ends)
+    Axis::linear("time", [start, start + duration]).written_in(Unit::of("s", duration))
 }
 
-/// The plot of the spectrogram: frequency over time.
-fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
-    let (start, duration) = (header.start(), header.duration);
+/// The plot of the spectrogram, frequency over time, and the levels at the ends of the colour map, dB.
+fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
     let highest = header.highest_frequency();
     let hz = Unit::of("Hz", highest);
     let ([low, high], zero, offset) = match &header.subject {
@@ -266,24 +234,17 @@ fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         top_margin: 0.0,
-        x: time_axis(start, duration),
-        y: Axis::linear(
-            format!(
-                "frequency, {}   (colour scale {} dB to {} dB, 0 dB = {zero})",
+        x: time_axis(header.start(), header.duration),
+        y: Axis::linear("frequency", [0.0, highest]).written_in(Unit {
+            symbol: format!(
+                "{}   (colour scale {} dB to {} dB, 0 dB = {zero})",
                 hz.symbol,
                 short(low.into()),
                 short(high.into()),
             ),
-            [0.0, hz.factor * highest],
-        ),
+            ..hz
+        }),
         grid: false,
     };
-    SpectrogramPlot {
-        plot,
-        start,
-        duration,
-        endless: header.endless,
-        highest,
-        levels: [low + offset, high + offset],
-    }
+    (plot, [low + offset, high + offset])
 }

@@ -205,6 +205,19 @@ pub fn log_at(
     rec.push(path.into(), timepoint, what)
 }
 
+/// Logs a row from a moment on, or static.
+pub fn log_from(
+    rec: &RecordingStream,
+    path: impl Into<EntityPath>,
+    from: Option<Moment>,
+    what: &dyn AsComponents,
+) -> Result<(), RecordError> {
+    match from {
+        Some(from) => log_at(rec, path, from, what),
+        None => rec.log_static(path, what),
+    }
+}
+
 /// Sends a batch of rows; `times` in ns, one per row.
 pub fn send_rows<I>(
     rec: &RecordingStream,

@@ -148,6 +148,12 @@ pub fn signal_name(signal: &SignalInfo) -> &str {
     }
 }
 
+/// Name and unit of a signal from a file.
+pub fn signal_title(signal: &SignalInfo) -> String {
+    let title = format!("{}, {}", signal_name(signal), signal.unit);
+    title.trim_end_matches(", ").to_owned()
+}
+
 /// A range of values such as `100 to 150`; a single value if both ends are equal.
 pub fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
     match ends.map(words) {

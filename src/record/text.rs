@@ -260,14 +260,9 @@ pub fn summarise(
     header: &Header,
     summary: &Summary,
 ) -> Result<(), RecordError> {
-    let lines: Vec<String> = summary
-        .peaks
-        .iter()
-        .take(4)
-        .map(|peak| {
-            let unit = Unit::of("Hz", peak.frequency);
-            format!("{:.2} {}", unit.factor * peak.frequency, unit.symbol)
-        })
+    let lines = summary.peaks.iter().take(4);
+    let lines: Vec<String> = lines
+        .map(|line| Unit::write(line.frequency, "Hz"))
         .collect();
     let end = if summary.interrupted {
         "Interrupted"

@@ -64,9 +64,8 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
 /// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
-    let step = 1e6 * dt;
-    let delay = step * choice.lag as f64;
-    let information = mutual_information(choice, "µs", step)
+    let delay = 1e6 * dt * choice.lag as f64;
+    let information = mutual_information(choice, "s", dt)
         .with_title(format!(
             "a: average mutual information: delay {delay:.0} µs"
         ))

@@ -12,10 +12,10 @@ use crate::test_signals::textbook::{JUDGING, TEXTBOOK};
 const POINTS: usize = 160;
 
 /// The panel of a feature.
-type Picture = fn(&SignalFigures<'_>) -> Panel;
+type Feature = fn(&SignalFigures<'_>) -> Panel;
 
 /// Panel of each feature, and what it shows in a signal of which family: with the feature, and without it.
-const FEATURES: [(Picture, [[&str; 2]; 2]); 10] = [
+const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
         |view| first(view.spectrum()),
         [
@@ -35,21 +35,21 @@ const FEATURES: [(Picture, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |view| first(view.section()),
+        |view| first(view.section().expect("analysed")),
         [
             ["Poincaré section: curve", "torus"],
             ["Poincaré section: cloud", "Mackey-Glass"],
         ],
     ),
     (
-        |view| view.section().rows[0][1].clone(),
+        |view| view.section().expect("analysed").1[0][1].clone(),
         [
             ["repetition", "period doubling cascade"],
             ["no repetition", "Roessler"],
         ],
     ),
     (
-        |view| first(view.portrait()),
+        |view| first(view.portrait().expect("analysed")),
         [
             ["predictable", "van der Pol, torus"],
             ["not predictable", "coloured noise, resonance"],
@@ -63,7 +63,7 @@ const FEATURES: [(Picture, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |view| view.zero_one().rows[0][1].clone(),
+        |view| view.zero_one().expect("analysed").1[0][1].clone(),
         [
             ["0–1 test: random walk", "Duffing, two wells"],
             ["0–1 test: bounded path", "near locking 1:3"],
@@ -79,8 +79,8 @@ const FEATURES: [(Picture, [[&str; 2]; 2]); 10] = [
     ),
 ];
 
-fn first(figure: Figure) -> Panel {
-    figure.rows[0][0].clone()
+fn first((_, rows): super::Picture) -> Panel {
+    rows[0][0].clone()
 }
 
 /// The report on the first signal of a family for judging whose type of motion is found.
@@ -109,7 +109,7 @@ fn report(name: &str) -> SignalAnalysis {
 }
 
 /// The picture of a feature in a signal of a family.
-fn panel(picture: Picture, [title, name]: [&str; 2]) -> Panel {
+fn panel(picture: Feature, [title, name]: [&str; 2]) -> Panel {
     let report = report(name);
     let mut panel = picture(&SignalFigures::new(&report));
     panel.square = false;

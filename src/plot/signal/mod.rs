@@ -14,6 +14,9 @@ use crate::study::signal::{SignalAnalysis, SkipReason};
 /// Maximum number of points of a curve; more cannot be resolved.
 const MOST_POINTS: usize = 4000;
 
+/// The rows of a figure and its height, mm.
+type Picture = (f64, Vec<Vec<Panel>>);
+
 /// Names of the figures of [`signal_figures`].
 pub const SIGNAL_FIGURES: [&str; 13] = [
     "events",
@@ -34,70 +37,79 @@ pub const SIGNAL_FIGURES: [&str; 13] = [
 /// The figures of a report, in the order of [`SIGNAL_FIGURES`].
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
     let view = SignalFigures::new(report);
-    vec![
-        view.events(),
-        view.waveform(),
-        view.spectrum(),
-        view.spectrogram(),
-        view.delay(),
-        view.portrait(),
-        view.recurrence(),
-        view.measures(),
-        view.section(),
-        view.return_times(),
-        view.divergence(),
-        view.zero_one(),
-        view.regime(),
-    ]
+    let pictures = [
+        ("Tonal events", Ok(view.events())),
+        ("Waveform", Ok(view.waveform())),
+        ("Spectrum", Ok(view.spectrum())),
+        ("Spectrogram", Ok((88.0, vec![vec![view.spectrogram()]]))),
+        ("Delay and dimension", view.delay()),
+        ("Delay portrait", view.portrait()),
+        ("Recurrence plot", view.recurrence()),
+        ("Recurrence quantification over time", view.measures()),
+        ("Poincaré section y(t + τ) = mean", view.section()),
+        (
+            "Times between the crossings of the Poincaré section",
+            view.return_times(),
+        ),
+        ("Divergence of nearby states", Ok(view.divergence())),
+        ("0–1 test for chaos", view.zero_one()),
+        ("Type of motion", view.regime()),
+    ];
+    let figures = SIGNAL_FIGURES.into_iter().zip(pictures);
+    let figures = figures.map(|(name, (title, picture))| {
+        let skipped = |reason| (60.0, vec![vec![skipped_panel("skipped", reason)]]);
+        let (height, rows) = picture.unwrap_or_else(skipped);
+        Figure::new(
+            name,
+            format!("{title} of {}", report.signal.name),
+            height,
+            rows,
+        )
+    });
+    figures.collect()
 }
 
-/// The report and the units of its figures.
+/// The report whose figures are drawn.
 struct SignalFigures<'a> {
     report: &'a SignalAnalysis,
-    /// Unit of the samples.
+    /// Unit in which the samples are written.
     unit: Unit,
-    /// Unit of times.
-    time_unit: Unit,
-    /// Unit of frequencies.
-    frequency_unit: Unit,
 }
 
 impl<'a> SignalFigures<'a> {
     fn new(report: &'a SignalAnalysis) -> Self {
         let samples = &report.signal.samples;
         let largest = samples.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let seconds = samples.len() as f64 / report.signal.rate;
-        let highest = if report.signal.rate >= 4000.0 {
-            1e3
-        } else {
-            1.0
-        };
-        Self {
-            report,
-            unit: Unit::of(&report.signal.unit, largest),
-            time_unit: Unit::of("s", 0.5 * seconds.max(1e-6)),
-            frequency_unit: Unit::of("Hz", highest),
-        }
-    }
-
-    fn title(&self, words: &str) -> String {
-        format!("{words} of {}", self.report.signal.name)
+        let unit = Unit::of(&report.signal.unit, largest);
+        Self { report, unit }
     }
 
     fn time(&self, sample: f64) -> f64 {
         let signal = &self.report.signal;
-        (signal.start + sample / signal.rate) * self.time_unit.factor
+        signal.start + sample / signal.rate
     }
 
-    /// Samples in the displayed unit. They are not copied, because a signal can fill the memory.
-    fn scaled<'s>(&'s self, samples: &'s [f64]) -> impl Iterator<Item = f64> + 's {
-        samples.iter().map(|x| x * self.unit.factor)
+    /// An axis of the samples.
+    fn samples_axis(&self, name: &str) -> Axis {
+        let samples = self.report.analysed().samples.iter();
+        Axis::with_margin(name, samples.copied()).written_in(self.unit.clone())
     }
 
-    /// The figure of an analysis that was skipped, with the reason.
-    fn skipped(&self, name: &str, title: &str, reason: SkipReason) -> Figure {
-        let rows = vec![vec![skipped_panel("skipped", reason)]];
-        Figure::new(name, self.title(title), 60.0, rows)
+    /// An axis of times, s, in a unit that suits the duration.
+    fn time_axis(&self, times: [f64; 2]) -> Axis {
+        let signal = &self.report.signal;
+        let seconds = signal.samples.len() as f64 / signal.rate;
+        Axis::linear("time", times).written_in(Unit::of("s", 0.5 * seconds.max(1e-6)))
+    }
+
+    /// An axis of frequencies up to the highest, Hz.
+    fn frequency_axis(&self, highest: f64) -> Axis {
+        let unit = if self.report.signal.rate >= 4000.0 {
+            1e3
+        } else {
+            1.0
+        };
+        Axis::linear("frequency", [0.0, highest]).written_in(Unit::of("Hz", unit))
     }
 
     /// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.

@@ -1,11 +1,11 @@
 //! Waveform, spectrum, spectrogram.
 
-use super::{SignalFigures, envelope};
+use super::{Picture, SignalFigures, envelope};
 use crate::analysis::{Bases, Column, LevelReference};
 use crate::number::significant;
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};
-use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
+use crate::plot::{Axis, Color, Image, Layer, Panel, Swatch};
 
 /// Periods shown in the detail panel; without a period, hundredths of the signal.
 const CLOSE_PERIODS: f64 = 12.0;
@@ -18,7 +18,7 @@ const SPECTROGRAM_DB: f64 = 80.0;
 const PIXELS: [usize; 2] = [1600, 600];
 
 impl SignalFigures<'_> {
-    pub fn waveform(&self) -> Figure {
+    pub fn waveform(&self) -> Picture {
         let all = &self.report.signal.samples;
         let count = all.len();
         let period = match self.report.tones.lines.first() {
@@ -27,26 +27,22 @@ impl SignalFigures<'_> {
         };
         let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
         let panel = |title: &str, from: usize| {
-            let mut curve = envelope(&all[from..], |k| self.time((from + k) as f64));
-            curve.iter_mut().for_each(|[_, y]| *y *= self.unit.factor);
-            let times = [self.time(from as f64), self.time(count as f64 - 1.0)];
-            let x = Axis::linear(self.time_unit.after("time"), times);
-            let y = Axis::with_margin(self.unit.after("signal"), self.scaled(all));
+            let curve = envelope(&all[from..], |k| self.time((from + k) as f64));
+            let times = [from as f64, count as f64 - 1.0].map(|sample| self.time(sample));
+            let y = Axis::with_margin("signal", all.iter().copied());
             Panel::new(
                 title,
-                x,
-                y,
+                self.time_axis(times),
+                y.written_in(self.unit.clone()),
                 vec![Layer::line(curve, Color::Ink).with_line_width(0.8)],
             )
         };
-        let rows = vec![
-            vec![panel("whole signal", 0)],
-            vec![panel("end of the signal", count - close)],
-        ];
-        Figure::new("waveform", self.title("Waveform"), 112.0, rows)
+        let whole = panel("whole signal", 0);
+        let end = panel("end of the signal", count - close);
+        (112.0, vec![vec![whole], vec![end]])
     }
 
-    pub fn spectrum(&self) -> Figure {
+    pub fn spectrum(&self) -> Picture {
         let spectrum = &self.report.spectrum;
         let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
         // Relative to the strongest line, or to a sine of 20 uPa RMS.
@@ -60,12 +56,11 @@ impl SignalFigures<'_> {
         let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
         let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
         let levels: Vec<f64> = levels.collect();
-        let place = |hz: f64| self.frequency_unit.factor * hz;
         let top = level(strongest);
         let lowest = extent(levels.iter().copied())[0].max(top - DEPTH_DB - 20.0);
         let lines = self.report.tones.lines.iter().take(NAMED_LINES);
         let peaks = lines.filter_map(|named| {
-            let at = [place(named.line.frequency), level(named.line.amplitude)];
+            let at = [named.line.frequency, level(named.line.amplitude)];
             (!named.line.label.is_empty()).then(|| (at, named.line.label.clone()))
         });
         let unit = &self.unit;
@@ -82,52 +77,36 @@ impl SignalFigures<'_> {
         };
         let panel = Panel::new(
             title,
-            Axis::linear(
-                self.frequency_unit.after("frequency"),
-                [0.0, place(self.top())],
-            ),
+            self.frequency_axis(self.top()),
             Axis::linear(
                 format!("amplitude, {}", reference.trim_end()),
                 [lowest, top + 20.0],
             ),
             vec![
-                Layer::line(
-                    envelope(&levels, |k| place(k as f64 * spectrum.bin)),
-                    Color::Ink,
-                )
-                .with_line_width(0.8),
+                Layer::line(envelope(&levels, |k| k as f64 * spectrum.bin), Color::Ink)
+                    .with_line_width(0.8),
                 Layer::peaks(peaks.collect()),
             ],
         );
-        Figure::new("spectrum", self.title("Spectrum"), 88.0, vec![vec![panel]])
+        (88.0, vec![vec![panel]])
     }
 
-    pub fn spectrogram(&self) -> Figure {
-        let rows = vec![vec![self.spectrogram_panel()]];
-        Figure::new("spectrogram", self.title("Spectrogram"), 88.0, rows)
-    }
-
-    /// The spectrogram of the whole signal as a panel.
-    pub fn spectrogram_panel(&self) -> Panel {
+    /// The spectrogram of the whole signal.
+    pub fn spectrogram(&self) -> Panel {
         let columns = &self.report.spectrogram;
         let image = columns.first().zip(columns.last()).map(|(first, last)| {
             let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
             let times = [first.centre, last.centre].map(|sample| self.time(sample));
-            let highest = self.frequency_unit.factor * shown as f64 * first.bin;
-            image(columns, shown, times, [0.0, highest])
+            image(columns, shown, times, [0.0, shown as f64 * first.bin])
         });
-        let [x, y] = match &image {
-            Some(image) => [image.x, image.y],
-            None => [[0.0, 1.0]; 2],
-        };
-        let note = match image {
-            Some(_) => "",
-            None => "the signal is too short for a spectrogram",
+        let (x, y, note) = match &image {
+            Some(image) => (image.x, image.y[1], ""),
+            None => ([0.0, 1.0], 1.0, "the signal is too short for a spectrogram"),
         };
         let panel = Panel::new(
             format!("dark is strong; range {SPECTROGRAM_DB:.0} dB"),
-            Axis::linear(self.time_unit.after("time"), x),
-            Axis::linear(self.frequency_unit.after("frequency"), y),
+            self.time_axis(x),
+            self.frequency_axis(y),
             image.map(Layer::image).into_iter().collect(),
         );
         panel.with_note(note)

@@ -6,13 +6,14 @@ use re_sdk_types::blueprint::{
 };
 
 use super::{
-    layout::{named, screen_of},
+    layout::{Row, screen_of},
     tree::{self, Part, View},
 };
 use crate::record::{
-    branch::{BranchStudy, Course, picture, root},
+    branch::{BranchStudy, Course, diagram},
     error::RecordError,
-    paths,
+    panel_view::PanelView,
+    paths::{self, Root},
     stream::RecordingStream,
 };
 
@@ -29,16 +30,27 @@ pub fn send(
     let mut tabs: Vec<Part> = tabs
         .filter_map(|course| {
             let screen = screen_of("branch", &mut |view| {
-                Some(match view {
-                    "point" => View::text("Orbit", &root(course.number).at(paths::POINT_TEXT)),
-                    name => picture(study, course, name),
-                })
+                let root = Root::of_branch(course.number);
+                match view {
+                    "point" => Some(View::text("Orbit", &root.at(paths::POINT_TEXT))),
+                    "diagram" => {
+                        let panel = diagram(study).with_title("Branch diagram");
+                        Some(PanelView::of("branch-diagram", &root).view(&panel))
+                    }
+                    name => {
+                        let row = Row::of(name)?;
+                        row.picture(row.title, &root)
+                    }
+                }
             });
-            Some(named(&format!("Branch {}", course.number), screen?))
+            Some(Part::tab(
+                &format!("Branch {}", course.number),
+                vec![screen?],
+            ))
         })
         .collect();
     let about = View::text("About this recording", paths::ABOUT);
-    tabs.push(named("About", Part::View(about)));
+    tabs.push(Part::tab("About", vec![Part::View(about)]));
     let mut time_panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_loop_mode(LoopMode::All)

@@ -1,11 +1,11 @@
 //! The views and tabs of `layout.txt`.
 
-use re_sdk_types::blueprint::components::Corner2D;
+use re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
 
-use super::run::WINDOW;
-use super::tree::{Container, Part, View};
+use super::tree::{Part, View};
 use crate::record::{
     panel_view::NAMES_HEIGHT,
+    paths::Root,
     plot::{CAPTION_HEIGHT, bounds},
 };
 
@@ -14,7 +14,8 @@ const LAYOUT: &str = include_str!("layout.txt");
 
 /// A view of the table.
 pub struct Row {
-    kind: Vec<&'static str>,
+    /// Kind and its arguments.
+    pub kind: Vec<&'static str>,
     /// Paths of the entities.
     pub paths: Vec<&'static str>,
     /// The analysis, or what else is needed for the view to have data; may be empty.
@@ -61,13 +62,10 @@ impl Row {
             "text" => View::text(title, path),
             "log" => View::log(&title, path),
             "cube" => View::cube(title, path, argument.parse().ok()?),
-            "recent" => View::series(title, path).with_window(WINDOW),
+            "states" => View::states(title, path),
             "legend-left" => View::with_legend(title, paths, Corner2D::LeftTop),
             "legend-right" => View::with_legend(title, paths, Corner2D::RightBottom),
-            "picture" => {
-                let (field, above) = self.field()?;
-                return Some(View::picture(title, path, bounds(field, above)));
-            }
+            "picture" => return self.picture(title, &Root::of_run()),
             _ if paths.len() > 1 => View::series_of(title, paths),
             _ => View::series(title, path),
         };
@@ -76,24 +74,25 @@ impl Row {
             _ => view,
         })
     }
+
+    /// The view of a picture without a legend, below a root.
+    pub fn picture(&self, title: impl Into<String>, root: &Root) -> Option<View> {
+        let (field, above) = self.field()?;
+        let path = root.at(self.paths[0]);
+        Some(View::picture(title, &path, bounds(field, above)))
+    }
 }
 
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
 pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
     let (title, screen) = section(key)?;
-    Some(named(title, self::screen(screen, view)?))
+    Some(Part::tab(title, vec![self::screen(screen, view)?]))
 }
 
 /// The screen of a tab without its title, as [`tab`].
 pub fn screen_of(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
     let (_, screen) = section(key)?;
     self::screen(screen, view)
-}
-
-/// A screen as a tab with a title.
-pub fn named(title: &str, screen: Part) -> Part {
-    let screen = Container::column(vec![screen], Vec::new());
-    screen.with_name(title).into()
 }
 
 /// Title and lines of a section.
@@ -142,36 +141,14 @@ fn part(
             shares.push(lines[0].1);
         }
     }
-    if parts.is_empty() {
-        return None;
-    }
-    Some(match name {
-        "row" => Container::row(parts, shares).into(),
-        _ => Container::column(parts, shares).into(),
+    let kind = match name {
+        "row" => ContainerKind::Horizontal,
+        _ => ContainerKind::Vertical,
+    };
+    (!parts.is_empty()).then_some(Part::Group {
+        kind,
+        name: None,
+        parts,
+        shares,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_views_and_empty_rows_take_no_space() {
-        let some = |names: &[&str]| {
-            tab("contact", &mut |name| {
-                names.contains(&name).then(|| View::in_3d(name))
-            })
-        };
-        let text = format!("{:?}", some(&["patch", "contact-force"]).expect("a tab"));
-        assert!(
-            text.contains("\"patch\"") && text.contains("shares: [0.45, 0.55]"),
-            "{text}"
-        );
-        let text = format!("{:?}", some(&["patch"]).expect("a tab"));
-        assert!(
-            text.contains("shares: [0.45]") && !text.contains("0.55"),
-            "{text}"
-        );
-        assert!(some(&[]).is_none());
-    }
 }

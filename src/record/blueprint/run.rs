@@ -6,12 +6,12 @@ use re_sdk_types::blueprint::{
 };
 
 use super::{
-    layout::{Row, named, tab},
-    tree::{self, Container, Part, View},
+    layout::{Row, tab},
+    tree::{self, Part, View},
 };
 use crate::{
     pipeline::message::{AnalysisKind, Header, JointInfo, Subject},
-    plot::{Unit, prediction_panel},
+    plot::{Unit, letter, prediction_panel},
     record::{
         camera::Camera,
         controls,
@@ -100,8 +100,7 @@ fn controls_tab(header: &Header) -> Option<Part> {
         Part::View(View::series(name, &path))
     });
     let views: Vec<Part> = views.collect();
-    let shares = vec![1.0; views.len()];
-    (!views.is_empty()).then(|| named("Controls", Container::column(views, shares).into()))
+    (!views.is_empty()).then(|| Part::tab("Controls", views))
 }
 
 /// What the views of a run depend on.
@@ -137,155 +136,127 @@ impl Run<'_> {
 
     /// A view by its name in the layout; `None` if the run has no data for it.
     fn view(&self, name: &str) -> Option<View> {
-        let header = self.header;
-        match &header.subject {
-            Subject::Joint(joint) => self.joint_view(joint, name),
-            Subject::Small(info) => {
-                let window = (SMALL_PERIODS / info.frequency_hz).min(header.duration);
-                let last = Unit::write(window, "s");
-                let series = |name: String, path| View::series(name, path).with_window(window);
-                Some(match name {
-                    "displacement" => series(
-                        format!("Displacement x, µm (last {last})"),
-                        paths::DISPLACEMENT,
-                    ),
-                    "velocity" => {
-                        series(format!("Velocity v, mm/s (last {last})"), paths::VELOCITY)
-                    }
-                    "velocity-of-lesson" => {
-                        let key = small::key(info);
-                        series(
-                            format!("Velocity, mm/s (last {last}): {key}"),
-                            paths::VELOCITY,
-                        )
-                    }
-                    "status" => {
-                        let name = format!("Status: {}", small::key(info));
-                        View::states(name, paths::STATUS).with_window(window)
-                    }
-                    _ => return self.common_view(name),
-                })
-            }
-            Subject::Signal(signal) => {
-                let title = format!("{}, {}", style::signal_name(signal), signal.unit);
-                let title = title.trim_end_matches(", ");
-                let [low, high] = signal.span;
-                let margin = 0.05 * (high - low);
-                let range = [low - margin, high + margin];
-                match name {
-                    "waveform-near" => {
-                        let window =
-                            (SIGNAL_PERIODS / signal.highest_frequency).min(header.duration);
-                        let last = Unit::write(window, "s");
-                        let near = View::series(format!("{title} (last {last})"), paths::WAVEFORM);
-                        Some(near.with_window(window).with_range(range))
-                    }
-                    "waveform" => {
-                        let name = format!("{title} (whole signal)");
-                        Some(View::series(name, paths::WAVEFORM).with_range(range))
-                    }
-                    _ => self.common_view(name),
-                }
-            }
-        }
-    }
-
-    /// A view of a joint.
-    fn joint_view(&self, joint: &JointInfo, name: &str) -> Option<View> {
-        let series = |name, path| View::series(name, path).with_window(WINDOW);
-        let spec = self.spec;
-        let speed = joint.largest_sliding_speed();
-        Some(match name {
-            "body" => body(joint, spec),
-            "patch" => patch_view(joint),
-            "displacement" => series("Displacement u, µm (last 5 ms)", paths::DISPLACEMENT)
-                .with_range(displacement_range(joint)),
-            "velocity" => series("Velocity v, mm/s (last 5 ms)", paths::VELOCITY)
-                .with_range([-2e3 * speed, 2e3 * speed]),
-            "tilt-in-range" => {
-                let reach = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
-                let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
-                let least = if lowest < 0.0 { 0.0 } else { 1.0 };
-                let tilt = self.common_view("tilt")?;
-                tilt.with_range([lowest.min(0.0), highest.max(least)])
-            }
-            "load" if joint.load_varies() => View::series("Load, N (whole run)", paths::LOAD_NOW)
-                .with_range([0.0, 1.15 * joint.largest_load()]),
-            "rotation" if joint.rotation_varies() => {
-                let [low, high] = joint.rotation_span;
-                View::series("Rotation factor (whole run)", paths::ROTATION_FACTOR)
-                    .with_range([1.15 * low.min(0.0), 1.15 * high])
-            }
-            "node-counts" | "contact-force" if spec.patch_rate > 0.0 => {
-                let rate = style::short(1e-3 * spec.patch_rate);
-                let window = WINDOW.max(SNAPSHOTS / spec.patch_rate);
-                if name == "node-counts" {
-                    let name =
-                        "Number of nodes slipping (blue), sticking (orange), separated (white)";
-                    View::series(format!("{name}; {rate} kHz snapshots"), paths::NODE_COUNTS)
-                        .with_window(window)
-                } else {
-                    let name = "Contact force on the ball, N: normal (yellow), friction (pink)";
-                    View::series(
-                        format!("{name}; {rate} kHz snapshots"),
-                        paths::CONTACT_FORCE,
-                    )
-                    .with_window(window)
-                    .with_range([0.0, 1.6 * joint.largest_load()])
-                }
-            }
-            "mode-colours" => {
-                View::picture("Modes", paths::MODES_LEGEND, samples::mode_legend_bounds())
-            }
-            _ => return self.common_view(name),
-        })
-    }
-
-    /// A view of any subject: of an analysis, or of the program.
-    fn common_view(&self, name: &str) -> Option<View> {
         let (name, argument) = name.split_once(' ').unwrap_or((name, ""));
         let header = self.header;
-        match name {
-            "both-displacements" if header.has(AnalysisKind::PerturbedTrajectory) => {
-                let name = "Displacement u of both trajectories, µm (last 5 ms)";
-                let both = [paths::DISPLACEMENT, paths::PERTURBED_DISPLACEMENT];
-                let view = View::series_of(name, &both).with_window(WINDOW);
-                return Some(match header.joint() {
-                    Some(joint) => view.with_range(displacement_range(joint)),
-                    None => view,
-                });
+        match (name, header.joint()) {
+            ("body", Some(joint)) => return Some(body(joint, self.spec)),
+            ("patch", Some(joint)) => return Some(patch_view(joint)),
+            ("mode-colours", Some(_)) => {
+                let bounds = samples::mode_legend_bounds();
+                return Some(View::picture("Modes", paths::MODES_LEGEND, bounds));
             }
-            "computed" => {
+            ("computed", _) => {
                 let picture = header.computed.as_deref()?.picture.as_ref()?;
                 return Some(PanelView::of(name, &Root::of_run()).view(&prediction_panel(picture)));
             }
-            "line-over-tilt" => {
+            ("line-over-tilt", _) => {
                 let panel = lesson::empty_loop(header)?.with_title(Row::of(name)?.title);
                 return Some(PanelView::of(name, &Root::of_run()).view(&panel));
             }
             _ => {}
         }
-        let row = Row::of(name)?;
-        let has_data = match row.needs {
+        let row = Row::of(name).filter(|row| self.has_data(row.needs))?;
+        let view = row.view(self.title(row.title), argument)?;
+        let view = match row.kind[0] {
+            "recent" | "states" => view.with_window(self.window()),
+            "snapshots" => view.with_window(WINDOW.max(SNAPSHOTS / self.spec.patch_rate)),
+            _ => view,
+        };
+        Some(match self.range(name) {
+            Some(range) => view.with_range(range),
+            None => view,
+        })
+    }
+
+    /// Whether the run has what a view needs.
+    fn has_data(&self, needs: &str) -> bool {
+        let joint = self.header.joint();
+        let is_joint = |condition: &dyn Fn(&JointInfo) -> bool| joint.is_some_and(condition);
+        match needs {
             "" => true,
-            "Joint" => header.joint().is_some(),
-            "Energy" => header.joint().is_some() && self.spec.energy_rate > 0.0,
-            analysis => header
-                .analyses
-                .iter()
-                .any(|kind| format!("{kind:?}") == analysis),
-        };
-        if !has_data {
-            return None;
+            "Joint" => is_joint(&|_| true),
+            "Energy" => is_joint(&|_| self.spec.energy_rate > 0.0),
+            "Patch" => is_joint(&|_| self.spec.patch_rate > 0.0),
+            "Load" => is_joint(&JointInfo::load_varies),
+            "Rotation" => is_joint(&JointInfo::rotation_varies),
+            analysis => {
+                let mut analyses = self.header.analyses.iter();
+                analyses.any(|kind| format!("{kind:?}") == analysis)
+            }
         }
-        let of = |what: &str| match header.subject {
-            Subject::Signal(_) => String::new(),
-            Subject::Joint(_) | Subject::Small(_) => format!(" of the {what}"),
+    }
+
+    /// Time window of recent series, s.
+    fn window(&self) -> f64 {
+        match &self.header.subject {
+            Subject::Joint(_) => WINDOW,
+            Subject::Small(small) => (SMALL_PERIODS / small.frequency_hz).min(self.header.duration),
+            Subject::Signal(signal) => {
+                (SIGNAL_PERIODS / signal.highest_frequency).min(self.header.duration)
+            }
+        }
+    }
+
+    /// A title with its placeholders replaced.
+    fn title(&self, title: &str) -> String {
+        let subject = &self.header.subject;
+        let [velocity, displacement] = match subject {
+            Subject::Signal(_) => ["", ""],
+            Subject::Joint(_) | Subject::Small(_) => [" of the velocity", " of the displacement"],
         };
-        let title = row.title.replace("{velocity}", &of("velocity"));
-        let title = title.replace("{displacement}", &of("displacement"));
-        let frequency = Unit::of("Hz", header.highest_frequency()).symbol;
-        row.view(title.replace("{frequency}", &frequency), argument)
+        let key = match subject {
+            Subject::Small(small) => format!(": {}", small::key(small)),
+            Subject::Joint(_) | Subject::Signal(_) => String::new(),
+        };
+        let signal = match subject {
+            Subject::Signal(signal) => style::signal_title(signal),
+            Subject::Joint(_) | Subject::Small(_) => String::new(),
+        };
+        let values = [
+            ("{velocity}", velocity),
+            ("{displacement}", displacement),
+            (
+                "{frequency}",
+                &Unit::of("Hz", self.header.highest_frequency()).symbol,
+            ),
+            ("{letter}", letter(subject)),
+            ("{last}", &Unit::write(self.window(), "s")),
+            ("{rate}", &style::short(1e-3 * self.spec.patch_rate)),
+            ("{key}", &key),
+            ("{signal}", &signal),
+        ];
+        let title = title.to_owned();
+        values
+            .into_iter()
+            .fold(title, |title, (name, value)| title.replace(name, value))
+    }
+
+    /// The range of a series whose size is known before the run.
+    fn range(&self, name: &str) -> Option<[f64; 2]> {
+        if let Subject::Signal(signal) = &self.header.subject {
+            let [low, high] = signal.span;
+            let margin = 0.05 * (high - low);
+            let is_signal = ["waveform", "waveform-near"].contains(&name);
+            return is_signal.then_some([low - margin, high + margin]);
+        }
+        let joint = self.header.joint()?;
+        Some(match name {
+            "displacement" | "both-displacements" => displacement_range(joint),
+            "velocity" => [-2e3, 2e3].map(|factor| factor * joint.largest_sliding_speed()),
+            "tilt-in-range" => {
+                let reach = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
+                let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
+                let least = if lowest < 0.0 { 0.0 } else { 1.0 };
+                [lowest.min(0.0), highest.max(least)]
+            }
+            "load" => [0.0, 1.15 * joint.largest_load()],
+            "rotation" => {
+                let [low, high] = joint.rotation_span;
+                [1.15 * low.min(0.0), 1.15 * high]
+            }
+            "contact-force" => [0.0, 1.6 * joint.largest_load()],
+            _ => return None,
+        })
     }
 }
 

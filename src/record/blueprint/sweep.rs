@@ -8,8 +8,8 @@ use re_sdk_types::blueprint::{
 use crate::record::sdk::datatypes::{TimeInt, TimeRangeBoundary};
 
 use super::{
-    layout::{named, screen_of},
-    tree::{self, Container, Part, View},
+    layout::screen_of,
+    tree::{self, Part, View},
 };
 use crate::{
     plot,
@@ -41,23 +41,19 @@ pub fn send(
             let rows = starts.iter().filter_map(|start| {
                 screen_of(key, &mut |view| self::view(sweep, *start, scales, view))
             });
-            let rows: Vec<Part> = rows.collect();
-            let shares = vec![1.0; rows.len()];
-            tabs.push(named(title, Container::column(rows, shares).into()));
+            tabs.push(Part::tab(title, rows.collect()));
         }
     }
     for start in &starts {
         let screen = screen_of("start", &mut |view| self::view(sweep, *start, scales, view));
-        tabs.extend(screen.map(|screen| named(&sweep::title(*start), screen)));
+        tabs.extend(screen.map(|screen| Part::tab(&sweep::title(*start), vec![screen])));
     }
     if let Some(body) = sweep.ball.and_then(|ball| ball.body().ok()) {
-        tabs.push(named(
-            "Mode shapes",
-            Part::View(mode_shapes(body.families().len())),
-        ));
+        let shapes = Part::View(mode_shapes(body.families().len()));
+        tabs.push(Part::tab("Mode shapes", vec![shapes]));
     }
     let about = View::text("About this recording", paths::ABOUT);
-    tabs.push(named("About", Part::View(about)));
+    tabs.push(Part::tab("About", vec![Part::View(about)]));
     let time_panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_timeline(scales.timeline.name.as_str())

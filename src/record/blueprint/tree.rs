@@ -31,11 +31,28 @@ use crate::record::{
     style,
 };
 
-/// A view, or a container of parts.
+/// A view, or parts side by side, below each other, or as tabs, each with its share; equal shares if none are given.
 #[derive(Debug)]
 pub enum Part {
     View(View),
-    Container(Container),
+    Group {
+        kind: ContainerKind,
+        name: Option<String>,
+        parts: Vec<Part>,
+        shares: Vec<f32>,
+    },
+}
+
+impl Part {
+    /// Parts below each other with equal shares, as a tab with a title.
+    pub fn tab(title: &str, parts: Vec<Self>) -> Self {
+        Self::Group {
+            kind: ContainerKind::Vertical,
+            name: Some(title.to_owned()),
+            parts,
+            shares: Vec::new(),
+        }
+    }
 }
 
 /// A view of some entities.
@@ -177,57 +194,6 @@ impl View {
     }
 }
 
-/// A container: views side by side, below each other, or as tabs.
-#[derive(Debug)]
-pub struct Container {
-    kind: ContainerKind,
-    name: Option<String>,
-    contents: Vec<Part>,
-    shares: Vec<f32>,
-}
-
-impl Container {
-    /// Tabs, one visible at a time.
-    fn tabs(contents: Vec<Part>) -> Self {
-        Self {
-            kind: ContainerKind::Tabs,
-            name: None,
-            contents,
-            shares: Vec::new(),
-        }
-    }
-
-    /// Views side by side, each with its share of the width.
-    pub fn row(contents: Vec<Part>, shares: Vec<f32>) -> Self {
-        Self {
-            kind: ContainerKind::Horizontal,
-            shares,
-            ..Self::tabs(contents)
-        }
-    }
-
-    /// Views below each other, each with its share of the height; equal shares if none are given.
-    pub fn column(contents: Vec<Part>, shares: Vec<f32>) -> Self {
-        Self {
-            kind: ContainerKind::Vertical,
-            shares,
-            ..Self::tabs(contents)
-        }
-    }
-
-    /// Sets the display name.
-    pub fn with_name(mut self, name: &str) -> Self {
-        self.name = Some(name.to_owned());
-        self
-    }
-}
-
-impl From<Container> for Part {
-    fn from(container: Container) -> Self {
-        Self::Container(container)
-    }
-}
-
 /// Writes a layout and activates it.
 pub fn send(
     rec: &RecordingStream,
@@ -238,7 +204,7 @@ pub fn send(
         blueprint: rec.blueprint(),
         ids: HashMap::new(),
     };
-    let root = writer.container(&Container::tabs(tabs))?;
+    let root = writer.group(ContainerKind::Tabs, None, &tabs, &[])?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(RootContainer(Uuid {
             bytes: root.to_be_bytes(),
@@ -286,23 +252,36 @@ impl Writer {
     fn part(&mut self, part: &Part) -> Result<String, RecordError> {
         match part {
             Part::View(view) => self.view(view),
-            Part::Container(container) => {
-                Ok(format!("container/{}", uuid(self.container(container)?)))
+            Part::Group {
+                kind,
+                name,
+                parts,
+                shares,
+            } => {
+                let id = self.group(*kind, name.as_deref(), parts, shares)?;
+                Ok(format!("container/{}", uuid(id)))
             }
         }
     }
 
-    fn container(&mut self, container: &Container) -> Result<u128, RecordError> {
-        let parts = container.contents.iter().map(|part| self.part(part));
+    /// Writes a group and returns its id.
+    fn group(
+        &mut self,
+        kind: ContainerKind,
+        name: Option<&str>,
+        parts: &[Part],
+        shares: &[f32],
+    ) -> Result<u128, RecordError> {
+        let parts = parts.iter().map(|part| self.part(part));
         let parts = parts.collect::<Result<Vec<_>, _>>()?;
-        let id = self.id((container.kind as u8, &container.name, &parts));
-        let mut what = ContainerBlueprint::new(container.kind).with_contents(parts);
-        if let Some(name) = &container.name {
-            what = what.with_display_name(name.as_str());
+        let id = self.id((kind as u8, name, &parts));
+        let mut what = ContainerBlueprint::new(kind).with_contents(parts);
+        if let Some(name) = name {
+            what = what.with_display_name(name);
         }
-        let shares = container.shares.iter().copied();
-        if shares.len() > 0 {
-            what = match container.kind {
+        if !shares.is_empty() {
+            let shares = shares.iter().copied();
+            what = match kind {
                 ContainerKind::Horizontal => what.with_col_shares(shares),
                 _ => what.with_row_shares(shares),
             };

@@ -9,15 +9,10 @@ use crate::{
     text::sweep as words,
 };
 
-/// Name of the swept parameter: the last part of its path without the unit, so `load.tilt_deg` is `tilt`.
+/// Name of the swept parameter without the unit, so `load.tilt_deg` is `tilt`.
 pub fn parameter(sweep: &SweepStudy<'_>) -> String {
     let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
-    let path = parameter.map_or("", |parameter| parameter.path());
-    let key = path.rsplit('.').next().unwrap_or(path);
-    let unit = unit(sweep).to_lowercase().replace('/', "_per_");
-    let bare = key.strip_suffix(&unit).filter(|_| !unit.is_empty());
-    let bare = bare.and_then(|bare| bare.strip_suffix('_'));
-    bare.unwrap_or(key).replace('_', " ")
+    parameter.map_or_else(String::new, |parameter| parameter.label())
 }
 
 /// The unit of the swept parameter; empty for a dimensionless number.

@@ -10,13 +10,13 @@ use crate::{
     dynamics::Exponent,
     plot::{
         self, Color, Layer, Panel, Unit,
-        response::{self, SpectrumAxes, recurrence_caption, samples, section, section_axes},
+        response::{self, recurrence_caption, samples, section},
     },
     record::{
-        blueprint::tree::View,
+        blueprint::{layout::Row, tree::View},
         error::RecordError,
         exponents,
-        panel_view::PanelView,
+        panel_view::{PanelView, PanelViews},
         paths::{self, Root},
         portrait,
         stream::{self, Moment, RecordingStream},
@@ -38,51 +38,22 @@ const NOT_DONE: &str = "not computed yet";
 const NOT_KEPT: &str = "motion not stored";
 const TOO_SHORT: &str = "motion too short";
 
-/// The plots of one start.
-struct Views {
-    /// The bifurcation diagram.
-    diagram: PanelView,
-    /// Phase portrait.
-    portrait: PanelView,
-    /// Poincaré section.
-    section: PanelView,
-    /// Spectrum.
-    spectrum: PanelView,
-    /// Recurrence plot.
-    recurrence: PanelView,
-}
-
-impl Views {
-    /// The plots below a root path.
-    fn new(root: &Root) -> Self {
-        let view = |name| PanelView::of(name, root);
-        Self {
-            diagram: view("diagram"),
-            portrait: view("portrait"),
-            section: view("section"),
-            spectrum: view("spectrum"),
-            recurrence: view("recurrence"),
-        }
-    }
-}
-
 /// The view of a plot of a start; `None` for another name. The bifurcation diagram has a legend of its own height.
 pub fn picture(sweep: &SweepStudy<'_>, start: Start, name: &str) -> Option<View> {
-    let panel = match name {
-        "diagram" => diagram(sweep, start).with_title("Bifurcation diagram"),
-        "portrait" => phase(None, [1.0; 2]).with_title("Phase portrait"),
-        "recurrence" => response::recurrence(None, true)
-            .with_title("Recurrence plot")
-            .with_caption(NOT_DONE),
-        "spectrum" => SpectrumAxes::new(1.0, 1, 1.0)
-            .panel(1.0, [], &[], Color::Faint)
-            .with_title("Spectrum (lines in kHz)"),
-        "section" => section(&section_axes(&[], "", 1.0), None),
+    let root = Root::of_start(&start.to_string());
+    let titled = |title| format!("{title}: {}", plot::start_label(start));
+    let title = match name {
+        "diagram" => {
+            let panel = diagram(sweep, start).with_title(titled("Bifurcation diagram"));
+            return Some(PanelView::of(name, &root).view(&panel));
+        }
+        "portrait" => "Phase portrait",
+        "recurrence" => "Recurrence plot",
+        "spectrum" => "Spectrum (lines in kHz)",
+        "section" => "Poincaré section",
         _ => return None,
     };
-    let title = format!("{}: {}", panel.title, plot::start_label(start));
-    let root = Root::of_start(&start.to_string());
-    Some(PanelView::of(name, &root).view(&panel.with_title(title)))
+    Row::of(name)?.picture(titled(title), &root)
 }
 
 /// Writer of the points of one start.
@@ -91,7 +62,7 @@ pub struct StartWriter<'a> {
     start: Start,
     scales: &'a SharedScales,
     root: Root,
-    views: Views,
+    views: PanelViews,
     diagram: Panel,
 }
 
@@ -118,11 +89,11 @@ impl<'a> StartWriter<'a> {
             sweep,
             start,
             scales,
-            views: Views::new(&root),
+            views: PanelViews::new(root.clone()),
             root,
             diagram: diagram(sweep, start),
         };
-        draw.views.diagram.draw(rec, None, &draw.diagram)?;
+        draw.views.of("diagram").draw(rec, None, &draw.diagram)?;
         Ok(draw)
     }
 
@@ -139,44 +110,42 @@ impl<'a> StartWriter<'a> {
         let document = text::document(document);
         stream::log_at(rec, self.root.at(paths::POINT_TEXT), at, &document)?;
         let cursor = Layer::vertical_line(value, Color::Ink).with_id(paths::CURSOR);
-        let plot = self.views.diagram.plot(&self.diagram);
-        let views = &mut self.views;
-        views.diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
+        let diagram = self.views.of("diagram");
+        let plot = diagram.plot(&self.diagram);
+        diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
         let found = point.and_then(|point| point.outcome.as_ref().ok());
         let missing = match (point, found) {
             (None, _) => NOT_DONE,
             (Some(_), None) => NO_RESPONSE,
             _ => "",
         };
-        let portrait = phase(found, point_scales.reach);
         let motion = found.and_then(|found| found.portrait.as_ref());
-        let note = match found {
-            None => missing,
+        let unkept = match found {
             Some(_) if motion.is_none() => NOT_KEPT,
-            Some(found) if found.maxima.is_empty() => NOTHING_MOVES,
-            Some(_) => "",
+            _ => missing,
         };
-        views
-            .portrait
-            .draw(rec, Some(at), &portrait.with_note(note))?;
-        let section = section(&point_scales.section, found);
-        let note = match found {
+        let still = match found {
+            Some(found) if found.maxima.is_empty() => NOTHING_MOVES,
+            _ => "",
+        };
+        let unmoved = match found {
             Some(found) if found.section.is_empty() => NOTHING_MOVES,
             _ => missing,
         };
-        views
-            .section
-            .draw(rec, Some(at), &section.with_note(note))?;
-        let spectrum = spectrum(self.scales, found);
-        let note = match motion {
-            None if found.is_some() => NOT_KEPT,
-            _ => missing,
-        };
-        views
-            .spectrum
-            .draw(rec, Some(at), &spectrum.with_note(note))?;
-        let recurrence = recurrence(found, missing)?;
-        views.recurrence.draw(rec, Some(at), &recurrence)?;
+        let portrait = phase(found, point_scales.reach);
+        let portrait_note = if unkept.is_empty() { still } else { unkept };
+        let panels = [
+            ("portrait", portrait.with_note(portrait_note)),
+            (
+                "section",
+                section(&point_scales.section, found).with_note(unmoved),
+            ),
+            ("spectrum", spectrum(self.scales, found).with_note(unkept)),
+            ("recurrence", recurrence(found, missing)?),
+        ];
+        for (name, panel) in panels {
+            self.views.of(name).draw(rec, Some(at), &panel)?;
+        }
         self.embedding(rec, at, point_scales.reach[0], found)?;
         self.exponents(rec, at, found)
     }

@@ -212,21 +212,21 @@ fn points_at_a_value_have_common_scales() {
         let reach = scales.point_scales(&found(value)).reach;
         phase_portrait(&[], Some(reach), Color::Ink).x.range[1]
     };
-    assert_eq!((ends(1.0), ends(2.5)), (3.0, 1.5));
-    // Silence is drawn at 1 % of the largest motion, in nm.
-    assert!((ends(3.0) - 30.0).abs() < 1e-9, "{}", ends(3.0));
+    assert!((ends(1.0) - 3e-6).abs() < 1e-15 && (ends(2.5) - 1.5e-6).abs() < 1e-15);
+    // Silence is drawn at 1 % of the largest motion.
+    assert!((ends(3.0) - 30e-9).abs() < 1e-18, "{}", ends(3.0));
     assert_eq!(common_range(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
     // The axes of a section are at least a fraction of the motion, so a periodic motion is a point.
     let shown = section(&scales.point_scales(&found(1.0)).section, None);
-    let [low, high] = shown.x.range;
-    assert_eq!(shown.x.unit, "µm");
+    let [low, high] = shown.x.range.map(|end| 1e6 * end);
+    assert_eq!(shown.x.unit.symbol, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
     assert_eq!(scales.exponents, 2);
     let [low, high] = scales.exponent_range;
     assert!(low < -1.0 && (15.0..20.0).contains(&high));
     assert_eq!(
         scales.spectrum.panel(1.0, [], &[], Color::Ink).x.range[1],
-        5.0
+        5e3
     );
     // An empty sweep has valid axes, too.
     let nothing = study(&plan, &[]);

@@ -55,11 +55,12 @@ export class Lesson {
 
 const colourOf = (layer, style) => `rgb(${layer.color[style.light ? 0 : 1].join()})`;
 
-// The range of an axis, its ticks and their texts; a logarithmic axis is drawn linearly over the exponent.
-function axisOf({ name, unit, range, scale }) {
-  const label = unit ? `${name}, ${unit}` : name;
-  if (scale !== "Logarithmic") return { range, label, of: (x) => x };
-  const [low, high] = range.map(Math.log10);
+// The range of an axis in its unit, its ticks and their texts; a logarithmic axis is drawn linearly over the exponent.
+function axisOf({ name, unit: { symbol, factor }, range, scale }) {
+  const label = [name, symbol].filter(Boolean).join(", ");
+  const shown = range.map((end) => factor * end);
+  if (scale !== "Logarithmic") return { range: shown, label, of: (x) => factor * x };
+  const [low, high] = shown.map(Math.log10);
   const ticks = [];
   const steps = high - low > 3 ? [1] : [1, 2, 5];
   for (let d = Math.floor(low); d <= high + 1e-9; d++) {
@@ -69,7 +70,7 @@ function axisOf({ name, unit, range, scale }) {
     }
   }
   const format = (d) => (Math.abs(d) > 2 ? power(Math.round(d)) : `${Number((10 ** d).toPrecision(1))}`);
-  return { range: [low, high], label, ticks, format, of: (x) => Math.log10(Math.max(x, 1e-300)) };
+  return { range: [low, high], label, ticks, format, of: (x) => Math.log10(Math.max(factor * x, 1e-300)) };
 }
 
 function drawPanel(c, width, height, panel, style) {

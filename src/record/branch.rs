@@ -1,0 +1,182 @@
+//! Branches of periodic orbits as one recording, with the parameter as its timeline.
+//!
+//! Each branch has a folder of entities, `branch/0/...`: the branch diagram with a cursor at the current orbit, the
+//! phase portrait of the orbit, its multipliers in the unit circle, and a text. On a branch that turns at folds, the
+//! parameter is not unique, and the timeline counts the orbits. The plots are panels of [`crate::plot`].
+
+use std::path::Path;
+
+use super::{
+    blueprint,
+    error::RecordError,
+    file,
+    panel_view::PanelViews,
+    paths::{self, Root},
+    sdk::TimelineName,
+    stream::{self, Moment, RecordingStream},
+    sweep::TimelineTicks,
+    text::{self, Origin},
+};
+use crate::{
+    plot::{Color, Layer, Panel, branch_figure, multipliers_panel, response},
+    scene::Scene,
+    study::branch::{Branch, OrbitPoint},
+    text::branch as words,
+};
+
+/// Application id, different from those of other recordings because the layout differs.
+pub const APPLICATION: &str = "squeakscope-branch";
+
+/// Saves a recording of branches. The file appears under its name only when it is complete.
+///
+/// # Errors
+/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is then
+/// unchanged.
+pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordError> {
+    file::save(path, APPLICATION, |rec| draw(rec, study))
+}
+
+/// Logs all branches.
+fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordError> {
+    let courses = courses(study);
+    blueprint::send_branch(rec, study, &courses)?;
+    let scene = study.scene;
+    let origin = Origin {
+        name: &format!("{} over {}", scene.name, study.branch.parameter),
+        scene: &scene.name,
+        scene_text: &scene.text,
+        command: study.command,
+    };
+    text::send_properties(rec, origin)?;
+    let about = words::about(study.branch) + &text::study_about(scene, study.command);
+    rec.log_static(paths::ABOUT, &text::document(about))?;
+    courses
+        .iter()
+        .try_for_each(|course| course.draw(rec, study))
+}
+
+/// Number of ticks over the interval of the parameter, at least.
+const TICKS: f64 = 1e3;
+
+/// A study of branches to record.
+#[derive(Clone, Copy, Debug)]
+pub struct BranchStudy<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The result.
+    pub branch: &'a Branch,
+    /// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of the result.
+    pub portraits: &'a [Vec<[f64; 2]>],
+    /// The command line.
+    pub command: &'a str,
+}
+
+/// A branch with the ticks of its orbits.
+pub(super) struct Course<'a> {
+    /// Number of the branch.
+    pub number: usize,
+    orbits: Vec<(&'a OrbitPoint, &'a [[f64; 2]])>,
+    /// Timeline and ticks.
+    pub timeline: TimelineTicks,
+}
+
+/// The branches with their timelines.
+fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
+    let branch = study.branch;
+    let count = branch.orbit_branches();
+    let [from, to] = branch.interval;
+    let unit = 10f64.powf(((to - from) / TICKS).log10().floor());
+    let courses = (0..count).map(|number| {
+        let orbits = branch.points.iter().zip(study.portraits);
+        let mut orbits: Vec<_> = orbits
+            .filter(|(point, _)| point.branch == number)
+            .map(|(point, portrait)| (point, &portrait[..]))
+            .collect();
+        let rounded = |orbits: &[(&OrbitPoint, &[[f64; 2]])]| -> Vec<f64> {
+            let values = orbits.iter().map(|(point, _)| point.at.value);
+            values.map(|value| (value / unit).round() * unit).collect()
+        };
+        let rises = rounded(&orbits).is_sorted();
+        let falls = rounded(&orbits).is_sorted_by(|a, b| a >= b);
+        if !rises && falls {
+            orbits.reverse();
+        }
+        let mut values = rounded(&orbits);
+        let timeline = if rises || falls {
+            let ticks = values.clone();
+            values.dedup();
+            let distinct = TimelineTicks::new(branch.name(), &branch.unit, &values);
+            let tick = |value: &f64| {
+                let place = values.iter().position(|own| own == value).unwrap_or(0);
+                distinct.ticks[place]
+            };
+            TimelineTicks {
+                ticks: ticks.iter().map(tick).collect(),
+                name: distinct.name,
+            }
+        } else {
+            TimelineTicks {
+                name: format!("branch {number}, orbit"),
+                ticks: (1..).take(orbits.len()).collect(),
+            }
+        };
+        Course {
+            number,
+            orbits,
+            timeline,
+        }
+    });
+    courses.filter(|course| !course.orbits.is_empty()).collect()
+}
+
+impl Course<'_> {
+    /// Draws the orbits of the branch.
+    pub fn draw(&self, rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordError> {
+        let root = Root::of_branch(self.number);
+        let mut views = PanelViews::new(root.clone());
+        let diagram = diagram(study);
+        views.of("branch-diagram").draw(rec, None, &diagram)?;
+        let plot = views.of("branch-diagram").plot(&diagram);
+        let timeline = TimelineName::try_new(&self.timeline.name)
+            .map_err(|error| RecordError::Encode(error.to_string()))?;
+        for (&(point, trail), &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
+            let at = Some(Moment::tick(timeline, tick));
+            let cursor = Layer::vertical_line(point.at.value, Color::Ink).with_id(paths::CURSOR);
+            let diagram = views.of("branch-diagram");
+            diagram.draw_layers(rec, at, &plot, &[cursor])?;
+            let color = if point.orbit.stable {
+                Color::Series(0)
+            } else {
+                Color::Accent
+            };
+            let portrait = response::phase_portrait(trail, Some(self.reach()), color);
+            views.of("portrait").draw(rec, at, &portrait)?;
+            let multipliers = multipliers_panel(study.branch, Some(point));
+            views.of("multipliers").draw(rec, at, &multipliers)?;
+            let document = text::document(words::orbit(study.branch, point));
+            stream::log_at(
+                rec,
+                root.at(paths::POINT_TEXT),
+                Moment::tick(timeline, tick),
+                &document,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Largest displacement (m) and speed (m/s) of all orbits of the branch, with a margin.
+    fn reach(&self) -> [f64; 2] {
+        let all = || self.orbits.iter().flat_map(|(_, trail)| trail.iter());
+        [0, 1].map(|k| {
+            let sizes = all().map(|at| at[k].abs());
+            1.05 * sizes.fold(f64::MIN_POSITIVE, f64::max)
+        })
+    }
+}
+
+/// The branch diagram: the first panel of its figure.
+pub(super) fn diagram(study: &BranchStudy<'_>) -> Panel {
+    let figure = branch_figure(&study.scene.name, study.branch, &[]);
+    let mut panels = figure.rows.into_iter().flatten();
+    panels.next().expect("the figure has panels")
+}
