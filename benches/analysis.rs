@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::analysis::{
-    DelayVectors, Line, LineCriterion, Norm, RecurrenceCriterion, RecurrenceImage,
-    SpectrumAnalyser, Threshold, Window, identify_lines,
+    delay::DelayVectors,
+    recurrence::{Norm, RecurrenceCriterion, RecurrenceImage, Threshold},
+    tones::{Line, LineCriterion, SpectrumAnalyser, Window, identify_lines},
 };
 use squeakscope::pipeline::message::{Frame, Record};
 use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError, Source};

@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hound::{SampleFormat, WavSpec, WavWriter};
-use squeakscope::analysis::{EventKind, EventOptions, tonal_events};
+use squeakscope::analysis::events::{EventKind, EventOptions, tonal_events};
 
 use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
 

@@ -80,7 +80,7 @@
 //! Classify the type of motion of a signal, here a synthetic one; [`import::read_signal`] reads files:
 //!
 //! ```
-//! use squeakscope::analysis::Regime;
+//! use squeakscope::analysis::regime::Regime;
 //! use squeakscope::import::Signal;
 //! use squeakscope::study::signal::{SignalOptions, analyse_signal};
 //!
@@ -180,7 +180,7 @@ pub mod text;
 
 pub use causes::chain_of_causes;
 pub use squeakscope_analysis as analysis;
-pub use squeakscope_analysis::memory;
+pub(crate) use squeakscope_analysis::memory;
 pub use squeakscope_dynamics as dynamics;
 pub use squeakscope_joint as joint;
 pub use squeakscope_joint::{fem, systems};

@@ -17,8 +17,10 @@ use std::time::Instant;
 use npyz::NpyFile;
 use serde_json::{Value, json};
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, FalseNeighbourSearch, Norm, RateBase, RecurrenceCriterion,
-    Recurrences, Stft, Threshold, Window, false_neighbours, mutual_information,
+    AnalysisError,
+    delay::{DelayVectors, FalseNeighbourSearch, false_neighbours, mutual_information},
+    recurrence::{Norm, RateBase, RecurrenceCriterion, Recurrences, Threshold},
+    tones::{Stft, Window},
 };
 
 /// Lag of the recurrence plot and of the false neighbours, samples.
@@ -73,7 +75,7 @@ fn quantification(samples: &[f64]) -> Result<Value, AnalysisError> {
 fn information(samples: &[f64]) -> Result<Value, AnalysisError> {
     let (seconds, found) = timed(|| mutual_information(black_box(samples), 100, 64))?;
     let result = json!({
-        "first_minimum": found.first_minimum(),
+        "first_minimum": found.first_clear_minimum(),
         "bits_at_lag_10": found.bits[10],
     });
     Ok(json!({"seconds": seconds, "result": result}))

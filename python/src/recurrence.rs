@@ -6,8 +6,9 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, Measures, Norm, RateBase, RecurrenceCriterion, Recurrences,
-    Threshold,
+    AnalysisError,
+    delay::DelayVectors,
+    recurrence::{Measures, Norm, RateBase, RecurrenceCriterion, Recurrences, Threshold},
 };
 
 use crate::array::{check_names, choice, numeric, optional, options, positive, vector, whole};

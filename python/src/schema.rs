@@ -4,8 +4,11 @@ use pyo3::prelude::*;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use squeakscope::analysis::{
-    DelayChoice, Divergence, FalseNeighbours, Measures, MutualInformation, TonalEvents, Verdict,
-    ZeroOne,
+    chaos::{Divergence, ZeroOne},
+    delay::{DelayChoice, FalseNeighbours, MutualInformation},
+    events::TonalEvents,
+    recurrence::Measures,
+    regime::Verdict,
 };
 use squeakscope::dynamics::SolverStats;
 use squeakscope::pipeline::message::{Exponents, Summary};

@@ -5,8 +5,11 @@ use pyo3::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use squeakscope::analysis::{
-    self as library, AnalysisError, DelaySearch, Direction, DivergenceMethod, DivergenceSearch,
-    FalseNeighbourSearch, RegimeSearch, ZeroOneTest,
+    self as library, AnalysisError,
+    chaos::{DivergenceMethod, DivergenceSearch, ZeroOneTest},
+    delay::{DelaySearch, FalseNeighbourSearch},
+    poincare::Direction,
+    regime::RegimeSearch,
 };
 
 use crate::array::{choice, optional, positive, vector, whole};
@@ -59,7 +62,7 @@ pub fn mutual_information<'py>(
     analysed(&signal, |samples| {
         let rules = DelaySearch::for_samples(samples.len());
         let (lag, bins) = (lag.unwrap_or(rules.largest_lag), bins.unwrap_or(rules.bins));
-        library::mutual_information(samples, lag, bins)
+        library::delay::mutual_information(samples, lag, bins)
     })
 }
 
@@ -100,7 +103,7 @@ pub fn false_neighbours<'py>(
         ..FalseNeighbourSearch::new(lag, whole("max_dimension", max_dimension, 1)?, theiler)
     };
     analysed(&signal, |samples| {
-        library::false_neighbours(samples, &search)
+        library::delay::false_neighbours(samples, &search)
     })
 }
 
@@ -118,7 +121,7 @@ pub fn false_neighbours<'py>(
 #[pyfunction]
 pub fn choose_delay<'py>(signal: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     analysed(&signal, |samples| {
-        library::choose_delay(samples, &DelaySearch::for_samples(samples.len()))
+        library::delay::choose_delay(samples, &DelaySearch::for_samples(samples.len()))
     })
 }
 
@@ -146,7 +149,7 @@ pub fn embed<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (lag, dimension) = (whole("lag", lag, 1)?, whole("dimension", dimension, 1)?);
     let samples = vector("signal", &signal)?;
-    let vectors = library::DelayVectors::new(samples.as_slice()?, lag, dimension)
+    let vectors = library::delay::DelayVectors::new(samples.as_slice()?, lag, dimension)
         .map(|vectors| vectors.len())
         .map_err(|error| raise(&error))?;
     let stride = samples.strides()[0];
@@ -198,10 +201,10 @@ pub fn poincare_section<'py>(
     let both = ("both", Direction::Both);
     let direction = choice("direction", direction, &[rising, falling, both])?;
     let (level, crossings) = computed(&signal, |samples| {
-        let level = level.unwrap_or_else(|| library::mean(samples));
+        let level = level.unwrap_or_else(|| library::stats::mean(samples));
         Ok((
             level,
-            library::delay_section(samples, lag, dimension, level, direction)?,
+            library::poincare::delay_section(samples, lag, dimension, level, direction)?,
         ))
     })?;
     let times = crossings.iter().map(|found| found.sample / per_second);
@@ -269,7 +272,7 @@ pub fn largest_exponent<'py>(
         let mut search = DivergenceSearch::for_delay(lag, dimension, theiler, samples.len());
         search.horizon = horizon.unwrap_or(search.horizon);
         search.method = method;
-        Ok(library::divergence(samples, &search)?.in_seconds(per_second))
+        Ok(library::chaos::divergence(samples, &search)?.in_seconds(per_second))
     })?;
     timed(py, &found, rate)
 }
@@ -308,7 +311,7 @@ pub fn zero_one_test<'py>(
             frequencies,
             seed: seed as u64,
         };
-        library::zero_one(samples, &test)
+        library::chaos::zero_one(samples, &test)
     })
 }
 
@@ -344,6 +347,8 @@ pub fn regime<'py>(
         silence,
         background: background.transpose()?.unwrap_or(0.0),
     };
-    let found = computed(&signal, |samples| library::classify(samples, &search))?;
+    let found = computed(&signal, |samples| {
+        library::regime::classify(samples, &search)
+    })?;
     timed(py, &found, rate)
 }

@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use squeakscope::analysis::{
-    AnalysisError, EventOptions, LineCriterion, SpectrumAnalyser, Stft, Window, identify_lines,
-    tonal_events as find_events,
+    AnalysisError,
+    events::{EventOptions, tonal_events as find_events},
+    tones::{LineCriterion, SpectrumAnalyser, Stft, Window, identify_lines},
 };
 use squeakscope::study::signal::SpectralLines;
 

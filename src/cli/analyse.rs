@@ -14,7 +14,7 @@ use super::output::{Kind, OutputError, OutputFile};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
-use crate::analysis::{LevelReference, TonalEvent, range};
+use crate::analysis::{events::TonalEvent, levels::LevelReference, stats::range};
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -406,7 +406,7 @@ mod tests {
     #[test]
     fn events_become_labels() {
         let event = TonalEvent {
-            kind: crate::analysis::EventKind::Tone,
+            kind: crate::analysis::events::EventKind::Tone,
             probability: 0.99,
             start_s: 0.5,
             end_s: 2.25,

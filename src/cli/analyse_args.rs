@@ -9,7 +9,7 @@ use strum::VariantArray;
 
 use super::figures::FigureArgs;
 use super::harness::OutputArgs;
-use crate::analysis::{Norm, Threshold};
+use crate::analysis::recurrence::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
 use crate::study::signal::CalibrationSource;
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::command::Promise;
 use super::tour::TourStep;
-use crate::analysis::{Regime, range};
+use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
 use crate::number::trimmed;
 use crate::pipeline::message::{

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::*;
-use crate::analysis::{AnalysisError, Regime};
+use crate::analysis::{AnalysisError, regime::Regime};
 use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, all_analyses, analyses, header,
 };

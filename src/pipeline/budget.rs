@@ -102,7 +102,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::analysis::RecurrenceImage;
+    use crate::analysis::recurrence::RecurrenceImage;
     use crate::pipeline::message::Summary;
     use crate::pipeline::{Monitor, run};
     use crate::scene::{AnalysisSpec, Scene};

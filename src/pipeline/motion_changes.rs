@@ -4,7 +4,10 @@
 use std::f64::consts::{LN_10, TAU};
 
 use super::message::MotionSegment;
-use crate::analysis::{BlockMeans, Channel, MAX_CHANNELS, change_points};
+use crate::analysis::{
+    change_point::{Channel, MAX_CHANNELS, change_points},
+    stats::BlockMeans,
+};
 use crate::dynamics::{Integrator, LyapunovSpectrum, System};
 
 /// Maximum number of exponents that are tested; the largest ones determine the attractor.

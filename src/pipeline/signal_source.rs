@@ -111,7 +111,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use crate::analysis::LevelReference;
+    use crate::analysis::levels::LevelReference;
     use crate::pipeline::message::Record;
     use crate::pipeline::stages::synthetic_tests::{Motion, RATE, all_analyses};
     use crate::pipeline::{Monitor, drive};

@@ -2,7 +2,7 @@
 
 use super::message::{Frame, Record, Subject};
 use super::{Monitor, Simulation, Source, prepare, run};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::scene::{AnalysisSpec, Scene, SmallSystem, SystemSpec};
 use crate::systems::{ImpactOscillator, MassOnBelt};
 

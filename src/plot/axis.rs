@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::text::power_of_ten;
 use super::unit::Unit;
-use crate::analysis::range;
+use crate::analysis::stats::range;
 
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]

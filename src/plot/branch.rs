@@ -6,7 +6,7 @@ use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Layer, Panel};
 use super::orbits::stability_lines;
-use crate::analysis::range;
+use crate::analysis::stats::range;
 use crate::study::branch::{
     Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
 };

@@ -4,7 +4,10 @@ use super::axis::{Axis, extent, round_up};
 use super::color::Color;
 use super::figure::{Layer, Panel};
 use super::unit::Unit;
-use crate::analysis::{Divergence, ScalingRegion, ZeroOne, range};
+use crate::analysis::{
+    chaos::{Divergence, ScalingRegion, ZeroOne},
+    stats::range,
+};
 use crate::number::{short, with_error};
 
 /// Mean logarithmic distance of nearby states over time, with its linear part. Times are in s, distances in `unit`.

@@ -6,7 +6,7 @@
 
 use serde::{Serialize, Serializer};
 
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 
 /// An RGB colour: red, green, blue.
 pub type Rgb = [u8; 3];

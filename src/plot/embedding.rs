@@ -3,7 +3,7 @@
 use super::axis::{Axis, extent, round_up};
 use super::color::Color;
 use super::figure::{Layer, Panel};
-use crate::analysis::DelayChoice;
+use crate::analysis::delay::DelayChoice;
 
 /// Average mutual information over the delay, with the chosen delay as the top layer; `step` is the delay of
 /// one sample in `unit`: a prefix is added to that of a time.

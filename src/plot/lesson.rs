@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::response::SpectrumAxes;
 use super::{Axis, Color, Layer, Panel, Scale};
-use crate::analysis::{SpectralLine, range};
+use crate::analysis::{stats::range, tones::SpectralLine};
 use crate::pipeline::message::{
     Frame, Header, JointInfo, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
     TiltDirection, TrajectoryDivergence,

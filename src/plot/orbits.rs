@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::axis::{Axis, extent, readable};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind};
 use crate::study::sweep::SweepPoint;

@@ -8,7 +8,7 @@ use super::figure::{Image, Layer, Panel, Swatch};
 use super::run::{full_scale, units};
 use super::section::SectionAxes;
 use super::unit::Unit;
-use crate::analysis::{RecurrenceImage, SpectralLine};
+use crate::analysis::{recurrence::RecurrenceImage, tones::SpectralLine};
 use crate::pipeline::message::{Header, Subject};
 use crate::scene::Evidence;
 use crate::study::response::{PhasePortrait, SettledResponse};

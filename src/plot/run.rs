@@ -15,7 +15,11 @@ use super::response::{
 };
 use super::section::SectionAxes;
 use super::unit::Unit;
-use crate::analysis::{DelayChoice, LagReason, ScalingRegion, SectionPoint};
+use crate::analysis::{
+    chaos::ScalingRegion,
+    delay::{DelayChoice, LagReason},
+    poincare::SectionPoint,
+};
 use crate::number::short;
 use crate::pipeline::message::{Frame, Header, Record, SignalInfo, Subject};
 use crate::pipeline::{Sink, SinkError};

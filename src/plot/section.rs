@@ -9,7 +9,7 @@ use super::color::Color;
 use super::figure::{Layer, Panel};
 use super::run::{letter, range_shown, units};
 use super::unit::Unit;
-use crate::analysis::{range, return_map};
+use crate::analysis::{poincare::return_map, stats::range};
 use crate::pipeline::message::{Header, SectionCoordinate, Subject};
 
 /// Width of the axes over the range of the intersections.

@@ -4,7 +4,7 @@
 use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Layer, Marker, Panel};
-use crate::analysis::{Regime, range};
+use crate::analysis::{regime::Regime, stats::range};
 use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
 use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};

@@ -1,7 +1,7 @@
 //! Figures of synthetic sweeps.
 
 use super::*;
-use crate::analysis::{RecurrencePeriods, SpectralLine};
+use crate::analysis::{recurrence::RecurrencePeriods, tones::SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::plot::{FigureOptions, Shape};
 use crate::scene::{Parameter, Scene};

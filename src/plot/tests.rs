@@ -1,7 +1,9 @@
 //! Figures of a synthetic report, also without data.
 
 use super::*;
-use crate::analysis::*;
+use crate::analysis::{
+    AnalysisError, chaos::*, delay::*, events::*, poincare::*, recurrence::*, regime::*, tones::*,
+};
 use crate::import::Signal;
 use crate::study::signal::*;
 use crate::test_signals;
@@ -217,7 +219,7 @@ fn event() -> TonalEvent {
         level_db: -3.0,
     });
     TonalEvent {
-        kind: crate::analysis::EventKind::Tone,
+        kind: crate::analysis::events::EventKind::Tone,
         probability: 0.99,
         start_s: 0.02,
         end_s: 0.08,

@@ -23,7 +23,7 @@ use super::{
     style, text,
 };
 use crate::{
-    analysis::Verdict,
+    analysis::regime::Verdict,
     pipeline::message::{AnalysisKind, Frame, Header, Record, Subject},
     plot::RunPanels,
     scene::RecordSpec,

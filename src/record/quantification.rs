@@ -1,7 +1,7 @@
 //! Recurrence quantification over time, one series per measure.
 
 use super::{error::RecordError, paths, samples::Rows, stream::RecordingStream, style};
-use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriods};
+use crate::analysis::recurrence::{Measures, RecurrenceKind, RecurrencePeriods};
 use crate::plot::Unit;
 use crate::record::sdk::Color;
 

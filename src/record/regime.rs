@@ -10,7 +10,7 @@ use super::{
     style, text,
 };
 use crate::{
-    analysis::{Regime, Verdict},
+    analysis::regime::{Regime, Verdict},
     number::significant,
     pipeline::message::Header,
     plot::Unit,
@@ -105,7 +105,7 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
 mod tests {
     use super::*;
     use crate::{
-        analysis::{Evidence, Limitation},
+        analysis::regime::{Evidence, Limitation},
         record::tests::demo,
     };
 

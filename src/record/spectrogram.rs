@@ -10,7 +10,7 @@ use super::{
     style::{self, ColorMap, short},
 };
 use crate::{
-    analysis::LevelReference,
+    analysis::levels::LevelReference,
     pipeline::message::{Header, SignalInfo, Subject},
     plot::{Axis, Unit, full_scale, units},
 };

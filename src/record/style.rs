@@ -6,7 +6,7 @@ use crate::record::sdk::Color;
 pub(crate) use crate::number::short;
 pub(crate) use crate::text::capitalize;
 use crate::{
-    analysis::Regime,
+    analysis::regime::Regime,
     pipeline::message::{Header, NodeState, SignalInfo},
     plot::{self, Rgb, Unit, gradient},
 };

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::lyapunov::title;
 use super::response::SettledResponse;
 use super::sweep::{SweepPlan, SweepPoint};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::number::fixed;
 use crate::report::{Block, Report, Table};
 

@@ -5,7 +5,7 @@ use minijinja::value::{Serde, Value};
 
 use super::or_error_text;
 use super::template::fill;
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::escape;
 use crate::number::with_error;

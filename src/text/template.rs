@@ -6,7 +6,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use crate::analysis::Bases;
+use crate::analysis::tones::Bases;
 use crate::escape;
 use crate::number::{brief, percent, plain, quantity, short, tenths, with_error};
 use crate::scene::Mechanism;

@@ -1,6 +1,6 @@
 //! The regime of each scene, with dominant frequencies within 1 %.
 
-use squeakscope::analysis::{LineCriterion, SpectrumAnalyser, Window};
+use squeakscope::analysis::tones::{LineCriterion, SpectrumAnalyser, Window};
 use squeakscope::pipeline::message::{Record, Summary};
 use squeakscope::pipeline::{Monitor, run};
 use squeakscope::scene::Scene;

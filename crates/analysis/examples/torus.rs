@@ -7,7 +7,9 @@
 use std::f64::consts::TAU;
 
 use squeakscope_analysis::{
-    AnalysisError, LineCriterion, RegimeSearch, SpectrumAnalyser, Window, classify, identify_lines,
+    AnalysisError,
+    regime::{RegimeSearch, classify},
+    tones::{LineCriterion, SpectrumAnalyser, Window, identify_lines},
 };
 
 const SAMPLE_RATE: f64 = 48_000.0;

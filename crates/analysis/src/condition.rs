@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::events::Span;
+use crate::events::Span;
+use crate::stats::deviation;
 
 /// Condition of a recording: faults that other analyses would take for properties of the motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -55,17 +56,13 @@ const SILENT: f64 = 1e-4;
 pub fn recording_condition(samples: &[f64], rate_hz: f64) -> RecordingCondition {
     let count = samples.len().max(1) as f64;
     let offset = samples.iter().sum::<f64>() / count;
-    let power = samples.iter().map(|x| (x - offset).powi(2)).sum::<f64>() / count;
+    let scatter = deviation(samples);
     let (tops, flat) = flat_tops(samples, (JOIN_S * rate_hz) as usize);
     RecordingCondition {
         clipped_share: flat as f64 / count,
         clipped: spans(&tops, rate_hz),
         offset,
-        relative_offset: if power > 0.0 {
-            offset / power.sqrt()
-        } else {
-            0.0
-        },
+        relative_offset: if scatter > 0.0 { offset / scatter } else { 0.0 },
         dropouts: spans(&dropouts(samples, rate_hz), rate_hz),
         silence: spans(&silences(samples, offset, rate_hz), rate_hz),
     }
@@ -84,41 +81,36 @@ fn spans(ranges: &[(usize, usize)], rate_hz: f64) -> Vec<Span> {
 /// Runs of at least [`FLAT_SAMPLES`] samples at the highest or the lowest value, with a step at one end: ranges of
 /// samples in which they are less than `join` samples apart, and number of samples in the runs.
 fn flat_tops(samples: &[f64], join: usize) -> (Vec<(usize, usize)>, usize) {
-    let [low, high] = super::range(samples.iter().copied());
+    let [low, high] = crate::stats::range(samples.iter().copied());
     let flatness = FLATNESS * (high - low);
     // Of few steps of quantisation, many are at the top without clipping.
     if high - low < LEAST_STEPS * quantum(samples) {
         return (Vec::new(), 0);
     }
-    let mut out: Vec<(usize, usize)> = Vec::new();
-    let (mut first, mut flat) = (0, 0);
-    while first < samples.len() {
-        let side = |x: f64| (high - x <= flatness, x - low <= flatness);
-        let top = side(samples[first]);
-        let rest = &samples[first..];
-        let length = rest.iter().take_while(|x| side(**x) == top).count();
-        let end = first + length;
-        if top.0 != top.1 && length >= FLAT_SAMPLES {
-            let step = |a: usize, b: usize| (samples[a] - samples[b]).abs();
-            let into = first
-                .checked_sub(1)
-                .map_or(0.0, |before| step(before, first));
-            let out_of = if end < samples.len() {
-                step(end, end - 1)
-            } else {
-                0.0
-            };
-            if into.max(out_of) > EDGE * flatness {
-                flat += length;
-                match out.last_mut() {
-                    Some(last) if first - last.1 < join => last.1 = end,
-                    _ => out.push((first, end)),
-                }
-            }
+    let side = |x: f64| (high - x <= flatness, x - low <= flatness);
+    let step = |a: usize, b: usize| (samples[a] - samples[b]).abs();
+    let mut tops = runs(samples, FLAT_SAMPLES, |a, b| side(*a) == side(*b));
+    tops.retain(|&(first, end)| {
+        let (is_high, is_low) = side(samples[first]);
+        let into = first
+            .checked_sub(1)
+            .map_or(0.0, |before| step(before, first));
+        let out_of = if end < samples.len() {
+            step(end, end - 1)
+        } else {
+            0.0
+        };
+        is_high != is_low && into.max(out_of) > EDGE * flatness
+    });
+    let flat = tops.iter().map(|(first, end)| end - first).sum();
+    tops.dedup_by(|next, last| {
+        let joins = next.0 - last.1 < join;
+        if joins {
+            last.1 = next.1;
         }
-        first = end;
-    }
-    (out, flat)
+        joins
+    });
+    (tops, flat)
 }
 
 /// Maximal runs of at least `least` samples of which any two neighbours satisfy a condition.
@@ -141,10 +133,10 @@ fn dropouts(samples: &[f64], rate_hz: f64) -> Vec<(usize, usize)> {
     let near = (NEAR_S * rate_hz) as usize;
     let loud = LEAST_STEPS * quantum(samples);
     let sounds = |part: &[f64]| {
-        let [low, high] = super::range(part.iter().copied());
+        let [low, high] = crate::stats::range(part.iter().copied());
         !part.is_empty() && high - low > loud
     };
-    let [low, high] = super::range(samples.iter().copied());
+    let [low, high] = crate::stats::range(samples.iter().copied());
     let flatness = FLATNESS * (high - low);
     let mut found = runs(samples, least, |a, b| a == b);
     found.retain(|&(first, end)| {
@@ -159,7 +151,7 @@ fn dropouts(samples: &[f64], rate_hz: f64) -> Vec<(usize, usize)> {
 
 /// Smallest difference of neighbouring samples that is not 0 nor rounding: a step of quantisation, or infinity.
 pub(super) fn quantum(samples: &[f64]) -> f64 {
-    let [low, high] = super::range(samples.iter().copied());
+    let [low, high] = crate::stats::range(samples.iter().copied());
     let steps = samples.windows(2).map(|w| (w[1] - w[0]).abs());
     let steps = steps.filter(|step| *step > ROUNDING * (high - low));
     steps.fold(f64::INFINITY, f64::min)

@@ -4,30 +4,34 @@
 //! frequency below half the sample rate, and no phase. The signal counts as one period of a periodic one. If it
 //! is long, silence of less than 1 % of its length may follow it, because a transform of its own length can be slow.
 
-use std::fmt;
-
-use rayon::prelude::*;
 use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{AnalysisError, LineCriterion, SpectrumAnalyser, Window, band_pass, deviation};
 use crate::memory;
+use crate::{
+    AnalysisError,
+    filter::band_pass,
+    stats::deviation,
+    tones::{LineCriterion, SpectrumAnalyser, Window},
+};
 
 /// Reference of sound pressure levels, Pa.
 pub const REFERENCE_PRESSURE: f64 = 20e-6;
 
 /// What the levels of a signal are relative to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 pub enum LevelReference {
     /// A sine of the amplitude 1, full scale.
     #[default]
+    #[strum(to_string = "dB FS")]
     FullScale,
     /// A sine whose amplitude is the largest magnitude of the samples.
+    #[strum(to_string = "dB re largest sample")]
     LargestSample,
     /// 20 uPa RMS.
+    #[strum(to_string = "dB re 20 uPa")]
     SoundPressure,
 }
 
@@ -55,16 +59,6 @@ impl LevelReference {
             Self::LargestSample => largest,
             Self::SoundPressure => std::f64::consts::SQRT_2 * REFERENCE_PRESSURE,
         }
-    }
-}
-
-impl fmt::Display for LevelReference {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::FullScale => "dB FS",
-            Self::LargestSample => "dB re largest sample",
-            Self::SoundPressure => "dB re 20 uPa",
-        })
     }
 }
 
@@ -126,35 +120,16 @@ pub fn a_weighting(frequency: f64) -> f64 {
     response(frequency) / response(1000.0)
 }
 
-/// A Butterworth band-pass of order 6, which is in class 1 of IEC 61260.
-#[derive(Clone, Copy)]
-struct BandPass {
-    /// Squares of the centre (Hz^2) and of the width by the centre.
-    centre: f64,
-    width: f64,
-}
+/// Width of a third octave by its centre: the difference of the edges, `10^0.05 - 10^-0.05`.
+const RELATIVE_WIDTH: f64 = 0.230_767_516_168_217_7;
 
-impl BandPass {
-    /// The third octave of a number.
-    fn third_octave(number: i32) -> Self {
-        Self {
-            centre: centre(number).powi(2),
-            width: relative_width().powi(2),
-        }
-    }
-
-    /// Squared gain at a frequency, of which the square (Hz^2) is given.
-    fn gain(self, square: f64) -> f64 {
-        let relative = square / self.centre;
-        // Square of the detuning (f/c - c/f) / w.
-        let detuning = (relative - 2.0 + 1.0 / relative) / self.width;
-        1.0 / (1.0 + detuning * detuning * detuning)
-    }
-}
-
-/// Width of a third octave by its centre: the difference of the edges.
-fn relative_width() -> f64 {
-    10_f64.powf(0.05) - 10_f64.powf(-0.05)
+/// Squared gain of a third octave at a frequency: a Butterworth band-pass of order 6, which is in class 1 of IEC 61260.
+/// The squares of its centre and of the frequency are given.
+fn band_gain(centre_square: f64, square: f64) -> f64 {
+    let relative = square / centre_square;
+    // Square of the detuning (f/c - c/f) / w.
+    let detuning = (relative - 2.0 + 1.0 / relative) / (RELATIVE_WIDTH * RELATIVE_WIDTH);
+    1.0 / (1.0 + detuning * detuning * detuning)
 }
 
 /// Exact centre of a third octave, Hz.
@@ -211,59 +186,51 @@ fn levels_by_transform(
     let resolution = rate / count as f64;
     let bands = BANDS.zip(NOMINAL).filter(|(number, _)| {
         let upper_edge = centre(*number) * 10_f64.powf(0.05);
-        let bandwidth = centre(*number) * relative_width();
+        let bandwidth = centre(*number) * RELATIVE_WIDTH;
         bandwidth >= MIN_BINS * resolution && upper_edge <= 0.5 * rate
     });
     let bands: Vec<(i32, f64)> = bands.collect();
-    let filters: Vec<BandPass> = bands
+    let mut band_sums: Vec<(f64, f64)> = bands
         .iter()
-        .map(|(number, _)| BandPass::third_octave(*number))
+        .map(|(k, _)| (centre(*k).powi(2), 0.0))
         .collect();
-    // Sums of squares of all bins: of each band, unweighted and A-weighted. Each bin stands for a sine, except those at
-    // zero and at half the rate. The bins become A-weighted.
-    let sums = |(block, bins): (usize, &mut [Complex<f64>])| {
-        let mut sums = vec![0.0; filters.len() + 2];
-        for (k, bin) in (block * BLOCK..).zip(bins) {
-            let sides = if k == 0 || 2 * k == length { 1.0 } else { 2.0 };
-            let power = sides * bin.norm_sqr();
-            let frequency = k as f64 * spacing;
-            let weight = a_weighting(frequency);
-            let square = frequency * frequency;
-            for (sum, filter) in sums.iter_mut().zip(&filters) {
-                *sum += power * filter.gain(square);
-            }
-            sums[filters.len()] += power;
-            sums[filters.len() + 1] += power * weight * weight;
-            *bin *= weight / length as f64;
+    // Sums of squares of all bins. Each bin stands for a sine, except those at zero and at half the rate. The bins become
+    // A-weighted.
+    let (mut sum, mut weighted_sum) = (0.0, 0.0);
+    for (k, bin) in bins.iter_mut().enumerate() {
+        let sides = if k == 0 || 2 * k == length { 1.0 } else { 2.0 };
+        let power = sides * bin.norm_sqr();
+        let frequency = k as f64 * spacing;
+        for (centre_square, sum) in &mut band_sums {
+            *sum += power * band_gain(*centre_square, frequency * frequency);
         }
-        sums
-    };
-    let blocks: Vec<Vec<f64>> = bins.par_chunks_mut(BLOCK).enumerate().map(sums).collect();
-    let mean_square = |place: usize| {
-        let sum: f64 = blocks.iter().map(|sums| sums[place]).sum();
-        sum / (length as f64 * count as f64)
-    };
+        let weight = a_weighting(frequency);
+        sum += power;
+        weighted_sum += power * weight * weight;
+        *bin *= weight / length as f64;
+    }
+    let level_of = |sum: f64| level(sum / (length as f64 * count as f64));
     let inverse = planner.plan_fft_inverse(length);
     inverse.process(&mut bins, &mut time).expect(lengths);
-    let third_octaves = bands.iter().enumerate().map(|(k, (number, nominal))| {
-        let bandwidth = centre(*number) * relative_width();
-        ThirdOctave {
-            centre_hz: *nominal,
-            band_level_db: level(mean_square(k)),
-            standard_deviation_db: 4.34 / (bandwidth / resolution).sqrt(),
-        }
-    });
+    let third_octaves = bands
+        .iter()
+        .zip(&band_sums)
+        .map(|((number, nominal), (_, sum))| {
+            let bandwidth = centre(*number) * RELATIVE_WIDTH;
+            ThirdOctave {
+                centre_hz: *nominal,
+                band_level_db: level_of(*sum),
+                standard_deviation_db: 4.34 / (bandwidth / resolution).sqrt(),
+            }
+        });
     Ok(SoundLevels {
         third_octaves: third_octaves.collect(),
-        equivalent_level_db: level(mean_square(filters.len())),
-        a_weighted_level_db: level(mean_square(filters.len() + 1)),
+        equivalent_level_db: level_of(sum),
+        a_weighted_level_db: level_of(weighted_sum),
         fast_maximum_db: level(fast_maximum(&time[..count], rate)),
         peak_level_db: level(peak * peak),
     })
 }
-
-/// Number of bins that a thread weights at once. Their sums are added in order, whatever the threads.
-const BLOCK: usize = 4096;
 
 /// Longest signal whose transform is quick for any length.
 const SHORT: usize = 1 << 20;
@@ -430,8 +397,8 @@ mod tests {
             (5.39195, 70.0, f64::INFINITY),
         ];
         for (number, nominal) in [(-7, 200.0), (0, 1000.0), (5, 3150.0)] {
-            let band = BandPass::third_octave(number);
-            let attenuation_at = |hz: f64| -10.0 * band.gain(hz * hz).log10();
+            let attenuation_at =
+                |hz: f64| -10.0 * band_gain(centre(number).powi(2), hz * hz).log10();
             for (ratio, least, largest) in LIMITS {
                 for frequency in [centre(number) * ratio, centre(number) / ratio] {
                     // At the edges of a limit the tone must not be rounded to a whole number of periods.
@@ -467,7 +434,7 @@ mod tests {
         let levels = sound_levels(&noise, 48_000.0).unwrap();
         let density = (1.0 / 3.0) / 24_000.0;
         for band in &levels.third_octaves {
-            let width = band.centre_hz * relative_width();
+            let width = band.centre_hz * RELATIVE_WIDTH;
             // The bandwidth of a Butterworth filter of order 6 for noise is 1.047 of that between its edges.
             let expected = level(density * 1.047 * width);
             let off = (band.band_level_db - expected).abs();

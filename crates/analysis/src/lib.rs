@@ -1,32 +1,19 @@
 //! Signal analysis: slices of samples in, result structs out. Independent of the joint and the scene.
 //!
-//! The module covers seven tasks.
-//!
-//! *Spectral lines.* [`SpectrumAnalyser`] computes the one-sided amplitude [`Spectrum`] under a
-//! [`Window`]. Each [`Line`] is interpolated to a fraction of a bin. [`identify_lines`] explains the lines
-//! as one fundamental with harmonics, or as two base frequencies with their combinations, and gives an
-//! upper bound of the probability that random lines fit equally well. [`Stft`] computes the spectrum column by column.
-//!
-//! *State-space reconstruction.* [`DelayVectors`] embed the signal, Eq. (25). [`choose_delay`] takes the
-//! lag from the [`mutual_information`] and the dimension from the [`false_neighbours`].
-//!
-//! *Recurrence.* [`Recurrences`] are the pairs of instants with close states, Eq. (26). A
-//! periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces.
-//! [`RecurrenceCounts`] count points and lines without storing the plot; [`Measures`] follow. A [`RecurrenceImage`] shows them.
-//!
-//! *Poincaré sections.* [`delay_section`] computes the section of a signal, [`SectionFinder`] that of a stream. [`section_shape`]
-//! distinguishes points, closed curves and clouds; [`closed_curves`] counts the curves of a doubled torus.
-//!
-//! *Chaos.* [`divergence()`] computes the divergence of nearest neighbours. [`zero_one()`] applies the
-//! 0-1 test. [`classify`] combines all evidence into a [`Verdict`].
-//!
-//! *Changes of the motion.* [`change_points`] finds where the mean of a local quantity, such as a local
-//! exponent, changes permanently.
-//!
-//! *Sound levels.* [`sound_levels`] computes the levels of a calibrated sound: A-weighted, and in third octaves.
-//!
-//! [`SlidingWindow`] turns a stream of samples, in blocks of any size, into windows that end at exact
-//! instants. All live analyses use it.
+//! | module | subject |
+//! |---|---|
+//! | [`tones`] | Spectral lines. A [`SpectrumAnalyser`](tones::SpectrumAnalyser) computes the one-sided amplitude spectrum under a window. Each line is interpolated to a fraction of a bin. [`identify_lines`](tones::identify_lines) explains the lines as one fundamental with harmonics, or as two base frequencies with their combinations, and gives an upper bound of the probability that random lines fit equally well. |
+//! | [`delay`] | State-space reconstruction. [`DelayVectors`](delay::DelayVectors) embed the signal, Eq. (25). [`choose_delay`](delay::choose_delay) takes the lag from the mutual information and the dimension from the false neighbours. |
+//! | [`recurrence`] | [`Recurrences`](recurrence::Recurrences) are the pairs of instants with close states, Eq. (26). A periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces. They are counted without storing the plot. |
+//! | [`poincare`] | Poincaré sections of a signal and of a stream. [`section_shape`](poincare::section_shape) distinguishes points, closed curves and clouds; [`closed_curves`](poincare::closed_curves) counts the curves of a doubled torus. |
+//! | [`chaos`] | [`divergence()`](chaos::divergence()) of nearest neighbours, and the 0-1 test, [`zero_one()`](chaos::zero_one()). |
+//! | [`regime`] | [`classify`](regime::classify) combines all evidence of the type of motion into a verdict. |
+//! | [`events`] | [`tonal_events`](events::tonal_events) of a recording: what sounds when. |
+//! | [`change_point`] | Where the mean of a local quantity, such as a local exponent, changes permanently. |
+//! | [`levels`] | [`sound_levels`](levels::sound_levels) of a calibrated sound: A-weighted, and in third octaves. |
+//! | [`condition`] | Clipping, dropouts and silence of a recording. |
+//! | [`sliding`] | A [`SlidingWindow`](sliding::SlidingWindow) turns a stream of samples, in blocks of any size, into windows that end at exact instants. All live analyses use it. |
+//! | [`filter`], [`stats`] | A band-pass without phase shift; moments, trends and lines through a stream. |
 //!
 //! Samples must be finite. Distances and powers are sums of squares, which overflow or underflow outside
 //! these limits: the largest magnitude is at most [`MAX_SAMPLE`], and the range (maximum minus
@@ -41,49 +28,30 @@
     )
 )]
 
-mod change_point;
-mod chaos;
-mod condition;
-mod delay;
+pub mod change_point;
+pub mod chaos;
+pub mod condition;
+pub mod delay;
 mod error;
-mod events;
-mod filter;
-mod levels;
-mod line_fit;
+pub mod events;
+pub mod filter;
+pub mod levels;
 mod logistic;
+#[doc(hidden)]
 pub mod memory;
-mod moments;
 mod neighbours;
 mod norm;
 mod number;
-mod poincare;
-mod recurrence;
-mod regime;
+pub mod poincare;
+pub mod recurrence;
+pub mod regime;
 mod simd;
-mod sliding;
-mod tones;
+pub mod sliding;
+pub mod stats;
+pub mod tones;
 
-pub use change_point::{BlockMeans, Channel, MAX_CHANNELS, change_points};
-pub use chaos::*;
-pub use condition::{RecordingCondition, recording_condition};
-pub use delay::*;
 pub use error::AnalysisError;
-pub use events::*;
-pub use filter::{Filtered, band_pass};
-pub use levels::*;
-pub use line_fit::{Fit, LineFit};
-pub use moments::{deviation, mean, range};
-pub use neighbours::{Neighbour, NeighbourTree};
-pub use norm::Norm;
 pub use number::significant;
-pub use poincare::{
-    ClosedCurves, Crossing, Direction, SectionFinder, SectionPoint, SectionShape, closed_curves,
-    delay_section, return_map, section_shape,
-};
-pub use recurrence::*;
-pub use regime::{Evidence, Limitation, Regime, RegimeSearch, Verdict, classify};
-pub use sliding::{History, SlidingWindow, View};
-pub use tones::*;
 
 /// Smallest non-zero range (maximum minus minimum) of a signal that can be analysed, in any unit.
 pub const MIN_RANGE: f64 = 1e-140;

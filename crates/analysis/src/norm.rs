@@ -64,27 +64,39 @@ impl Norm {
         }
     }
 
-    /// Smallest distance that contains an unrooted distance: the smallest root whose rounded square
-    /// reaches it.
-    ///
-    /// Uses bisection, because squares that underflow or overflow have very many such roots.
-    pub(crate) fn distance_of_unrooted(self, unrooted: f64) -> f64 {
+    /// Distance of an unrooted one, rounded.
+    #[inline(always)]
+    pub(crate) fn rooted(self, unrooted: f64) -> f64 {
         match self {
-            Self::Euclidean => {
-                // Non-negative floating-point numbers have the same order as their bit patterns.
-                let (mut low, mut high) = (0, unrooted.sqrt().next_up().to_bits());
-                while low < high {
-                    let middle = low + (high - low) / 2;
-                    let root = f64::from_bits(middle);
-                    if root * root >= unrooted {
-                        high = middle;
-                    } else {
-                        low = middle + 1;
-                    }
-                }
-                f64::from_bits(low)
-            }
+            Self::Euclidean => unrooted.sqrt(),
             Self::Maximum | Self::Manhattan => unrooted,
+        }
+    }
+
+    /// Largest unrooted distance whose rounded root is at most `radius`.
+    pub(crate) fn rooted_limit(self, radius: f64) -> f64 {
+        if radius < 0.0 || self != Self::Euclidean {
+            return radius;
+        }
+        // The square is rounded, so the limit is found among the adjacent numbers.
+        let mut sum = radius * radius;
+        while sum.sqrt() > radius {
+            sum = sum.next_down();
+        }
+        while sum < f64::INFINITY && sum.next_up().sqrt() <= radius {
+            sum = sum.next_up();
+        }
+        sum
+    }
+
+    /// Smallest distance that contains an unrooted distance: the smallest root whose rounded square reaches it. Where
+    /// squares underflow, one of very many such roots.
+    pub(crate) fn distance_of_unrooted(self, unrooted: f64) -> f64 {
+        let root = self.rooted(unrooted);
+        if self.unrooted_limit(root) < unrooted {
+            root.next_up()
+        } else {
+            root
         }
     }
 }
@@ -112,7 +124,7 @@ mod tests {
                 norm.unrooted_limit(distance) >= unrooted,
                 "{norm:?} {unrooted}"
             );
-            if distance > 0.0 {
+            if (f64::MIN_POSITIVE..f64::INFINITY).contains(&unrooted) {
                 let less = norm.unrooted_limit(distance.next_down());
                 assert!(less < unrooted, "{norm:?} {unrooted}");
             }

@@ -70,12 +70,12 @@ pub struct SlidingWindow<const C: usize> {
     minimum: usize,
     hop: f64,
     completed: u64,
-    /// Minimum number of samples between the ends of two windows.
-    min_spacing: u64,
     /// End of the last window passed on.
     last_end: Option<u64>,
-    /// Every so many windows are passed on.
-    divisor: u64,
+    /// Windows that end less than this number of samples after the last one passed on are skipped; 0 by default.
+    pub min_spacing: u64,
+    /// Only windows whose number is a multiple of this one, at least 1, are passed on; 1 by default.
+    pub divisor: u64,
 }
 
 impl<const C: usize> SlidingWindow<C> {
@@ -91,16 +91,6 @@ impl<const C: usize> SlidingWindow<C> {
             last_end: None,
             divisor: 1,
         }
-    }
-
-    /// From now on, skips windows that end less than `min_spacing` samples after the last one passed on.
-    pub fn set_min_spacing(&mut self, min_spacing: u64) {
-        self.min_spacing = min_spacing;
-    }
-
-    /// From now on, passes on only the windows whose number is a multiple of `divisor`, at least 1.
-    pub fn set_divisor(&mut self, divisor: u64) {
-        self.divisor = divisor;
     }
 
     /// Also passes on partly filled windows with at least `minimum` samples.
@@ -196,7 +186,7 @@ mod tests {
         let mut sliding = SlidingWindow::<1>::new(20, 10.0);
         let mut ends = Vec::new();
         for (min_spacing, count) in [(0, 50), (25, 100), (0, 30)] {
-            sliding.set_min_spacing(min_spacing);
+            sliding.min_spacing = min_spacing;
             let samples = vec![0.0; count];
             sliding
                 .push([&samples], |view| {
@@ -213,7 +203,7 @@ mod tests {
         let mut sliding = SlidingWindow::<1>::new(20, 10.0);
         let mut ends = Vec::new();
         for (divisor, count) in [(1, 50), (3, 100), (1, 30)] {
-            sliding.set_divisor(divisor);
+            sliding.divisor = divisor;
             sliding
                 .push([&vec![0.0; count]], |view| {
                     ends.push(view.seen);

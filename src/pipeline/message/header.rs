@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
-use crate::analysis::{LevelReference, TonalEvent};
+use crate::analysis::{events::TonalEvent, levels::LevelReference};
 use crate::fem::SurfaceMesh;
 use crate::scene::{Control, Parameter};
 

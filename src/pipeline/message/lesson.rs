@@ -8,7 +8,7 @@ use super::computed::MechanismPrediction;
 use super::computed::TiltDirection;
 use super::frame::{Exponents, Kick};
 use super::observation::TrajectoryDivergence;
-use crate::analysis::{Regime, SpectralLine};
+use crate::analysis::{regime::Regime, tones::SpectralLine};
 
 /// Linear prediction for the scene's mechanism, and the measurements so far.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@ mod observation;
 mod record;
 mod segment;
 
-pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
+pub use crate::analysis::{poincare::SectionPoint, regime::Regime, tones::SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
     Coupling, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,

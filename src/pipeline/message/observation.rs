@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::frame::Exponents;
-use crate::analysis::SpectralLine;
+use crate::analysis::tones::SpectralLine;
 
 /// Distance of the perturbed trajectory from the simulated one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]

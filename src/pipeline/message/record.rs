@@ -10,8 +10,12 @@ use super::header::Header;
 use super::lesson::{Lesson, LevelSample};
 use super::observation::{Observation, TrajectoryDivergence};
 use crate::analysis::{
-    DelayChoice, Divergence, Measures, RecurrenceImage, RecurrencePeriods, SectionPoint,
-    SpectralLine, Verdict, ZeroOne,
+    chaos::{Divergence, ZeroOne},
+    delay::DelayChoice,
+    poincare::SectionPoint,
+    recurrence::{Measures, RecurrenceImage, RecurrencePeriods},
+    regime::Verdict,
+    tones::SpectralLine,
 };
 use crate::dynamics::{ErrorEstimate, SolverStats};
 

@@ -15,7 +15,7 @@
 //! # Basis of the thresholds
 //!
 //! The preset scenes, observed through windows of 40 ms without growth, every 5 ms (floor: broadband share,
-//! [`Spectrum::broadband_share`](crate::analysis::Spectrum::broadband_share); second tone: amplitude ratio of the
+//! [`Spectrum::broadband_share`](crate::analysis::tones::Spectrum::broadband_share); second tone: amplitude ratio of the
 //! strongest line of the second base frequency to the strongest line, of the velocity):
 //!
 //! | scene | floor | second tone | appearance |
@@ -39,7 +39,10 @@
 //! including chaos, varies by at most 0.1.
 
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
-use crate::analysis::{AnalysisError, Bases, SpectrumAnalyser};
+use crate::analysis::{
+    AnalysisError,
+    tones::{Bases, SpectrumAnalyser},
+};
 use crate::pipeline::message::{Appearance, OperatingPoint, SILENCE_RATIO, Vibration};
 
 /// Length of the segments of the envelope, s.

@@ -6,7 +6,7 @@ use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
-use crate::analysis::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
+use crate::analysis::chaos::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
 use crate::pipeline::message::Record;
 use crate::scene::{ChaosSpec, DelaySpec};
 

@@ -1,6 +1,6 @@
 //! Delays and dimensions in samples, given by the scene or chosen from the signal.
 
-use crate::analysis::DelayChoice;
+use crate::analysis::delay::DelayChoice;
 use crate::scene::{AutoOr, DelaySpec, EmbeddingSpec};
 
 use super::clock::samples;
@@ -87,7 +87,7 @@ impl StageEmbedding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{FalseNeighbours, LagReason, MutualInformation};
+    use crate::analysis::delay::{FalseNeighbours, LagReason, MutualInformation};
 
     fn choice(lag: usize, dimension: usize) -> DelayChoice {
         DelayChoice {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
-use crate::analysis::{DelaySearch, choose_delay};
+use crate::analysis::delay::{DelaySearch, choose_delay};
 use crate::pipeline::message::Record;
 use crate::scene::DelaySpec;
 
@@ -18,7 +18,6 @@ pub fn delay(spec: &DelaySpec, rate: f64) -> impl Stage + use<> {
         bins: spec.bins,
         largest_dimension: spec.largest_dimension,
         false_share: spec.false_share,
-        theiler: None,
     };
     let sliding = sliding(&spec.sliding, rate);
     Windowed::new(sliding, displacement, move |window, context| {

@@ -8,7 +8,7 @@
 
 use super::clock::samples;
 use super::stage::{Context, Stage};
-use crate::analysis::LineFit;
+use crate::analysis::stats::LineFit;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
     DivergenceFit, Frame, Observation, Record, Summary, TrajectoryDivergence,

@@ -1,8 +1,11 @@
 //! The named lines of a spectrum.
 
 use crate::analysis::{
-    Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, SpectralLine, Spectrum,
-    Window, follow_lines, range,
+    stats::range,
+    tones::{
+        Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, SpectralLine,
+        Spectrum, Window, follow_lines,
+    },
 };
 
 /// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.

@@ -6,7 +6,7 @@ use super::appearance::{AppearanceClassifier, RecentSamples};
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed};
-use crate::analysis::{SlidingWindow, SpectrumAnalyser};
+use crate::analysis::{sliding::SlidingWindow, tones::SpectrumAnalyser};
 use crate::pipeline::message::{Frame, Header, JointInfo, Observation, OperatingPoint, Record};
 
 /// Emits [`Record::Narration`] if the samples of `joint`, described by `header`, have a new appearance, checked

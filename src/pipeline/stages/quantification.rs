@@ -6,7 +6,11 @@ use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, input};
-use crate::analysis::{DelayVectors, RateBase, RecurrenceCriterion, Recurrences, SlidingWindow};
+use crate::analysis::{
+    delay::DelayVectors,
+    recurrence::{RateBase, RecurrenceCriterion, Recurrences},
+    sliding::SlidingWindow,
+};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, QuantificationSpec};
 

@@ -6,7 +6,11 @@ use super::choices::{Embedding, StageEmbedding};
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement};
-use crate::analysis::{DelayVectors, RecurrenceCriterion, RecurrenceImage, SlidingWindow};
+use crate::analysis::{
+    delay::DelayVectors,
+    recurrence::{RecurrenceCriterion, RecurrenceImage},
+    sliding::SlidingWindow,
+};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, RecurrenceSpec};
 

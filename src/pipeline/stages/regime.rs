@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
-use crate::analysis::{RegimeSearch, classify};
+use crate::analysis::regime::{RegimeSearch, classify};
 use crate::pipeline::message::Record;
 use crate::scene::RegimeSpec;
 
@@ -34,7 +34,7 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::Regime;
+    use crate::analysis::regime::Regime;
     use crate::pipeline::{Monitor, run};
     use crate::scene::Scene;
 

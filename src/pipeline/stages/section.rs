@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::choices::{DelayChoices, StageEmbedding};
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed, displacement, input};
-use crate::analysis::{AnalysisError, SectionFinder, SlidingWindow};
+use crate::analysis::{poincare::SectionFinder, sliding::SlidingWindow};
 use crate::pipeline::message::{Frame, Record, SectionPoint};
 use crate::scene::{
     AutoOr, DelaySpec, EmbeddingSpec, SectionSpec, SectionSurface, StateCoordinate,
@@ -41,7 +41,7 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
         } => {
             let coordinates =
                 input(move |frame| plane_coordinates(frame, [&normal_q, &normal_qdot], shown));
-            let finder = move |_| SectionFinder::plane(&[1.0, 0.0, 0.0], offset, direction);
+            let finder = move |_| SectionFinder::first_of(3, offset, direction);
             let lag = |_, _: &DelayChoices| Some(0);
             Box::new(passages(hop, coordinates, (lag, finder), [1, 2]))
         }
@@ -83,7 +83,7 @@ fn passages<const C: usize, I, L, F>(
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
     L: Fn(u64, &DelayChoices) -> Option<usize> + Send,
-    F: Fn(usize) -> Result<SectionFinder, AnalysisError> + Send,
+    F: Fn(usize) -> SectionFinder + Send,
 {
     // Long enough for the new samples at each instant.
     let length = hop.max(1.0).ceil() as usize;
@@ -99,7 +99,7 @@ where
         };
         let current = match running.take() {
             Some(current) if current.1 == lag => current,
-            _ => (finder(lag)?, lag, first),
+            _ => (finder(lag), lag, first),
         };
         let (finder, _, origin) = running.insert(current);
         let fresh = (window.seen - first) as usize;
@@ -110,7 +110,7 @@ where
                 time: context.clock.time(*origin as f64 + crossing.sample),
                 at: shown.map(|k| crossing.point[k]),
             });
-        })?;
+        });
         let time = window.time;
         Ok((!points.is_empty()).then_some(Record::Section { time, points }))
     });

@@ -3,7 +3,10 @@
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
-use crate::analysis::{SlidingWindow, SpectrumAnalyser, Window};
+use crate::analysis::{
+    sliding::SlidingWindow,
+    tones::{SpectrumAnalyser, Window},
+};
 use crate::pipeline::message::Record;
 use crate::scene::SpectrogramSpec;
 

@@ -5,7 +5,7 @@ use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, is_at_rest};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
-use crate::analysis::{SlidingWindow, SpectrumAnalyser};
+use crate::analysis::{sliding::SlidingWindow, tones::SpectrumAnalyser};
 use crate::pipeline::message::Record;
 use crate::scene::SpectrumSpec;
 

@@ -2,7 +2,7 @@
 
 use super::choices::DelayChoices;
 use super::clock::Clock;
-use crate::analysis::Bases;
+use crate::analysis::tones::Bases;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
 

@@ -5,7 +5,11 @@ use std::sync::Arc;
 use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
 use super::stage::{Context, Stage};
-use crate::analysis::{History, RegimeSearch, SpectrumAnalyser, Verdict, classify};
+use crate::analysis::{
+    regime::{RegimeSearch, Verdict, classify},
+    sliding::History,
+    tones::SpectrumAnalyser,
+};
 use crate::dynamics::SolverStats;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Header, JointInfo, Record, Subject, Summary};

@@ -3,7 +3,11 @@
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
+use crate::analysis::{
+    chaos::DivergenceMethod,
+    poincare::Direction,
+    recurrence::{Norm, Threshold},
+};
 use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
 use crate::scene::{
     AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,

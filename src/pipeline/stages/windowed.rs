@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::clock::samples;
 use super::stage::{Context, Stage};
-use crate::analysis::{AnalysisError, SlidingWindow};
+use crate::analysis::{AnalysisError, sliding::SlidingWindow};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 use crate::scene::WindowSpec;
@@ -97,8 +97,8 @@ where
 {
     fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
         if !self.complete {
-            self.sliding.set_min_spacing(frame.apart() / self.step);
-            self.sliding.set_divisor(context.rate_divisor);
+            self.sliding.min_spacing = frame.apart() / self.step;
+            self.sliding.divisor = context.rate_divisor;
         }
         let channels = (self.input)(frame);
         let (analyse, step) = (&mut self.analyse, self.step);

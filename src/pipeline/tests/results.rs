@@ -3,7 +3,10 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::analysis::{Direction, RecurrenceImage, Threshold};
+use crate::analysis::{
+    poincare::Direction,
+    recurrence::{RecurrenceImage, Threshold},
+};
 use crate::pipeline::message::SectionPoint;
 use crate::scene::{AutoOr, StateCoordinate};
 

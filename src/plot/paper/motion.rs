@@ -1,6 +1,6 @@
 //! Fig. 4 to 10: the motion at one tilt, the choice of its embedding, and comparisons over the tilt.
 
-use crate::analysis::{DelayChoice, RecurrenceImage};
+use crate::analysis::{delay::DelayChoice, recurrence::RecurrenceImage};
 use crate::joint::ExplainedMode;
 use crate::plot::response::{
     self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, section, section_axes,

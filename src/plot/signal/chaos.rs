@@ -1,7 +1,10 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{Picture, SignalFigures, skipped_panel};
-use crate::analysis::{Divergence, Evidence, Regime};
+use crate::analysis::{
+    chaos::Divergence,
+    regime::{Evidence, Regime},
+};
 use crate::plot::{Axis, Color, Layer, Panel, chaos};
 use crate::study::signal::{Outcome, SkipReason};
 

@@ -1,7 +1,7 @@
 //! Recurrence plot, and recurrence quantification over time.
 
 use super::{Picture, SignalFigures};
-use crate::analysis::{Measures, RecurrencePeriods};
+use crate::analysis::recurrence::{Measures, RecurrencePeriods};
 use crate::plot::axis::extent;
 use crate::plot::unit::Unit;
 use crate::plot::{Axis, Color, Layer, Panel, response};

@@ -1,7 +1,10 @@
 //! Waveform, spectrum, spectrogram.
 
 use super::{Picture, SignalFigures, envelope};
-use crate::analysis::{Bases, Column, LevelReference};
+use crate::analysis::{
+    levels::LevelReference,
+    tones::{Bases, Column},
+};
 use crate::number::significant;
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};

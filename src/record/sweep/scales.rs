@@ -3,7 +3,7 @@
 
 use super::{SweepStudy, description, timeline::TimelineTicks};
 use crate::{
-    analysis::range,
+    analysis::stats::range,
     plot::{
         SectionAxes, exponent_axis_values,
         response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes},

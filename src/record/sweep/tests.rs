@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    analysis::{Regime, SpectralLine},
+    analysis::{regime::Regime, tones::SpectralLine},
     dynamics::{Exponent, LyapunovSpectrum, SolverStats},
     joint::{BallJoint, NamedMode},
     plot::{
@@ -62,7 +62,7 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
             kaplan_yorke: None,
         }),
         recurrence: None,
-        recurrence_periods: crate::analysis::RecurrencePeriods::default(),
+        recurrence_periods: crate::analysis::recurrence::RecurrencePeriods::default(),
         linear: Some(StabilityAt {
             tilt: 0.0,
             modes: vec![NamedMode {

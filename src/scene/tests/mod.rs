@@ -10,7 +10,11 @@ mod together;
 use std::io::Write;
 
 use super::*;
-use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
+use crate::analysis::{
+    chaos::DivergenceMethod,
+    poincare::Direction,
+    recurrence::{Norm, Threshold},
+};
 use crate::dynamics::MethodName;
 use crate::fem::Elements;
 use crate::joint::{Frequencies, Friction, JointSpec, Stribeck};

@@ -11,7 +11,7 @@ use super::equilibria::{BranchPlan, add_equilibria};
 use super::hopf::SteadyBifurcationKind;
 use super::orbits::{OrbitStarts, add_orbits};
 use super::result::{Branch, BranchBifurcation};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{BifurcationKind, PeriodicOrbit};
 use crate::scene::{Parameter, Scene, preset};
 use crate::study::response::ResponsePlan;

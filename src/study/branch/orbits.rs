@@ -4,7 +4,7 @@ use super::equilibria::BranchPlan;
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
 use super::scene_family::SubjectFamily;
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
     BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, HopfPoint,

@@ -3,7 +3,7 @@
 use super::{
     Branch, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus, TorusCurve, TorusCurvePoint,
 };
-use crate::analysis::range;
+use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
 use crate::number::{fixed, short};
 use crate::report::{Block, Report, Table};

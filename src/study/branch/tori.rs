@@ -13,7 +13,7 @@ use super::at::At;
 use super::equilibria::BranchPlan;
 use super::result::Branch;
 use super::scene_family::SubjectFamily;
-use crate::analysis::{
+use crate::analysis::tones::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
 };
 use crate::chain_of_causes;

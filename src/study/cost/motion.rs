@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Watch;
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
 use crate::joint::BallJoint;
 use crate::pipeline::{Prepared, prepare, prepare_reusing_body};

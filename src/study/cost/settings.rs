@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::motion::{Motion, Runner, setup_time};
 use super::{Cost, Watch};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::MethodName;
 use crate::scene::{GAUSS_NODES, Scene, SceneError};

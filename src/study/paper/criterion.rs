@@ -3,7 +3,11 @@
 use serde::Deserialize;
 
 use super::claims::{Embedding, Evidence, Verdict};
-use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
+use crate::analysis::{
+    poincare::{SectionShape, section_shape},
+    recurrence::RecurrenceKind,
+    regime::Regime,
+};
 use crate::dynamics::{Exponent, Sign};
 use crate::report::Measured;
 use crate::study::response::SettledResponse;

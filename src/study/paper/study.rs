@@ -1,7 +1,10 @@
 //! The tilt sweep of the paper's figures, and its evaluation.
 
 use super::{Embedding, Evidence};
-use crate::analysis::{AnalysisError, DelayChoice, DelaySearch, choose_delay};
+use crate::analysis::{
+    AnalysisError,
+    delay::{DelayChoice, DelaySearch, choose_delay},
+};
 use crate::joint::{AssemblyError, BallJoint, BodySpec, Frequencies, JointSpec};
 use crate::scene::{Parameter, Scene};
 use crate::study::response::{ResponsePlan, SettledResponse};

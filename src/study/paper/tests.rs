@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::{BallJoint, NamedMode};
 use crate::scene::Scene;

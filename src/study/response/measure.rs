@@ -3,10 +3,17 @@
 use super::recurrence::{recurrence_periods, thinned};
 use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
-    AnalysisError, Bases, ClosedCurves, DelayVectors, Direction, FREQUENCY_UNCERTAINTY,
-    LineCriterion, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePeriods, Recurrences,
-    Regime, RegimeSearch, SectionShape, SpectrumAnalyser, Threshold, Window, classify,
-    closed_curves, delay_section, deviation, follow_lines, range, section_shape,
+    AnalysisError,
+    delay::DelayVectors,
+    poincare::{
+        ClosedCurves, Direction, SectionShape, closed_curves, delay_section, section_shape,
+    },
+    recurrence::{
+        Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePeriods, Recurrences, Threshold,
+    },
+    regime::{Regime, RegimeSearch, classify},
+    stats::{deviation, range},
+    tones::{Bases, FREQUENCY_UNCERTAINTY, LineCriterion, SpectrumAnalyser, Window, follow_lines},
 };
 use crate::dynamics::SolverStats;
 use crate::scene::{AutoOr, Scene, SectionSurface};
@@ -231,7 +238,7 @@ fn curves(section: &[[f64; 2]], size: f64) -> Option<ClosedCurves> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::RecurrenceKind;
+    use crate::analysis::recurrence::RecurrenceKind;
     use crate::test_signals::sines;
 
     #[test]

@@ -16,7 +16,7 @@ pub(crate) mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{Bases, Regime};
+use crate::analysis::{regime::Regime, tones::Bases};
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, System};
 use crate::joint::BallJoint;

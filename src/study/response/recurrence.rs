@@ -3,8 +3,11 @@
 use super::measure::{DIMENSION, LAG};
 use super::settled::PhasePortrait;
 use crate::analysis::{
-    AnalysisError, DelayVectors, Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
-    Recurrences, Threshold,
+    AnalysisError,
+    delay::DelayVectors,
+    recurrence::{
+        Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, Recurrences, Threshold,
+    },
 };
 
 /// Length of the window, s; less if fewer samples were kept.

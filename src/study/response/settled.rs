@@ -3,7 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{Bases, ClosedCurves, Measures, RecurrencePeriods, Regime, SpectralLine};
+use crate::analysis::{
+    poincare::ClosedCurves,
+    recurrence::{Measures, RecurrencePeriods},
+    regime::Regime,
+    tones::{Bases, SpectralLine},
+};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 

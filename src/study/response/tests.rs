@@ -1,7 +1,7 @@
 //! Settled responses of the built-in scenes.
 
 use super::*;
-use crate::analysis::{AnalysisError, RecurrenceKind, Regime};
+use crate::analysis::{AnalysisError, recurrence::RecurrenceKind, regime::Regime};
 use crate::scene::Parameter;
 use crate::study::Stopped;
 
@@ -56,7 +56,7 @@ fn a_pure_tone_is_classified_as_periodic() {
         found.amplitude
     );
     assert!((found.peak_velocity / 17.76e-3 - 1.0).abs() < 0.01);
-    let spread = crate::analysis::range(found.maxima.iter().copied());
+    let spread = crate::analysis::stats::range(found.maxima.iter().copied());
     // A narrow band; the harmonics add secondary maxima.
     assert!(found.maxima.len() >= 240, "{}", found.maxima.len());
     assert!(spread[1] - spread[0] < 0.01 * found.amplitude, "{spread:?}");

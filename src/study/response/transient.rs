@@ -16,6 +16,8 @@
 
 use std::ops::Range;
 
+use crate::analysis::stats::{mean, trend};
+
 /// Share of the total energy below which a mode is ignored.
 const NEGLIGIBLE_SHARE: f64 = 1e-12;
 
@@ -130,16 +132,9 @@ impl TransientDetector {
 /// Mean and its standard error for independent values. A linear trend does not count as scatter.
 fn mean_with_error(values: &[f64]) -> [f64; 2] {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let middle = 0.5 * (n - 1.0);
-    let places = || (0..values.len()).map(|k| k as f64 - middle);
-    let squares: f64 = places().map(|x| x * x).sum();
-    let slope = places().zip(values).map(|(x, y)| x * y).sum::<f64>() / squares;
-    let about = places()
-        .zip(values)
-        .map(|(x, y)| (y - mean - slope * x).powi(2));
-    let variance = about.sum::<f64>() / (n - 2.0).max(1.0);
-    [mean, (variance / n).sqrt()]
+    let [_, residual] = trend(values);
+    let variance = residual / (n - 2.0).max(1.0);
+    [mean(values), (variance / n).sqrt()]
 }
 
 #[cfg(test)]

@@ -9,13 +9,25 @@ use super::{
     SignalError, SignalOptions, SignalStatistics, SkipReason, SpectralLines,
 };
 use crate::analysis::{
-    AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
-    DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
-    LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, RateBase,
-    RecurrenceCriterion, RecurrenceImage, Recurrences, Regime, RegimeSearch, SectionPoint,
-    Spectrum, SpectrumAnalyser, Stft, Threshold, TonalEvents, Verdict, Window, ZeroOne,
-    ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence, false_neighbours,
-    identify_lines, mean, range, section_shape, zero_one,
+    AnalysisError, MAX_SAMPLE, MIN_RANGE,
+    chaos::{
+        Divergence, DivergenceMethod, DivergenceSearch, ZeroOne, ZeroOneTest, divergence, zero_one,
+    },
+    delay::{
+        DelayChoice, DelaySearch, DelayVectors, FalseNeighbourSearch, choose_delay,
+        false_neighbours,
+    },
+    events::TonalEvents,
+    poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
+    recurrence::{
+        Measures, RateBase, RecurrenceCriterion, RecurrenceImage, Recurrences, Threshold,
+    },
+    regime::{Regime, RegimeSearch, Verdict, classify},
+    stats::{deviation, mean, range},
+    tones::{
+        Column, FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, Spectrum,
+        SpectrumAnalyser, Stft, Window, identify_lines,
+    },
 };
 use crate::import::Signal;
 use crate::memory;

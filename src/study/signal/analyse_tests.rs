@@ -1,7 +1,7 @@
 //! The analysis of a signal: thresholds, ranges.
 
 use super::*;
-use crate::analysis::Norm;
+use crate::analysis::recurrence::Norm;
 use crate::test_signals::{noise, sines};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {

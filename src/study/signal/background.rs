@@ -1,7 +1,11 @@
 //! The background of a recording.
 
 use super::stretch::index_range;
-use crate::analysis::{Span, TonalEvent, band_pass, deviation};
+use crate::analysis::{
+    events::{Span, TonalEvent},
+    filter::band_pass,
+    stats::deviation,
+};
 use crate::import::Signal;
 
 /// Shortest interval without events in which the background is measured, s.

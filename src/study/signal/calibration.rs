@@ -8,7 +8,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::analysis::{
-    AnalysisError, Calibration, LevelReference, SoundLevels, calibrate, sound_levels,
+    AnalysisError,
+    levels::{Calibration, LevelReference, SoundLevels, calibrate, sound_levels},
 };
 use crate::import::Signal;
 

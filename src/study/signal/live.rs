@@ -2,7 +2,10 @@
 
 use super::analyse::{period_of, spectrogram_window};
 use super::{DelayEmbedding, RecurrenceAnalysis, SignalAnalysis};
-use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch};
+use crate::analysis::{
+    chaos::{DivergenceMethod, DivergenceSearch},
+    poincare::Direction,
+};
 use crate::scene::{
     AnalysisBudget, AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec,

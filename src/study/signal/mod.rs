@@ -33,10 +33,17 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    AnalysisError, Calibration, Column, DelayChoice, Divergence, LevelReference,
-    LineIdentification, Measures, Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
-    SectionPoint, SectionShape, Span, SpectralLine, Spectrum, Threshold, TonalEvent, Verdict,
-    ZeroOne,
+    AnalysisError,
+    chaos::{Divergence, ZeroOne},
+    delay::DelayChoice,
+    events::{Span, TonalEvent},
+    levels::{Calibration, LevelReference},
+    poincare::{SectionPoint, SectionShape},
+    recurrence::{
+        Measures, Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, Threshold,
+    },
+    regime::Verdict,
+    tones::{Column, LineIdentification, SpectralLine, Spectrum},
 };
 use crate::import::Signal;
 use crate::study::{OnProgress, Stopped};
@@ -59,17 +66,17 @@ pub use truth::{Label, LabelError, Score};
 /// | tonal events | searched at sample rates from 8 to 192 kHz ([`SOUND_RATES_HZ`]) in at least 0.2 s, from 200 Hz to 12 kHz |
 /// | analysed stretch | of the event with the largest energy (mean power times duration) among those at most 40 dB below the level of the recording, or of [`SignalOptions::event`]: the longest interval in which the level, averaged over 0.2 s, stays within 6 dB, without clipped samples and dropouts where half of it remains, and of more than 2^20 samples the last; the whole signal without such an event, or if the stretch reaches within 0.1 s (a tenth of a short signal) of its ends and needs neither filter nor demodulation |
 /// | filter | if more than 1 % of the power is outside: from a third of the lowest fundamental that sounds in the stretch to half a harmonic above the highest harmonic, the harmonics counted as odd ones |
-/// | demodulation | if the fundamental drifts by more than 0.05 % and four bins of the stretch: [`demodulate`](crate::analysis::demodulate) along the ridge |
+/// | demodulation | if the fundamental drifts by more than 0.05 % and four bins of the stretch: [`demodulate`](crate::analysis::events::demodulate) along the ridge |
 /// | skipped | all nonlinear methods without a stationary stretch of 40 periods and 500 samples; exponents and 0-1 test with clipped samples in the stretch, in noise or a transient; the verdict *noise* if there are events |
 /// | spectrum | Blackman-Harris window over the whole stretch; with more than [`MAX_SPECTRUM_SAMPLES`] samples the RMS average over half-overlapping spans of that length; lines are named with an uncertainty of a quarter bin |
 /// | spectrogram | of the whole signal: Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
 /// | nonlinear methods | of the stretch the newest [`MAX_NONLINEAR_SAMPLES`] samples |
-/// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::choose_delay) |
+/// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::delay::choose_delay) |
 /// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
 /// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
 /// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
-/// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
-/// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::ZeroOneTest::recommended_stride) if larger |
+/// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::chaos::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
+/// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::chaos::ZeroOneTest::recommended_stride) if larger |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SignalOptions {
     /// Delay, samples; `None` for the chosen one.
@@ -397,7 +404,7 @@ impl AnalysedFile {
     /// Analyses the signal of a file as [`analyse_signal`]; with a calibration in Pa, and with its sound levels.
     ///
     /// # Errors
-    /// As [`analyse_signal`], and as [`sound_levels`](crate::analysis::sound_levels).
+    /// As [`analyse_signal`], and as [`sound_levels`](crate::analysis::levels::sound_levels).
     pub fn of(
         file: Option<PathBuf>,
         mut signal: Signal,

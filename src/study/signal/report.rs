@@ -6,8 +6,15 @@ use super::{
     SpectralLines,
 };
 use crate::analysis::{
-    Bases, Divergence, Hum, LagReason, LevelReference, Measures, RecordingCondition, SectionShape,
-    SoundLevels, Span, Threshold, TonalEvent, Verdict,
+    chaos::Divergence,
+    condition::RecordingCondition,
+    delay::LagReason,
+    events::{Hum, Span, TonalEvent},
+    levels::{LevelReference, SoundLevels},
+    poincare::SectionShape,
+    recurrence::{Measures, Threshold},
+    regime::Verdict,
+    tones::Bases,
 };
 use crate::escape;
 use crate::number::{fixed, significant, time};

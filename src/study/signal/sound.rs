@@ -6,8 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    AnalysisError, EventKind, EventOptions, Hum, LevelReference, RecordingCondition, Span,
-    TonalEvent, TonalEvents, deviation, recording_condition, tonal_events,
+    AnalysisError,
+    condition::{RecordingCondition, recording_condition},
+    events::{EventKind, EventOptions, Hum, Span, TonalEvent, TonalEvents, tonal_events},
+    levels::LevelReference,
+    stats::deviation,
 };
 use crate::import::Signal;
 

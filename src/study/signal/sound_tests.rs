@@ -87,7 +87,7 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
             point.time_s += start_s - 6.0;
         });
         TonalEvent {
-            kind: crate::analysis::EventKind::Tone,
+            kind: crate::analysis::events::EventKind::Tone,
             probability: 0.99,
             start_s,
             end_s,

@@ -4,7 +4,10 @@ use std::ops::Range;
 
 use super::sound::{MeasuredSound, SOUND_RATES_HZ, overlap, shift};
 use super::{AnalysedStretch, MIN_SAMPLES, SignalError, SkipReason};
-use crate::analysis::{Span, TonalEvent, band_pass, demodulate, stationary_stretch};
+use crate::analysis::{
+    events::{Span, TonalEvent, demodulate, stationary_stretch},
+    filter::band_pass,
+};
 use crate::import::Signal;
 
 /// Minimum length of a stationary stretch, periods of the fundamental.

@@ -1,7 +1,7 @@
 //! The choice of the stretch.
 
 use super::*;
-use crate::analysis::RidgePoint;
+use crate::analysis::events::RidgePoint;
 use crate::test_signals::sines;
 
 const RATE: f64 = 44_100.0;
@@ -18,7 +18,7 @@ fn event(start_s: f64, end_s: f64, drift: f64) -> TonalEvent {
         }
     });
     TonalEvent {
-        kind: crate::analysis::EventKind::Tone,
+        kind: crate::analysis::events::EventKind::Tone,
         probability: 0.99,
         start_s,
         end_s,

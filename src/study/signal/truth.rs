@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{EventKind, Span, TonalEvent};
+use crate::analysis::events::{EventKind, Span, TonalEvent};
 
 /// Least common part of an event and a label, of the longer one.
 const COMMON: f64 = 0.3;
@@ -134,7 +134,7 @@ mod tests {
 
     fn event(start_s: f64, end_s: f64, frequency_hz: f64) -> TonalEvent {
         TonalEvent {
-            kind: crate::analysis::EventKind::Tone,
+            kind: crate::analysis::events::EventKind::Tone,
             probability: 0.99,
             start_s,
             end_s,

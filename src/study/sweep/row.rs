@@ -10,7 +10,7 @@ use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::RecurrenceKind;
+use crate::analysis::recurrence::RecurrenceKind;
 use crate::dynamics::Exponent;
 use crate::number::degrees;
 use crate::study::response::SettledResponse;

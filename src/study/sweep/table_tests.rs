@@ -1,7 +1,7 @@
 //! Sweep tables: written and read in each format.
 
 use super::table::*;
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::tests::run;

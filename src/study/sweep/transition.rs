@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Start, SweepPoint};
-use crate::analysis::Regime;
+use crate::analysis::regime::Regime;
 
 /// A transition between two neighbouring values of the parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -66,7 +66,7 @@ fn doubling(below: &SweepPoint, above: &SweepPoint) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::SpectralLine;
+    use crate::analysis::tones::SpectralLine;
     use crate::dynamics::SolverStats;
     use crate::study::response::SettledResponse;
     use crate::study::sweep::Place;

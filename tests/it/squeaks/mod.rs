@@ -1,4 +1,4 @@
-//! Squeaks in recordings: what [`tonal_events`](squeakscope::analysis::tonal_events) finds in recordings whose squeaks
+//! Squeaks in recordings: what [`tonal_events`](squeakscope::analysis::events::tonal_events) finds in recordings whose squeaks
 //! are known, on seeds that nothing was adjusted to.
 
 mod generator;
@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use squeakscope::analysis::{EventKind, EventOptions, tonal_events};
+use squeakscope::analysis::events::{EventKind, EventOptions, tonal_events};
 
 use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
 use score::{Found, Score};

@@ -1,6 +1,6 @@
 //! The self-normalised CUSUM statistic of a change of the mean.
 
-use crate::mean;
+use crate::stats::mean;
 
 /// The maximum of `T(k)^2 / V(k)` over all `k` with at least `min` values on each side.
 ///

@@ -1,6 +1,6 @@
 //! Changes of the mean in a stationary, autocorrelated series: has the motion changed its attractor?
 //!
-//! [`BlockMeans`] condenses a stream of local quantities (exponents, logarithms of energies) to 64 to 128
+//! [`BlockMeans`](crate::stats::BlockMeans) condenses a stream of local quantities (exponents, logarithms of energies) to 64 to 128
 //! blocks. [`change_points`] tests the blocks by binary segmentation. Each test uses the self-normalised
 //! CUSUM statistic of X. Shao and X. Zhang, J. Am. Stat. Assoc. 105 (2010) 1228-1240: it needs no estimate
 //! of the variance or of the correlation time, so neither a change nor slow fluctuations bias it.
@@ -12,15 +12,13 @@
 //! two are phases of one intermittent motion: a motion does not return from another attractor. A single
 //! long phase without precedent cannot be distinguished from a change.
 
-mod blocks;
 mod cusum;
 
-pub use blocks::BlockMeans;
 use cusum::cusum;
 
 use std::ops::Range;
 
-use crate::{deviation, mean};
+use crate::stats::{deviation, mean, trend};
 
 /// Maximum number of channels in a test.
 pub const MAX_CHANNELS: usize = 10;
@@ -76,11 +74,7 @@ impl Channel {
         let values = &self.values[window.clone()];
         let squares = |side: &[f64]| side.len() as f64 * deviation(side).powi(2);
         let step = squares(&self.values[window.start..at]) + squares(&self.values[at..window.end]);
-        let (n, centre) = (values.len() as f64, mean(values));
-        let places = (0..values.len()).map(|k| k as f64 - 0.5 * (n - 1.0));
-        let product: f64 = places.zip(values).map(|(x, y)| x * (y - centre)).sum();
-        let line = squares(values) - product.powi(2) * 12.0 / (n * (n * n - 1.0));
-        line < step
+        trend(values)[1] < step
     }
 
     /// Whether an episode like the state before a block occurs after it, or the reverse, in the whole series.

@@ -360,7 +360,7 @@ fn degenerate_series_have_no_change() {
 
 #[test]
 fn blocks_are_merged_in_bounded_memory() {
-    let mut blocks = BlockMeans::new(2);
+    let mut blocks = crate::stats::BlockMeans::new(2);
     for k in 0..5000 {
         blocks.push(&[f64::from(k), 3.0]);
         assert!(blocks.count() <= 128);

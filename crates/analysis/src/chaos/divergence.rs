@@ -35,9 +35,6 @@
 //! Periodic and quasi-periodic signals have a flat curve and no scaling region. White noise has none
 //! either: after one step its neighbours are as far apart as any two states.
 
-use std::f64::consts::LN_2;
-use std::ops::Range;
-
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -45,7 +42,9 @@ use serde::Serialize;
 use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
 use crate::simd::vectorised;
-use crate::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
+use crate::{
+    AnalysisError, delay::DelayVectors, neighbours::NeighbourTree, norm::Norm, stats::deviation,
+};
 
 /// Number of consecutive sections of the signal with separate curves. The scatter of their slopes gives
 /// the standard error. They are also the units of parallel work; the fixed number makes sums independent
@@ -93,7 +92,7 @@ pub struct DivergenceSearch {
 
 impl DivergenceSearch {
     /// Rosenstein's method on 2000 states, for a delay chosen before, such as a
-    /// [`DelayChoice`](crate::DelayChoice), and a signal of `samples` samples.
+    /// [`DelayChoice`](crate::delay::DelayChoice), and a signal of `samples` samples.
     ///
     /// The horizon is 20 Theiler windows (or 20 lags, if those are longer), that is 20 periods of a flow
     /// or 20 steps of a map, but at most a quarter of the signal.
@@ -106,33 +105,6 @@ impl DivergenceSearch {
             method: DivergenceMethod::Rosenstein,
             max_references: 2000,
         }
-    }
-
-    /// Least time between neighbours, samples.
-    fn min_separation(&self) -> usize {
-        self.theiler.max(1)
-    }
-
-    /// Whether vectors can be followed.
-    fn check(&self, vectors: &DelayVectors<'_>) -> Result<(), AnalysisError> {
-        if self.max_references == 0 {
-            return Err(AnalysisError::ZeroCount {
-                what: "divergence: the number of states followed",
-            });
-        }
-        let min_vectors = self
-            .min_separation()
-            .saturating_mul(2)
-            .saturating_add(self.horizon)
-            .saturating_add(1);
-        if vectors.len() < min_vectors {
-            return Err(AnalysisError::TooShort {
-                what: "divergence",
-                have: vectors.samples().len(),
-                need: DelayVectors::samples_for(min_vectors, self.lag, self.dimension),
-            });
-        }
-        Ok(())
     }
 }
 
@@ -177,284 +149,160 @@ impl Divergence {
 /// threads.
 ///
 /// # Errors
-/// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::ZeroCount`] for a
-/// maximum number of states of 0; [`AnalysisError::TooShort`] if the delay vectors that can be followed
-/// over the horizon span at most two Theiler windows.
+/// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::TooShort`] if the delay vectors that
+/// can be followed over the horizon span at most two Theiler windows.
 pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergence, AnalysisError> {
     let vectors = DelayVectors::new(samples, search.lag, search.dimension)?;
-    search.check(&vectors)?;
+    let separation = search.theiler.max(1);
+    let min_vectors = separation
+        .saturating_mul(2)
+        .saturating_add(search.horizon)
+        .saturating_add(1);
+    if vectors.len() < min_vectors {
+        return Err(AnalysisError::TooShort {
+            what: "divergence",
+            have: samples.len(),
+            need: DelayVectors::samples_for(min_vectors, search.lag, search.dimension),
+        });
+    }
     let norm = match search.method {
         DivergenceMethod::Rosenstein => Norm::Euclidean,
         DivergenceMethod::Kantz { .. } => Norm::Maximum,
     };
-    divergence_in(&NeighbourTree::new(vectors, norm), search)
-}
-
-/// [`divergence`] for a tree of the delay vectors, in the norm of the method.
-pub(crate) fn divergence_in(
-    tree: &NeighbourTree<'_>,
-    search: &DivergenceSearch,
-) -> Result<Divergence, AnalysisError> {
-    search.check(tree.vectors())?;
-    let samples = tree.vectors().samples();
-    let limit = tree.vectors().len() - search.horizon;
-    let references = search.max_references.min(limit);
-    let unit = Some(largest(samples)).filter(|l| *l > 0.0).unwrap_or(1.0);
-    let tracker = PairTracker {
-        samples,
-        search,
-        limit,
-        tree,
-        deviation: deviation(samples),
-        unit,
+    let largest = largest(samples);
+    // A power of two changes the unit without rounding.
+    let unit = if largest > 0.0 {
+        largest.log2().floor().exp2()
+    } else {
+        1.0
     };
-    let blocks: Vec<LogSums> = (0..BLOCKS)
+    let scaled: Vec<f64> = samples.iter().map(|x| x / unit).collect();
+    let limit = vectors.len() - search.horizon;
+    let tracker = PairTracker {
+        tree: NeighbourTree::new(vectors, norm),
+        scaled: DelayVectors::new(&scaled, search.lag, search.dimension)?,
+        search,
+        separation,
+        limit,
+        deviation: deviation(samples),
+        rounding: ROUNDING * largest / unit,
+    };
+    let references = search.max_references.min(limit);
+    let blocks: Vec<Vec<(f64, usize)>> = (0..BLOCKS)
         .into_par_iter()
         .map(|block| {
             let range = block * references / BLOCKS..(block + 1) * references / BLOCKS;
             tracker.track(range.map(|r| r * limit / references))
         })
         .collect();
-    let mut all = LogSums::new(search, unit);
-    blocks.iter().for_each(|block| all.merge(block));
-    let curve = all.means();
-    let blocks: Vec<Vec<f64>> = blocks.iter().map(LogSums::means).collect();
+    let at_step = |k: usize| {
+        let of_blocks = blocks.iter().map(|block| block[k]);
+        of_blocks.fold((0.0, 0), |all, more| (all.0 + more.0, all.1 + more.1))
+    };
+    let all: Vec<(f64, usize)> = (0..=search.horizon).map(at_step).collect();
+    // Mean logarithms, up to the first step without a distance.
+    let means = |sums: &Vec<(f64, usize)>| -> Vec<f64> {
+        let counted = sums.iter().take_while(|(_, count)| *count > 0);
+        counted
+            .map(|(sum, count)| unit.ln() + sum / *count as f64)
+            .collect()
+    };
+    let curve = means(&all);
+    let blocks: Vec<Vec<f64>> = blocks.iter().map(means).collect();
     Ok(Divergence {
         step: 1.0,
         region: scaling_region(&curve, &blocks, search.theiler),
-        counted: all.counts[..curve.len()].to_vec(),
+        counted: all[..curve.len()].iter().map(|(_, count)| *count).collect(),
         curve,
     })
 }
 
-/// Number of factors multiplied before the exponent of the product is split off. Each factor is above the
-/// square of [`ROUNDING`], which keeps products above 1e-288.
+/// Number of distances of which one logarithm is taken, that of their product. The squares of distances are above
+/// the square of [`ROUNDING`], which keeps products above 1e-288.
 const FACTORS: usize = 12;
-
-/// Time steps whose products stay in the L1 cache.
-const TILE: usize = 512;
-
-/// Time steps whose sums are held in registers.
-const BLOCK: usize = 16;
-
-/// Bits of the mantissa of a number, and the exponent of 1.
-const MANTISSA: u64 = (1 << 52) - 1;
-const EXPONENT_OF_ONE: u64 = 1023;
-
-/// Sums of logarithms of distances for each time step: the logarithms of products of the distances or of
-/// their squares, because a root and a logarithm for each distance would take most of the time.
-struct LogSums {
-    /// Largest sample magnitude, the unit of the distances.
-    unit: f64,
-    /// Whether the factors are squares of the distances.
-    squared: bool,
-    /// Sums of the logarithms of distances over the unit.
-    sums: Vec<f64>,
-    counts: Vec<usize>,
-    /// Products of factors, without the powers of two that are in the exponents.
-    products: Vec<f64>,
-    exponents: Vec<u64>,
-}
-
-impl LogSums {
-    fn new(search: &DivergenceSearch, unit: f64) -> Self {
-        let steps = search.horizon + 1;
-        Self {
-            unit,
-            squared: matches!(search.method, DivergenceMethod::Rosenstein),
-            sums: vec![0.0; steps],
-            counts: vec![0; steps],
-            products: vec![1.0; steps],
-            exponents: vec![0; steps],
-        }
-    }
-
-    /// Adds the factors of these steps that are above rounding error. After at most [`FACTORS`] calls for a
-    /// step the exponents must be split off.
-    fn accumulate(&mut self, steps: Range<usize>, factors: &[f64]) {
-        let (scale, least) = if self.squared {
-            ([1.0 / self.unit; 2], ROUNDING * ROUNDING)
-        } else {
-            ([1.0 / self.unit, 1.0], ROUNDING)
-        };
-        let (products, counts) = (&mut self.products[steps.clone()], &mut self.counts[steps]);
-        vectorised(
-            #[inline(always)]
-            || {
-                for ((product, count), factor) in products.iter_mut().zip(&mut *counts).zip(factors)
-                {
-                    let factor = factor * scale[0] * scale[1];
-                    let above_rounding = factor > least;
-                    *product *= if above_rounding { factor } else { 1.0 };
-                    *count += usize::from(above_rounding);
-                }
-            },
-        );
-    }
-
-    /// Splits the powers of two off the products.
-    fn split_exponents(&mut self, steps: Range<usize>) {
-        let products = &mut self.products[steps.clone()];
-        let exponents = &mut self.exponents[steps];
-        vectorised(
-            #[inline(always)]
-            || {
-                for (product, exponent) in products.iter_mut().zip(&mut *exponents) {
-                    let bits = product.to_bits();
-                    // Wraps below 1; the sum is read as a signed number.
-                    *exponent = exponent.wrapping_add((bits >> 52).wrapping_sub(EXPONENT_OF_ONE));
-                    *product = f64::from_bits(bits & MANTISSA | EXPONENT_OF_ONE << 52);
-                }
-            },
-        );
-    }
-
-    /// Computes the sums, after the last factor.
-    fn finish(mut self) -> Self {
-        let power = if self.squared { 0.5 } else { 1.0 };
-        let parts = self.products.iter().zip(&self.exponents);
-        for (sum, (product, &exponent)) in self.sums.iter_mut().zip(parts) {
-            *sum = power * (product.ln() + exponent as i64 as f64 * LN_2);
-        }
-        self
-    }
-
-    fn merge(&mut self, other: &LogSums) {
-        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
-            *sum += more;
-        }
-        for (count, more) in self.counts.iter_mut().zip(&other.counts) {
-            *count += more;
-        }
-    }
-
-    /// Mean logarithms, up to the first step without a distance.
-    fn means(&self) -> Vec<f64> {
-        let both = self.sums.iter().zip(&self.counts);
-        let counted = both.take_while(|(_, count)| **count > 0);
-        let unit = self.unit.ln();
-        let mean = |(sum, count): (&f64, &usize)| unit + sum / *count as f64;
-        counted.map(mean).collect()
-    }
-}
 
 /// Follows states and their neighbours.
 struct PairTracker<'a> {
-    samples: &'a [f64],
+    tree: NeighbourTree<'a>,
+    /// The vectors in the unit of the sums.
+    scaled: DelayVectors<'a>,
     search: &'a DivergenceSearch,
+    /// Least time between neighbours, samples.
+    separation: usize,
     /// Vectors before this one can be followed over the full horizon.
     limit: usize,
-    tree: &'a NeighbourTree<'a>,
     /// Standard deviation of the samples.
     deviation: f64,
-    /// Largest sample magnitude; 1 if all samples are 0.
-    unit: f64,
+    /// Smaller distances are rounding errors.
+    rounding: f64,
 }
 
 impl PairTracker<'_> {
-    fn track(&self, references: impl Iterator<Item = usize> + Clone) -> LogSums {
-        let mut log_sums = LogSums::new(self.search, self.unit);
-        let steps = 0..self.search.horizon + 1;
-        let (limit, separation) = (self.limit, self.search.min_separation());
-        match self.search.method {
+    /// Sums of logarithms of distances, and their numbers, at each time step.
+    fn track(&self, references: impl Iterator<Item = usize> + Clone) -> Vec<(f64, usize)> {
+        let separation = self.separation;
+        // Newest coordinate only, or all of them.
+        let (norm, first, states): (_, _, Vec<(usize, Vec<usize>)>) = match self.search.method {
             DivergenceMethod::Rosenstein => {
                 let near = self
                     .tree
-                    .nearest_each(references.clone(), separation, limit);
-                let both = references.zip(near);
-                let pairs: Vec<_> = both
-                    .filter_map(|(i, near)| Some((i, near?.index)))
-                    .collect();
-                let (mut squares, mut sums) = (Vec::new(), Vec::new());
-                for from in steps.clone().step_by(TILE) {
-                    let steps = from..steps.end.min(from + TILE);
-                    for pairs in pairs.chunks(FACTORS) {
-                        for &(i, j) in pairs {
-                            sums.resize(steps.len().next_multiple_of(BLOCK), 0.0);
-                            let start = [i + from, j + from];
-                            self.squared_distances(start, steps.len(), &mut squares, &mut sums);
-                            log_sums.accumulate(steps.clone(), &sums);
-                        }
-                        log_sums.split_exponents(steps.clone());
-                    }
-                }
+                    .nearest_each(references.clone(), separation, self.limit);
+                let pairs = references.zip(near);
+                let pairs = pairs.filter_map(|(i, near)| Some((i, vec![near?.index])));
+                (Norm::Euclidean, 0, pairs.collect())
             }
             DivergenceMethod::Kantz { radius } => {
-                let radius = radius * self.deviation;
-                let mut near = Vec::new();
-                let mut means = vec![0.0; steps.len()];
-                for i in references {
-                    near.clear();
+                let near = |i| {
+                    let mut near = Vec::new();
+                    let radius = radius * self.deviation;
                     self.tree
-                        .within(i, radius, separation, limit, |n| near.push(n.index));
-                    if near.len() >= MIN_NEIGHBOURS {
-                        self.mean_sample_distances(i, &near, &mut means);
-                        log_sums.accumulate(steps.clone(), &means);
-                        log_sums.split_exponents(steps.clone());
-                    }
-                }
+                        .within(i, radius, separation, self.limit, |j| near.push(j));
+                    let step = near.len().div_ceil(MAX_NEIGHBOURS);
+                    (near.len() >= MIN_NEIGHBOURS)
+                        .then(|| (i, near.into_iter().step_by(step).collect()))
+                };
+                (
+                    Norm::Manhattan,
+                    self.search.dimension - 1,
+                    references.filter_map(near).collect(),
+                )
+            }
+        };
+        let steps = self.search.horizon + 1;
+        let mut sums = vec![(0.0, 0); steps];
+        let least = norm.unrooted_limit(self.rounding);
+        let power = if norm == Norm::Euclidean { 0.5 } else { 1.0 };
+        let (mut distances, mut products) = (vec![0.0; steps], vec![1.0; steps]);
+        for states in states.chunks(FACTORS) {
+            products.fill(1.0);
+            for (i, near) in states {
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        distances.fill(0.0);
+                        for (j, c) in near
+                            .iter()
+                            .flat_map(|j| (first..self.search.dimension).map(move |c| (j, c)))
+                        {
+                            let [here, there] = [i, j].map(|k| &self.scaled.coordinate(c)[*k..]);
+                            let differences = here.iter().zip(there).map(|(a, b)| a - b);
+                            norm.add(&mut distances, differences);
+                        }
+                        let share = 1.0 / near.len() as f64;
+                        let of_step = products.iter_mut().zip(&mut sums).zip(&distances);
+                        for ((product, (_, count)), distance) in of_step {
+                            let is_counted = distance * share > least;
+                            *product *= if is_counted { distance * share } else { 1.0 };
+                            *count += usize::from(is_counted);
+                        }
+                    },
+                );
+            }
+            for ((sum, _), product) in sums.iter_mut().zip(&products) {
+                *sum += power * product.ln();
             }
         }
-        log_sums.finish()
-    }
-
-    /// `|y_(i+k) - y_(j+k)|^2` for `k` = 0, 1, ... up to `count`. The sums fill whole blocks; those beyond `count` are
-    /// arbitrary.
-    fn squared_distances(
-        &self,
-        [i, j]: [usize; 2],
-        count: usize,
-        squares: &mut Vec<f64>,
-        sums: &mut [f64],
-    ) {
-        let DivergenceSearch { dimension, lag, .. } = *self.search;
-        let span = count + (dimension - 1) * lag;
-        squares.resize(span + BLOCK, 0.0);
-        let (here, there) = (&self.samples[i..][..span], &self.samples[j..][..span]);
-        vectorised(
-            #[inline(always)]
-            || {
-                for ((square, a), b) in squares.iter_mut().zip(here).zip(there) {
-                    *square = (a - b) * (a - b);
-                }
-                for (block, sums) in sums.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
-                    let mut block_sums = [0.0; BLOCK];
-                    // Each coordinate uses the same squares, shifted by a lag.
-                    for coordinate in 0..dimension {
-                        let from = block * BLOCK + coordinate * lag;
-                        let squares: &[f64; BLOCK] = squares[from..].first_chunk().expect("padded");
-                        for (sum, square) in block_sums.iter_mut().zip(squares) {
-                            *sum += square;
-                        }
-                    }
-                    *sums = block_sums;
-                }
-            },
-        );
-    }
-
-    /// Mean over the neighbours `j` of `|x_(i+k) - x_(j+k)|`, `x` the newest coordinate, for `k` = 0, 1,
-    /// ...
-    fn mean_sample_distances(&self, i: usize, neighbours: &[usize], means: &mut [f64]) {
-        let newest = &self.samples[(self.search.dimension - 1) * self.search.lag..];
-        let selected = neighbours
-            .iter()
-            .step_by(neighbours.len().div_ceil(MAX_NEIGHBOURS));
-        let share = 1.0 / selected.len() as f64;
-        vectorised(
-            #[inline(always)]
-            || {
-                means.fill(0.0);
-                let here = &newest[i..][..means.len()];
-                for &j in selected.clone() {
-                    let there = &newest[j..][..means.len()];
-                    for ((sum, a), b) in means.iter_mut().zip(here).zip(there) {
-                        *sum += (a - b).abs();
-                    }
-                }
-                means.iter_mut().for_each(|d| *d *= share);
-            },
-        );
+        sums
     }
 }
 

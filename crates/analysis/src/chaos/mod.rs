@@ -6,7 +6,7 @@
 //! divergence.
 //!
 //! ```
-//! use squeakscope_analysis::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
+//! use squeakscope_analysis::chaos::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
 //!
 //! // The logistic map at 4: its exponent is ln 2.
 //! let step = |x: &f64| Some(4.0 * x * (1.0 - x));

@@ -23,7 +23,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mean;
+use crate::stats::mean;
 
 /// Scaling region: the straight part of a divergence curve.
 ///

@@ -40,7 +40,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{ROUNDING, largest};
-use crate::{AnalysisError, mean, range};
+use crate::{
+    AnalysisError,
+    stats::{mean, range},
+};
 
 /// The displacement is computed up to this fraction (1 over the value) of the samples.
 const HORIZON_DIVISOR: usize = 10;
@@ -127,16 +130,11 @@ pub struct ZeroOne {
 /// frequency.
 ///
 /// # Errors
-/// [`AnalysisError::ZeroCount`] for a stride or a number of frequencies of 0;
 /// [`AnalysisError::TooShort`] if fewer than [`ZeroOneTest::MIN_SAMPLES`] remain after subsampling.
+///
+/// # Panics
+/// If the stride or the number of frequencies is 0.
 pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, AnalysisError> {
-    let zero = |what| Err(AnalysisError::ZeroCount { what });
-    if test.stride == 0 {
-        return zero("0-1 test: the stride");
-    }
-    if test.frequencies == 0 {
-        return zero("0-1 test: the number of frequencies");
-    }
     let taken = centred(samples, test.stride);
     if taken.len() < ZeroOneTest::MIN_SAMPLES {
         return Err(AnalysisError::TooShort {

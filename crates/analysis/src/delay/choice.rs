@@ -12,7 +12,8 @@ use crate::AnalysisError;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Default Theiler window, in lags.
+/// Theiler window, in lags. The first minimum of the mutual information is at about a quarter period, so four lags are
+/// about one mean period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca (Physica D 65, 117, 1993) advise.
 const THEILER_LAGS: usize = 4;
 
 /// Limits of the search for lag and dimension.
@@ -26,10 +27,6 @@ pub struct DelaySearch {
     pub largest_dimension: usize,
     /// Share of false neighbours that counts as none, 0 to 1.
     pub false_share: f64,
-    /// Theiler window, samples: pairs closer in time are not neighbours. `None`: four lags. The first
-    /// minimum of the mutual information is at about a quarter period, so four lags are about one mean
-    /// period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca (Physica D 65, 117, 1993) advise.
-    pub theiler: Option<usize>,
 }
 
 impl DelaySearch {
@@ -46,7 +43,6 @@ impl DelaySearch {
             bins: (bins as usize).clamp(8, 64),
             largest_dimension: 10,
             false_share: 0.01,
-            theiler: None,
         }
     }
 }
@@ -104,12 +100,6 @@ pub struct DelayChoice {
 /// [`AnalysisError::TooShort`] if the samples do not suffice for the largest lag, or for the largest
 /// dimension at the chosen lag.
 pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice, AnalysisError> {
-    if search.largest_lag == 0 || search.largest_dimension == 0 {
-        return Err(AnalysisError::InvalidDelay {
-            lag: search.largest_lag,
-            dimension: search.largest_dimension,
-        });
-    }
     let mutual = mutual_information(samples, search.largest_lag, search.bins)?;
     let (lag, reason) = if let Some(lag) = mutual.first_clear_minimum() {
         (lag, LagReason::FirstMinimum)
@@ -118,13 +108,18 @@ pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice
     } else {
         (search.largest_lag, LagReason::Largest)
     };
-    let theiler = search.theiler.unwrap_or(THEILER_LAGS * lag);
+    let theiler = THEILER_LAGS * lag;
     let neighbours = false_neighbours(
         samples,
         &FalseNeighbourSearch::new(lag, search.largest_dimension, theiler),
     )?;
     let unfolds_at = neighbours.dimension(search.false_share);
-    let dimension = unfolds_at.unwrap_or_else(|| 1 + smallest(&neighbours.share));
+    let least_false = || {
+        let places = (1..).zip(&neighbours.share);
+        let least = places.min_by(|a, b| a.1.total_cmp(b.1));
+        least.map_or(1, |(dimension, _)| dimension)
+    };
+    let dimension = unfolds_at.unwrap_or_else(least_false);
     Ok(DelayChoice {
         lag,
         reason,
@@ -134,13 +129,6 @@ pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice
         mutual,
         neighbours,
     })
-}
-
-/// Index of the smallest value, the first of several.
-fn smallest(values: &[f64]) -> usize {
-    let places = values.iter().enumerate();
-    let smallest = places.min_by(|a, b| a.1.total_cmp(b.1));
-    smallest.map_or(0, |(place, _)| place)
 }
 
 #[cfg(test)]
@@ -237,16 +225,6 @@ mod tests {
         let choice = choose(&[0.7; 1000]);
         assert_eq!((choice.lag, choice.reason), (40, LagReason::Largest));
         assert_eq!((choice.dimension, choice.unfolded), (1, true));
-    }
-
-    #[test]
-    fn a_given_theiler_window_is_used() {
-        let signal = noise(5, 600, 1.0);
-        let search = DelaySearch {
-            theiler: Some(123),
-            ..DelaySearch::for_samples(600)
-        };
-        assert_eq!(choose_delay(&signal, &search).unwrap().theiler, 123);
     }
 
     #[test]

@@ -10,7 +10,13 @@ use serde::Serialize;
 
 use rayon::prelude::*;
 
-use crate::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm, deviation};
+use crate::{
+    AnalysisError,
+    delay::DelayVectors,
+    neighbours::{Neighbour, NeighbourTree},
+    norm::Norm,
+    stats::deviation,
+};
 
 /// Resolution of distances as a share of the standard deviation of the samples.
 const RESOLUTION: f64 = 1e-6;
@@ -98,12 +104,6 @@ pub fn false_neighbours(
     search: &FalseNeighbourSearch,
 ) -> Result<FalseNeighbours, AnalysisError> {
     let &FalseNeighbourSearch { lag, theiler, .. } = search;
-    if lag == 0 || search.largest_dimension == 0 {
-        return Err(AnalysisError::InvalidDelay {
-            lag,
-            dimension: search.largest_dimension,
-        });
-    }
     if samples.len() < search.samples_needed() {
         return Err(AnalysisError::TooShort {
             what: "false neighbours",
@@ -111,6 +111,7 @@ pub fn false_neighbours(
             need: search.samples_needed(),
         });
     }
+    DelayVectors::new(samples, lag, search.largest_dimension)?;
     let sigma = deviation(samples);
     let (resolution, size) = (RESOLUTION * sigma, search.size_ratio * sigma);
     let mut found = FalseNeighbours {
@@ -123,8 +124,8 @@ pub fn false_neighbours(
         let vectors = DelayVectors::new(&samples[..samples.len() - lag], lag, dimension)?;
         let next = &samples[dimension * lag..];
         let tree = NeighbourTree::new(vectors, Norm::Euclidean);
-        let nearest = tree.nearest_all(theiler, usize::MAX);
-        let evaluated = nearest.par_iter().enumerate().filter_map(|(i, neighbour)| {
+        let nearest = tree.nearest_all(theiler);
+        let tested = nearest.par_iter().enumerate().filter_map(|(i, neighbour)| {
             let is_false = |neighbour: Neighbour| {
                 let growth = (next[i] - next[neighbour.index]).abs();
                 growth > search.distance_ratio * neighbour.distance.max(resolution)
@@ -134,15 +135,13 @@ pub fn false_neighbours(
             if is_false(neighbour) || neighbour.distance > resolution {
                 return Some(is_false(neighbour));
             }
-            let other = tree.nearest_beyond(i, resolution, theiler, usize::MAX);
+            let other = tree.nearest_beyond(i, resolution, theiler);
             Some(other.is_some_and(is_false))
         });
-        let count = |(wrong, all), is_false| (wrong + usize::from(is_false), all + 1);
-        let (wrong, all) = evaluated
-            .fold(|| (0, 0), count)
-            .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-        found.share.push(wrong as f64 / all as f64);
-        found.evaluated.push(all);
+        let tested: Vec<bool> = tested.collect();
+        let wrong = tested.iter().filter(|is_false| **is_false).count();
+        found.share.push(wrong as f64 / tested.len() as f64);
+        found.evaluated.push(tested.len());
     }
     Ok(found)
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use rayon::prelude::*;
 
-use crate::{AnalysisError, range};
+use crate::{AnalysisError, stats::range};
 
 /// Maximum number of bins per axis.
 const MAX_BINS: usize = 1024;
@@ -28,21 +28,6 @@ pub struct MutualInformation {
 }
 
 impl MutualInformation {
-    /// Lag of the first local minimum, samples: the value has just decreased, and the next different
-    /// value is larger. Of several equal values the first lag counts. `None` if the curve never rises
-    /// after a decrease.
-    pub fn first_minimum(&self) -> Option<usize> {
-        let mut fell_at = None;
-        for (lag, pair) in self.bits.windows(2).enumerate() {
-            if pair[1] < pair[0] {
-                fell_at = Some(lag + 1);
-            } else if pair[1] > pair[0] && fell_at.is_some() {
-                return fell_at;
-            }
-        }
-        None
-    }
-
     /// First clear minimum, samples: the first lag `l` with a value below all before that is not
     /// undercut up to lag `1.5 l`, rounded up, or up to `2 l` while more than half of `I(0)` remains.
     /// `None` if there is none within the computed lags.
@@ -144,21 +129,15 @@ fn count(now: &[u16], later: &[u16], bins: usize, joint: &mut [u32]) {
     joint.fill(0);
     let mut put = |now: u16, later: u16| joint[usize::from(now) * bins + usize::from(later)] += 1;
     let quarter = now.len() / 4;
-    let (a, b) = (quarters(now, quarter), quarters(later, quarter));
     for n in 0..quarter {
-        put(a[0][n], b[0][n]);
-        put(a[1][n], b[1][n]);
-        put(a[2][n], b[2][n]);
-        put(a[3][n], b[3][n]);
+        for section in 0..4 {
+            let n = section * quarter + n;
+            put(now[n], later[n]);
+        }
     }
     for n in 4 * quarter..now.len() {
         put(now[n], later[n]);
     }
-}
-
-/// The first four sections of a given length.
-fn quarters(values: &[u16], length: usize) -> [&[u16]; 4] {
-    std::array::from_fn(|q| &values[q * length..][..length])
 }
 
 /// Mutual information of a joint histogram of counts. With counts `c` and their sum `N` it is
@@ -283,21 +262,8 @@ mod tests {
     fn a_constant_signal_has_no_information() {
         let mutual = mutual_information(&[0.1; 300], 20, 64).unwrap();
         assert_eq!(mutual.bits, [0.0; 21]);
-        assert_eq!(mutual.first_minimum(), None);
+        assert_eq!(mutual.first_clear_minimum(), None);
         assert_eq!(mutual.first_below(0.5), None);
-    }
-
-    #[test]
-    fn the_first_minimum_is_the_first_rise_after_a_fall() {
-        let first = |bits: &[f64]| {
-            let bits = bits.to_vec();
-            MutualInformation { bins: 2, bits }.first_minimum()
-        };
-        assert_eq!(first(&[3.0, 2.0, 1.0, 2.0, 0.0, 1.0]), Some(2));
-        assert_eq!(first(&[3.0, 2.0, 2.0, 1.0, 1.0, 1.0, 2.0]), Some(3));
-        assert_eq!(first(&[3.0, 3.0, 4.0, 2.0]), None);
-        assert_eq!(first(&[3.0, 2.0, 1.0, 1.0]), None);
-        assert_eq!(first(&[3.0]), None);
     }
 
     #[test]
@@ -336,7 +302,6 @@ mod tests {
         for start in [[1.0, 1.0, 1.0], [-5.0, 3.0, 20.0], [0.1, 0.0, 0.0]] {
             let x = coordinate(&lorenz(50_000, 0.01, start), 0);
             let mutual = mutual_information(&x, 60, 64).unwrap();
-            assert_eq!(mutual.first_minimum(), Some(16));
             assert_eq!(mutual.first_clear_minimum(), Some(16));
         }
     }
@@ -345,7 +310,9 @@ mod tests {
     fn the_roessler_system_has_its_first_minimum_at_a_quarter_turn() {
         for start in [[1.0, 1.0, 0.0], [-3.0, 2.0, 0.1]] {
             let x = coordinate(&roessler(50_000, 0.1, [0.2, 0.2, 5.7], start), 0);
-            let lag = mutual_information(&x, 60, 64).unwrap().first_minimum();
+            let lag = mutual_information(&x, 60, 64)
+                .unwrap()
+                .first_clear_minimum();
             assert!((12..=16).contains(&lag.unwrap()), "{lag:?}");
         }
     }

@@ -12,7 +12,7 @@ use super::group::Group;
 use super::partial::STEP_S;
 use super::{EventKind, TonalEvent};
 use crate::logistic::Model;
-use crate::{LineFit, deviation, mean};
+use crate::stats::{LineFit, deviation, mean};
 
 /// The inputs of the model.
 pub(super) const INPUTS: [&str; 11] = [

@@ -4,7 +4,7 @@ use realfft::RealFftPlanner;
 
 use super::partial::{Partial, STEP_S};
 use super::{Modulation, Vibrato};
-use crate::Window;
+use crate::tones::Window;
 
 /// Range of the frequency of a modulation, Hz.
 const BAND_HZ: [f64; 2] = [2.0, 60.0];

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::floor::Floor;
-use crate::Window;
+use crate::tones::Window;
 
 /// Smallest ratio of power to floor of a peak that is kept.
 const LEAST_RATIO: f64 = 2.0;

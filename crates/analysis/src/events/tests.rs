@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::recording_condition;
+use crate::condition::recording_condition;
 use crate::test_signals::noise;
 
 const RATE: f64 = 44_100.0;
@@ -231,7 +231,7 @@ fn above_a_low_pass_there_is_no_event() {
         |_| 2000.0,
         |_| 0.1,
     );
-    let low = crate::band_pass(&samples, RATE, [30.0, 5000.0]);
+    let low = crate::filter::band_pass(&samples, RATE, [30.0, 5000.0]);
     let coded: Vec<f64> = low
         .samples
         .iter()

@@ -42,9 +42,12 @@ fn assert_matches_brute_force(
     let vectors = DelayVectors::new(samples, lag, dimension).unwrap();
     for norm in NORMS {
         let tree = NeighbourTree::new(vectors, norm);
-        let all = tree.nearest_all(theiler, limit);
-        assert_eq!(all.len(), limit.min(vectors.len()));
-        for i in 0..vectors.len() {
+        let each = tree.nearest_each(0..vectors.len(), theiler, limit);
+        let all = tree.nearest_all(theiler);
+        if limit >= vectors.len() {
+            assert_eq!(each, all);
+        }
+        for (i, &in_turn) in each.iter().enumerate() {
             // The first of the smallest, as returned by `min_by`.
             let nearest = candidates(&vectors, i, theiler, limit)
                 .min_by(|&a, &b| sum(&vectors, norm, i, a).total_cmp(&sum(&vectors, norm, i, b)))
@@ -52,30 +55,25 @@ fn assert_matches_brute_force(
                     index,
                     distance: distance(&vectors, norm, i, index),
                 });
-            assert_eq!(tree.nearest(i, theiler, limit), nearest, "{norm:?}, {i}");
-            if let Some(&one_of_all) = all.get(i) {
-                assert_eq!(one_of_all, nearest, "{norm:?}, {i}");
-            }
+            assert_eq!(in_turn, nearest, "{norm:?}, {i}");
+            let alone = tree.nearest_each(std::iter::once(i), theiler, limit);
+            assert_eq!(alone, [nearest], "{norm:?}, {i}");
             // A radius that is exactly the distance of some vector, and one just below.
             let far = distance(&vectors, norm, i, (7 * i + 3) % vectors.len());
             for radius in [far, far.next_down()] {
                 let mut found = Vec::new();
                 tree.within(i, radius, theiler, limit, |n| found.push(n));
-                found.sort_unstable_by_key(|n| n.index);
-                let expected: Vec<Neighbour> = candidates(&vectors, i, theiler, limit)
-                    .map(|index| Neighbour {
-                        index,
-                        distance: distance(&vectors, norm, i, index),
-                    })
-                    .filter(|n| n.distance <= radius)
+                found.sort_unstable();
+                let expected: Vec<usize> = candidates(&vectors, i, theiler, limit)
+                    .filter(|&j| distance(&vectors, norm, i, j) <= radius)
                     .collect();
                 assert_eq!(found, expected, "{norm:?}, {i}, {radius}");
-                let next = candidates(&vectors, i, theiler, limit)
+                let next = candidates(&vectors, i, theiler, usize::MAX)
                     .filter(|&j| distance(&vectors, norm, i, j) > radius)
                     .min_by(|&a, &b| {
                         sum(&vectors, norm, i, a).total_cmp(&sum(&vectors, norm, i, b))
                     });
-                let beyond = tree.nearest_beyond(i, radius, theiler, limit);
+                let beyond = tree.nearest_beyond(i, radius, theiler);
                 assert_eq!(beyond.map(|n| n.index), next, "{norm:?}, {i}, {radius}");
             }
         }
@@ -132,10 +130,11 @@ fn sizes_near_those_of_buckets_and_boxes_are_valid() {
         let mut count = 0;
         tree.within(n / 2, f64::INFINITY, 0, usize::MAX, |_| count += 1);
         assert_eq!(count, n - 1);
-        assert_eq!(tree.nearest(0, n, usize::MAX), None);
-        assert_eq!(tree.nearest(0, 1, 0), None);
-        assert_eq!(tree.nearest(0, usize::MAX, usize::MAX), None);
-        assert_eq!(tree.nearest_all(1, usize::MAX).len(), n);
+        let nearest = |theiler, limit| tree.nearest_each(0..1, theiler, limit);
+        assert_eq!(nearest(n, usize::MAX), [None]);
+        assert_eq!(nearest(1, 0), [None]);
+        assert_eq!(nearest(usize::MAX, usize::MAX), [None]);
+        assert_eq!(tree.nearest_all(1).len(), n);
     }
 }
 
@@ -154,11 +153,11 @@ fn many_duplicates_do_not_slow_the_search() {
     for signal in [constant, periodic] {
         let vectors = DelayVectors::new(&signal, 1, 3).unwrap();
         let tree = NeighbourTree::new(vectors, Norm::Euclidean);
-        let nearest = tree.nearest_all(100, usize::MAX);
+        let nearest = tree.nearest_all(100);
         assert!(nearest.iter().all(|n| n.is_some_and(|n| n.distance < 1e-9)));
         // In the periodic signal, the next nearest state is one of the other three.
         for i in (0..vectors.len()).step_by(10) {
-            let other = tree.nearest_beyond(i, 1e-6, 100, usize::MAX);
+            let other = tree.nearest_beyond(i, 1e-6, 100);
             assert_eq!(other.is_some(), signal[0] != 1.0);
         }
     }

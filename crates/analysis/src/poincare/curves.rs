@@ -15,7 +15,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::shape::distance;
-use crate::{LineCriterion, Spectrum, SpectrumAnalyser, Window};
+use crate::stats::order_statistic;
+use crate::tones::{LineCriterion, Spectrum, SpectrumAnalyser, Window};
 
 /// Minimum number of points on each curve, per time that it goes round.
 const MIN_POINTS: usize = 32;
@@ -180,6 +181,6 @@ impl Parts {
             }
         }
         let middle = 9 * squares.len() / 10;
-        *squares.select_nth_unstable_by(middle, f64::total_cmp).1
+        order_statistic(squares, middle + 1)
     }
 }

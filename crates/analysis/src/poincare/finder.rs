@@ -1,18 +1,59 @@
-//! Crossings of a plane by a stream of samples.
+//! Crossings of a level by a stream of samples.
 
 use super::interpolation::{HALF_WIDTH, Stencil};
-use super::{Crossing, Direction};
-use crate::AnalysisError;
 
-/// Samples processed at a time. Bounds the memory and does not affect the result.
-const BLOCK: usize = 4096;
+/// Direction of the crossings that count.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Direction {
+    /// From negative to positive.
+    #[default]
+    Rising,
+    /// From positive to negative.
+    Falling,
+    /// Both directions.
+    Both,
+}
 
-/// Finds the crossings of a plane by a stream of samples.
+impl Direction {
+    /// Whether a crossing in this direction counts.
+    fn counts(self, rising: bool) -> bool {
+        match self {
+            Self::Rising => rising,
+            Self::Falling => !rising,
+            Self::Both => true,
+        }
+    }
+}
+
+/// A crossing of a section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// Instant, in samples from the first one; fractional.
+    pub sample: f64,
+    /// Value of each coordinate at that instant.
+    pub point: Vec<f64>,
+    /// Whether it goes from negative to positive.
+    pub rising: bool,
+}
+
+/// Finds the crossings of a level by one coordinate of a trajectory, in a stream of samples. A section by an oblique
+/// plane, `normal . x = offset`, has the scalar product as its coordinate.
 ///
-/// With `g = normal . x - offset` at each sample, there is a crossing between a sample with `g < 0` and
+/// With `g = coordinate - level` at each sample, there is a crossing between a sample with `g < 0` and
 /// the next with `g > 0` (rising), or the reverse (falling). Samples with `g = 0` exactly are on neither
 /// side. If the signal then continues to the other side, there is one crossing at the first of them; if
-/// it returns, it only touches the plane and there is no crossing. Nor is there one if the record starts
+/// it returns, it only touches the section and there is no crossing. Nor is there one if the record starts
 /// with such samples. Two crossings between neighbouring samples cannot be detected.
 ///
 /// The instant is the zero of the polynomial through the 7 values of `g` on each side of the interval.
@@ -25,112 +66,73 @@ const BLOCK: usize = 4096;
 ///
 /// Crossings are reported in the order of time, each after 7 further samples (for
 /// [`SectionFinder::delay`], after the largest delay as well). They do not depend on the block sizes of
-/// the stream. Memory is bounded.
+/// the stream. Memory is proportional to the largest block and delay.
 ///
 /// ```
-/// use squeakscope_analysis::{Direction, SectionFinder};
+/// use squeakscope_analysis::poincare::{Direction, SectionFinder};
 ///
 /// let y: Vec<f64> = (0..200).map(|i| (0.1 * f64::from(i)).sin()).collect();
-/// let mut finder = SectionFinder::delay(16, 2, 0.0, Direction::Rising)?;
+/// let mut finder = SectionFinder::delay(16, 2, 0.0, Direction::Rising);
 /// let mut period = Vec::new();
 /// for block in y.chunks(30) {
-///     finder.push(&[block], |crossing| period.push(crossing.sample))?;
+///     finder.push(&[block], |crossing| period.push(crossing.sample));
 /// }
 /// assert!((period[1] - period[0] - 10.0 * std::f64::consts::TAU).abs() < 1e-9);
-/// # Ok::<(), squeakscope_analysis::AnalysisError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct SectionFinder {
-    coordinates: Vec<Coordinate>,
-    offset: f64,
+    /// Channel and delay, samples, of each coordinate.
+    coordinates: Vec<[usize; 2]>,
+    /// The coordinate that crosses the level.
+    crossing: usize,
+    level: f64,
     direction: Direction,
     /// The last samples of each channel, starting at the instant `first`.
     channels: Vec<Vec<f64>>,
-    /// `g` starting at the instant `first`, up to where all coordinates are known.
-    distance: Vec<f64>,
     first: u64,
     /// The next instant to examine.
     next: u64,
     side: Side,
 }
 
-/// A coordinate of the trajectory: a channel with a delay in samples.
-#[derive(Clone, Copy, Debug)]
-struct Coordinate {
-    channel: usize,
-    delay: usize,
-    normal: f64,
-}
-
-/// Position of the trajectory relative to the plane.
+/// Position of the trajectory relative to the section.
 #[derive(Clone, Debug)]
 enum Side {
-    /// Always in the plane so far.
+    /// Always in the section so far.
     Unknown,
     /// The last sample was on this side.
     Off { positive: bool },
-    /// In the plane; `arrival` is the crossing if it leaves to the other side.
+    /// In the section; `arrival` is the crossing if it leaves to the other side.
     On { arrival: Crossing },
 }
 
 impl SectionFinder {
-    /// Finds crossings of `normal . x = offset`. The trajectory has one channel per component of the
-    /// normal.
-    ///
-    /// # Errors
-    /// [`AnalysisError::ZeroNormal`] if the normal is zero.
-    pub fn plane(normal: &[f64], offset: f64, direction: Direction) -> Result<Self, AnalysisError> {
-        if normal.iter().all(|&component| component == 0.0) {
-            return Err(AnalysisError::ZeroNormal);
-        }
-        let component = |(channel, &normal)| Coordinate {
-            channel,
-            delay: 0,
-            normal,
-        };
-        let coordinates = normal.iter().enumerate().map(component).collect();
-        Ok(Self::new(coordinates, normal.len(), offset, direction))
+    /// Finds crossings of a level by the first of several channels, which are the coordinates.
+    pub fn first_of(channels: usize, level: f64, direction: Direction) -> Self {
+        let coordinates = (0..channels).map(|channel| [channel, 0]).collect();
+        Self::new(coordinates, 0, level, direction)
     }
 
     /// Finds crossings of `y(t + lag) = level` by the delay trajectory `(y(t), y(t + lag), ...)` of one
-    /// channel, `lag` in samples.
-    ///
-    /// # Errors
-    /// [`AnalysisError::InvalidDelay`] for a lag of 0; [`AnalysisError::SectionDimension`] for a
-    /// dimension below 2.
-    pub fn delay(
-        lag: usize,
-        dimension: usize,
-        level: f64,
-        direction: Direction,
-    ) -> Result<Self, AnalysisError> {
-        if lag == 0 {
-            return Err(AnalysisError::InvalidDelay { lag, dimension });
-        }
-        if dimension < 2 {
-            return Err(AnalysisError::SectionDimension { dimension });
-        }
-        let delayed = |c| Coordinate {
-            channel: 0,
-            delay: lag.saturating_mul(c),
-            normal: if c == 1 { 1.0 } else { 0.0 },
-        };
-        let coordinates = (0..dimension).map(delayed).collect();
-        Ok(Self::new(coordinates, 1, level, direction))
+    /// channel, `lag` in samples. The dimension is at least 2.
+    pub fn delay(lag: usize, dimension: usize, level: f64, direction: Direction) -> Self {
+        let coordinates = (0..dimension).map(|c| [0, lag.saturating_mul(c)]).collect();
+        Self::new(coordinates, 1, level, direction)
     }
 
     fn new(
-        coordinates: Vec<Coordinate>,
-        channels: usize,
-        offset: f64,
+        coordinates: Vec<[usize; 2]>,
+        crossing: usize,
+        level: f64,
         direction: Direction,
     ) -> Self {
+        let last = coordinates.iter().map(|[channel, _]| channel).max();
         Self {
+            channels: vec![Vec::new(); last.map_or(0, |last| last + 1)],
             coordinates,
-            offset,
+            crossing,
+            level,
             direction,
-            channels: vec![Vec::new(); channels],
-            distance: Vec::new(),
             first: 0,
             next: 0,
             side: Side::Unknown,
@@ -140,35 +142,23 @@ impl SectionFinder {
     /// Appends samples, the same number to each channel, and calls `each` for every crossing that they
     /// complete.
     ///
-    /// # Errors
-    /// [`AnalysisError::ChannelCount`] and [`AnalysisError::ChannelLength`]; no samples are appended
-    /// then.
-    pub fn push(
-        &mut self,
-        channels: &[&[f64]],
-        mut each: impl FnMut(Crossing),
-    ) -> Result<(), AnalysisError> {
-        if channels.len() != self.channels.len() {
-            return Err(AnalysisError::ChannelCount {
-                have: channels.len(),
-                need: self.channels.len(),
-            });
-        }
+    /// # Panics
+    /// If the number of channels is not that of the section, or they differ in length.
+    pub fn push(&mut self, channels: &[&[f64]], mut each: impl FnMut(Crossing)) {
+        assert_eq!(channels.len(), self.channels.len(), "channels of a section");
         let count = channels[0].len();
-        if channels.iter().any(|channel| channel.len() != count) {
-            return Err(AnalysisError::ChannelLength);
+        for (buffer, new) in self.channels.iter_mut().zip(channels) {
+            assert_eq!(new.len(), count, "samples of a channel");
+            buffer.extend_from_slice(new);
         }
-        for from in (0..count).step_by(BLOCK) {
-            let to = count.min(from + BLOCK);
-            for (buffer, new) in self.channels.iter_mut().zip(channels) {
-                buffer.extend_from_slice(&new[from..to]);
-            }
-            self.extend_distance();
-            // An instant is examined once all samples of the polynomial up to it are known.
-            self.scan(HALF_WIDTH - 1, &mut each);
-            self.drop_used();
+        // An instant is examined once all samples of the polynomial up to it are known.
+        self.scan(HALF_WIDTH - 1, &mut each);
+        // Later polynomials do not use the samples before.
+        let needed = self.next.saturating_sub(HALF_WIDTH as u64).max(self.first);
+        for channel in &mut self.channels {
+            channel.drain(..(needed - self.first) as usize);
         }
-        Ok(())
+        self.first = needed;
     }
 
     /// Ends the stream: calls `each` for the crossings among the last samples.
@@ -176,31 +166,26 @@ impl SectionFinder {
         self.scan(0, &mut each);
     }
 
-    /// Extends `g` up to where all coordinates are known.
-    fn extend_distance(&mut self) {
-        let longest = self.coordinates.iter().map(|c| c.delay).max().unwrap_or(0);
-        let known = self.distance.len();
-        let ready = self.channels[0].len().saturating_sub(longest);
-        if ready <= known {
-            return;
-        }
-        self.distance.resize(ready, -self.offset);
-        let new = &mut self.distance[known..];
-        for coordinate in self.coordinates.iter().filter(|c| c.normal != 0.0) {
-            let samples = &self.channels[coordinate.channel][known + coordinate.delay..];
-            for (g, x) in new.iter_mut().zip(samples) {
-                *g += coordinate.normal * x;
-            }
-        }
+    /// Number of stored instants at which all coordinates are known.
+    fn known(&self) -> usize {
+        let longest = self.coordinates.iter().map(|[_, delay]| *delay).max();
+        self.channels[0].len().saturating_sub(longest.unwrap_or(0))
+    }
+
+    /// Coordinate `c` from a stored instant on.
+    fn coordinate(&self, c: usize, from: usize) -> &[f64] {
+        let [channel, delay] = self.coordinates[c];
+        &self.channels[channel][from + delay..]
     }
 
     /// Examines all instants that are followed by more than `ahead` others.
     fn scan(&mut self, ahead: usize, mut each: impl FnMut(Crossing)) {
-        let end = self.first + self.distance.len().saturating_sub(ahead) as u64;
+        let end = self.first + self.known().saturating_sub(ahead) as u64;
         while self.next < end {
             let instant = self.next;
             self.next += 1;
-            let g = self.distance[(instant - self.first) as usize];
+            let stored = (instant - self.first) as usize;
+            let g = self.coordinate(self.crossing, stored)[0] - self.level;
             let positive = g > 0.0;
             self.side = match std::mem::replace(&mut self.side, Side::Off { positive }) {
                 Side::Off { positive } if g == 0.0 => Side::On {
@@ -227,14 +212,16 @@ impl SectionFinder {
     /// The crossing between the sample at `right` and the previous one.
     fn between(&self, right: u64, rising: bool) -> Crossing {
         let middle = (right - self.first) as usize;
-        let half = HALF_WIDTH.min(middle).min(self.distance.len() - middle);
+        let half = HALF_WIDTH.min(middle).min(self.known() - middle);
         let from = middle - half;
         let mut stencil = Stencil::new(half);
-        let position = stencil.root(&self.distance[from..]);
-        let value = |c: &Coordinate| stencil.value(&self.channels[c.channel][from + c.delay..]);
+        let around = &self.coordinate(self.crossing, from)[..2 * half];
+        let g: Vec<f64> = around.iter().map(|x| x - self.level).collect();
+        let position = stencil.root(&g);
+        let value = |c| stencil.value(self.coordinate(c, from));
         Crossing {
             sample: (right - 1) as f64 + position,
-            point: self.coordinates.iter().map(value).collect(),
+            point: (0..self.coordinates.len()).map(value).collect(),
             rising,
         }
     }
@@ -242,22 +229,11 @@ impl SectionFinder {
     /// The crossing exactly at a sample.
     fn at(&self, at: u64, rising: bool) -> Crossing {
         let index = (at - self.first) as usize;
-        let value = |c: &Coordinate| self.channels[c.channel][index + c.delay];
+        let value = |c| self.coordinate(c, index)[0];
         Crossing {
             sample: at as f64,
-            point: self.coordinates.iter().map(value).collect(),
+            point: (0..self.coordinates.len()).map(value).collect(),
             rising,
         }
-    }
-
-    /// Drops the samples that no later polynomial uses.
-    fn drop_used(&mut self) {
-        let needed = self.next.saturating_sub(HALF_WIDTH as u64).max(self.first);
-        let drop = (needed - self.first) as usize;
-        for channel in &mut self.channels {
-            channel.drain(..drop);
-        }
-        self.distance.drain(..drop);
-        self.first = needed;
     }
 }

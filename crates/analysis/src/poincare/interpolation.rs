@@ -76,47 +76,23 @@ impl Stencil {
 
     /// Sets and returns the instant at which the channel with these samples is zero. The middle two
     /// samples have opposite signs.
-    ///
-    /// The method is ITP (Oliveira and Takahashi, ACM Trans. Math. Softw. 47, 5, 2021): about as fast as
-    /// the secant method for a nearly straight polynomial, never slower than bisection.
     pub(super) fn root(&mut self, samples: &[f64]) -> f64 {
-        let left = self.nodes / 2 - 1;
-        let (mut a, mut b) = (0.0, 1.0);
-        let (mut at_a, mut at_b) = (samples[left], samples[left + 1]);
-        let secant = |a: f64, b: f64, at_a: f64, at_b: f64| {
-            let x = (at_b * a - at_a * b) / (at_b - at_a);
-            x.clamp(a, b)
-        };
-        // Half-width that bisection would have reached, one step behind.
-        let mut allowed = 2.0_f64.powi((1.0 / ROOT_WIDTH).log2().ceil() as i32) * ROOT_WIDTH;
-        while b - a > ROOT_WIDTH && at_a != 0.0 && at_b != 0.0 {
-            let middle = 0.5 * (a + b);
-            let guess = secant(a, b, at_a, at_b);
-            let side = (middle - guess).signum();
-            let push = 0.2 * (b - a) * (b - a);
-            let pushed = if push <= (middle - guess).abs() {
-                guess + side * push
-            } else {
-                middle
-            };
-            let radius = (allowed - 0.5 * (b - a)).max(0.0);
-            let x = if (pushed - middle).abs() <= radius {
-                pushed
-            } else {
-                middle - side * radius
-            };
-            // Rounding can move it out of the interval.
-            let x = x.clamp(a, b);
-            self.set(x);
-            let y = self.value(samples);
-            if y == 0.0 || (y > 0.0) == (at_b > 0.0) {
-                (b, at_b) = (x, y);
-            } else {
-                (a, at_a) = (x, y);
+        let rising = samples[self.nodes / 2] > 0.0;
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > ROOT_WIDTH {
+            let middle = 0.5 * (low + high);
+            self.set(middle);
+            let value = self.value(samples);
+            if value == 0.0 {
+                return middle;
             }
-            allowed *= 0.5;
+            if (value > 0.0) == rising {
+                high = middle;
+            } else {
+                low = middle;
+            }
         }
-        let root = secant(a, b, at_a, at_b);
+        let root = 0.5 * (low + high);
         self.set(root);
         root
     }

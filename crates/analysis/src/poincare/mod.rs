@@ -1,6 +1,6 @@
 //! Poincare sections: crossings of a surface by a trajectory.
 //!
-//! The surface is a plane, `normal . x = offset`. Samples are almost never on it. Each crossing is
+//! The surface is a level of one coordinate. Samples are almost never on it. Each crossing is
 //! located between two samples on an interpolating polynomial ([`SectionFinder`]), and all coordinates
 //! are evaluated at that instant. For smooth signals the error is 1e-9 of the sample spacing or less,
 //! which makes the points of a section as sharp as the motion.
@@ -9,7 +9,6 @@
 //! torus a closed curve, chaos an arc or a cloud. [`SectionShape`] classifies it,
 //! [`closed_curves`] counts the curves of a doubled torus.
 
-mod crossing;
 mod curves;
 mod finder;
 mod interpolation;
@@ -18,11 +17,10 @@ mod shape;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{AnalysisError, DelayVectors};
+use crate::{AnalysisError, delay::DelayVectors};
 
-pub use crossing::{Crossing, Direction};
 pub use curves::{ClosedCurves, closed_curves};
-pub use finder::SectionFinder;
+pub use finder::{Crossing, Direction, SectionFinder};
 pub use shape::{SectionShape, section_shape};
 
 /// A crossing as a point of the section.
@@ -40,8 +38,7 @@ pub struct SectionPoint {
 /// The instant is `t`.
 ///
 /// # Errors
-/// [`AnalysisError::InvalidDelay`] for a lag of 0; [`AnalysisError::SectionDimension`] for a dimension
-/// below 2; [`AnalysisError::TooShort`] if there are too few samples for one delay vector.
+/// [`AnalysisError::InvalidDelay`] for a lag of 0 and a dimension below 2; [`AnalysisError::TooShort`] if there are too few samples for one delay vector.
 pub fn delay_section(
     samples: &[f64],
     lag: usize,
@@ -49,10 +46,13 @@ pub fn delay_section(
     level: f64,
     direction: Direction,
 ) -> Result<Vec<Crossing>, AnalysisError> {
-    let mut finder = SectionFinder::delay(lag, dimension, level, direction)?;
+    if dimension < 2 {
+        return Err(AnalysisError::InvalidDelay { lag, dimension });
+    }
     DelayVectors::new(samples, lag, dimension)?;
+    let mut finder = SectionFinder::delay(lag, dimension, level, direction);
     let mut crossings = Vec::new();
-    finder.push(&[samples], |crossing| crossings.push(crossing))?;
+    finder.push(&[samples], |crossing| crossings.push(crossing));
     finder.finish(|crossing| crossings.push(crossing));
     Ok(crossings)
 }

@@ -7,6 +7,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::stats::order_statistic;
+use crate::{norm::Norm, stats::range};
+
 /// Resolution of a section: distances below this share of the trajectory's size count as 0.
 const RESOLUTION: f64 = 1e-6;
 
@@ -41,16 +44,15 @@ const MIN_LOOP_POINTS: usize = 12;
 /// error of the crossings depends on their position between two samples and forms a small loop, too.
 const MIN_LOOP_DIAMETER: f64 = 5e-3;
 
-/// Clusters of crossings.
+/// Clusters of points, each far smaller than the gaps between them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Clusters {
     /// Cluster of each point, 0, 1, ... in the order of first appearance.
     pub member: Vec<usize>,
     /// Number of clusters.
     pub count: usize,
-    /// Whether the clusters are points, each far smaller than the gaps between them. If not, the section
-    /// is a curve or a cloud and forms one cluster.
-    pub compact: bool,
+    /// Diameter of the largest.
+    diameter: f64,
 }
 
 /// Shape of a section.
@@ -87,9 +89,8 @@ pub enum SectionShape {
 /// 1,200 points take about 3 ms.
 pub fn section_shape(points: &[&[f64]], size: f64) -> SectionShape {
     let tree = Tree::new(points);
-    let (found, diameter) = tree.clusters(points, size);
-    if found.compact {
-        let is_loop = diameter >= MIN_LOOP_DIAMETER * size
+    if let Some(found) = tree.clusters(points, size) {
+        let is_loop = found.diameter >= MIN_LOOP_DIAMETER * size
             && tree.common_shape(points, &found.member, found.count) == SectionShape::Loop;
         return if is_loop {
             SectionShape::Loop
@@ -100,9 +101,9 @@ pub fn section_shape(points: &[&[f64]], size: f64) -> SectionShape {
     if points.len() < MIN_POINTS {
         return SectionShape::TooFew;
     }
-    let mut lengths: Vec<f64> = tree.edges.iter().map(|edge| edge.length).collect();
+    let lengths: Vec<f64> = tree.edges.iter().map(|edge| edge.length).collect();
     let half = lengths.len() / 2;
-    let median = *lengths.select_nth_unstable_by(half, f64::total_cmp).1;
+    let median = order_statistic(lengths, half + 1);
     let limit = MAX_EDGE * median.max(RESOLUTION * size);
     let parts = tree.cut(points.len(), limit);
     let count = parts.iter().max().map_or(0, |last| last + 1);
@@ -163,14 +164,13 @@ impl Tree {
         Self { edges }
     }
 
-    /// Clusters of points that are closer to each other than to the rest, see [`section_shape`]; one cluster if there
-    /// is no such division. [`Clusters::compact`] is then true only if it meets the limits. If they are points, the diameter of the largest.
-    pub(super) fn clusters(&self, points: &[&[f64]], size: f64) -> (Clusters, f64) {
+    /// The largest number of clusters that meet the limits of [`section_shape`].
+    pub(super) fn clusters(&self, points: &[&[f64]], size: f64) -> Option<Clusters> {
         let resolution = RESOLUTION * size;
         let mut lengths: Vec<f64> = self.edges.iter().map(|edge| edge.length).collect();
         lengths.sort_by(|a, b| b.total_cmp(a));
         // From many clusters to few. `gap` is the shortest edge that is cut.
-        for count in (1..=points.len() / MIN_MEMBERS).rev() {
+        (1..=points.len() / MIN_MEMBERS).rev().find_map(|count| {
             let gap = if count > 1 {
                 lengths[count - 2]
             } else {
@@ -178,28 +178,18 @@ impl Tree {
             };
             let inside = lengths.get(count - 1).copied().unwrap_or(0.0);
             if gap <= MIN_GAP * inside.max(resolution) || inside > MAX_POINT_DIAMETER * size {
-                continue;
+                return None;
             }
             let member = self.cut(points.len(), gap);
-            let largest = largest_cluster(points, &member, count);
-            if let Some(diameter) = largest
-                && diameter <= MAX_POINT_DIAMETER * size
-                && gap > MIN_GAP * diameter.max(resolution)
-            {
-                let found = Clusters {
-                    member,
-                    count,
-                    compact: true,
-                };
-                return (found, diameter);
-            }
-        }
-        let all = Clusters {
-            member: vec![0; points.len()],
-            count: usize::from(!points.is_empty()),
-            compact: false,
-        };
-        (all, f64::INFINITY)
+            let diameter = largest_cluster(points, &member, count)?;
+            let is_compact =
+                diameter <= MAX_POINT_DIAMETER * size && gap > MIN_GAP * diameter.max(resolution);
+            is_compact.then_some(Clusters {
+                member,
+                count,
+                diameter,
+            })
+        })
     }
 
     /// Cluster of each of `count` points after cutting edges of at least `gap`, numbered by first
@@ -284,29 +274,24 @@ fn longest_path(adjacent: &[Vec<(usize, f64)>], start: usize) -> Path {
 
 /// Diagonal of the largest bounding box of the clusters; `None` if one has too few members.
 fn largest_cluster(points: &[&[f64]], member: &[usize], count: usize) -> Option<f64> {
-    let dimension = points.first().map_or(0, |point| point.len());
-    let mut low = vec![f64::INFINITY; count * dimension];
-    let mut high = vec![f64::NEG_INFINITY; count * dimension];
-    let mut members = vec![0; count];
-    for (point, &cluster) in points.iter().zip(member) {
-        members[cluster] += 1;
-        for (c, &x) in point.iter().enumerate() {
-            let slot = cluster * dimension + c;
-            low[slot] = low[slot].min(x);
-            high[slot] = high[slot].max(x);
-        }
-    }
-    if members.iter().any(|&v| v < MIN_MEMBERS) {
-        return None;
-    }
-    let corners = low
-        .chunks(dimension.max(1))
-        .zip(high.chunks(dimension.max(1)));
-    Some(corners.map(|(a, b)| distance(a, b)).fold(0.0, f64::max))
+    let diagonal = |cluster: usize| {
+        let both = || points.iter().zip(member);
+        let members = || both().filter(|(_, of)| **of == cluster);
+        let side = |c: usize| {
+            let [low, high] = range(members().map(|(point, _)| point[c]));
+            high - low
+        };
+        let sides = (0..points[0].len()).map(side);
+        (members().count() >= MIN_MEMBERS)
+            .then(|| sides.map(|side| side * side).sum::<f64>().sqrt())
+    };
+    (0..count)
+        .map(diagonal)
+        .try_fold(0.0, |largest, diagonal| Some(f64::max(largest, diagonal?)))
 }
 
 /// Euclidean distance.
 pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
-    squares.sum::<f64>().sqrt()
+    let differences = a.iter().zip(b).map(|(a, b)| a - b);
+    Norm::Euclidean.rooted(Norm::Euclidean.unrooted(differences))
 }

@@ -121,6 +121,10 @@ impl RecurrenceCounts {
 /// Words of bits that are compared before their columns are counted: 1 MB.
 const BLOCK: usize = 1 << 17;
 
+/// Place of the row and of the column in the position of a pair: the lines along it are counted.
+const ROWS: usize = 0;
+const COLUMNS: usize = 1;
+
 /// The last line of each of 64 columns, along successive diagonals counted from 1.
 #[derive(Clone)]
 struct Columns {
@@ -184,29 +188,28 @@ impl Recurrences<'_> {
         // The diagonals `i - j`, with the empty one at which all lines have ended. A Theiler window separates the columns.
         let (n, gap) = (columns as isize, self.theiler.min(columns) as isize);
         let mut counts = if gap == 0 {
-            self.count((1 - n..=rows as isize).collect(), false, counts)
+            self.count((1 - n..=rows as isize).collect(), &[COLUMNS], counts)
+        } else if self.distance.is_some() {
+            self.count((gap..=n).collect(), &[COLUMNS, ROWS], counts)
         } else {
-            let mirrored = self.distance.is_some();
-            let counts = self.count((gap..=n).collect(), mirrored, counts);
-            if mirrored {
-                counts
-            } else {
-                self.count((gap..=n).map(|k| -k).collect(), false, counts)
-            }
+            let counts = self.count((gap..=n).collect(), &[COLUMNS], counts);
+            self.count((-n..=-gap).rev().collect(), &[COLUMNS], counts)
         };
         counts.by_offset.pop();
         counts.recurrent = counts.vertical.points();
         counts
     }
 
-    /// Adds the counts of successive diagonals `i - j`, and those of their mirror images `j - i` if wanted.
+    /// Adds the counts of successive diagonals `i - j`. Those of a symmetric plot stand for their mirror images, too, if
+    /// the lines along the rows are counted, which are the vertical lines of the mirror image.
     fn count(
         &self,
         diagonals: Vec<isize>,
-        mirrored: bool,
+        directions: &[usize],
         mut counts: RecurrenceCounts,
     ) -> RecurrenceCounts {
-        let upwards = diagonals.last() < diagonals.first();
+        let descends = diagonals.last() < diagonals.first();
+        let images = directions.len() as u64;
         // A word of zeros precedes the bits of a diagonal.
         let groups = self.columns.len().div_ceil(64);
         let stride = 1 + groups;
@@ -216,19 +219,13 @@ impl Recurrences<'_> {
             begin: [0; 64],
             end: [0; 64],
         };
-        let mut columns = vec![none; groups];
-        let mut mirror = if mirrored {
-            columns.clone()
-        } else {
-            Vec::new()
-        };
+        let mut columns = vec![vec![none; groups]; directions.len()];
         let mut first = 1;
         for diagonals in diagonals.chunks(bits.len() / stride) {
             let starts: Vec<[usize; 2]> = diagonals
                 .iter()
                 .map(|&k| [k, -k].map(|from| from.max(0) as usize))
                 .collect();
-            let lines = if mirrored { 2 } else { 1 };
             let rows = bits.par_chunks_mut(stride).zip(&starts);
             let found = rows.fold(RecurrenceCounts::default, |mut counts, (bits, &start)| {
                 let bits = &mut bits[1..];
@@ -236,25 +233,26 @@ impl Recurrences<'_> {
                 if !self.rows.is_stopped() {
                     self.compare(start, bits);
                 }
-                each_run(bits, |begin, end| counts.diagonal.add(end - begin, lines));
+                each_run(bits, |begin, end| counts.diagonal.add(end - begin, images));
                 counts
             });
             counts =
                 counts.append(found.reduce(RecurrenceCounts::default, RecurrenceCounts::append));
             for (bits, &[i, j]) in bits.chunks(stride).zip(&starts) {
-                let points = bits.iter().map(|word| u64::from(word.count_ones())).sum();
-                if i == 0 || mirrored {
-                    counts.by_offset[i + j] = points;
+                if i == 0 || images == 2 {
+                    counts.by_offset[i + j] =
+                        bits.iter().map(|word| u64::from(word.count_ones())).sum();
                 }
             }
-            let count = |columns: &mut Vec<Columns>, side: usize, upwards| {
+            for (&direction, columns) in directions.iter().zip(&mut columns) {
+                let upwards = descends || direction == ROWS;
                 let groups = columns.par_iter_mut().enumerate();
                 let found =
                     groups.fold(RecurrenceCounts::default, |mut counts, (group, columns)| {
                         let diagonals = bits.chunks(stride).zip(&starts).zip(first..);
                         for ((bits, start), diagonal) in diagonals {
                             // The first pair stands in this column.
-                            let (words, shift) = (start[side] / 64, start[side] % 64);
+                            let (words, shift) = (start[direction] / 64, start[direction] % 64);
                             let recurrent = group.checked_sub(words).map_or(0, |word| {
                                 bits[word + 1] << shift | bits[word] >> 1 >> (63 - shift)
                             });
@@ -262,10 +260,9 @@ impl Recurrences<'_> {
                         }
                         counts
                     });
-                found.reduce(RecurrenceCounts::default, RecurrenceCounts::append)
-            };
-            counts = counts.append(count(&mut columns, 1, upwards));
-            counts = counts.append(count(&mut mirror, 0, true));
+                counts = counts
+                    .append(found.reduce(RecurrenceCounts::default, RecurrenceCounts::append));
+            }
             first += diagonals.len() as u32;
         }
         counts

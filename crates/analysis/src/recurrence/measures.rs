@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{LineHistogram, RecurrenceCounts};
+use crate::stats::trend;
 
 /// Number of pairs that the recurrence rate refers to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,22 +98,22 @@ impl RecurrenceCounts {
             RateBase::Counted => self.pairs(),
             RateBase::All => self.rows as u64 * self.columns as u64,
         };
-        let diagonal = Lines::of(&self.diagonal, min_diagonal);
-        let vertical = Lines::of(&self.vertical, min_vertical);
+        let (diagonals, diagonal_points, entropy) = totals(&self.diagonal, min_diagonal);
+        let (verticals, vertical_points, _) = totals(&self.vertical, min_vertical);
         let longest_diagonal = self.diagonal.longest();
         // The distance to the next point is 1 within a line and `g + 1` across a gap of `g`.
         let within = self.recurrent - self.vertical.lines();
         let gaps = self.gaps.lines();
         Measures {
             recurrence_rate: ratio(self.recurrent, pairs).unwrap_or(0.0),
-            determinism: ratio(diagonal.points, self.recurrent),
-            mean_diagonal: ratio(diagonal.points, diagonal.lines),
+            determinism: ratio(diagonal_points, self.recurrent),
+            mean_diagonal: ratio(diagonal_points, diagonals),
             longest_diagonal: longest_diagonal as f64,
             divergence: ratio(1, longest_diagonal as u64),
-            entropy: diagonal.entropy,
+            entropy,
             trend: self.trend(),
-            laminarity: ratio(vertical.points, self.recurrent),
-            trapping_time: ratio(vertical.points, vertical.lines),
+            laminarity: ratio(vertical_points, self.recurrent),
+            trapping_time: ratio(vertical_points, verticals),
             longest_vertical: self.vertical.longest() as f64,
             recurrence_time_1: ratio(within + self.gaps.points() + gaps, within + gaps),
             recurrence_time_2: ratio(
@@ -148,39 +149,23 @@ impl RecurrenceCounts {
         if offsets.len() < 2 {
             return None;
         }
-        let middle = 0.5 * (offsets.start + offsets.end - 1) as f64;
-        let (mut product, mut square) = (0.0, 0.0);
-        for k in offsets {
-            let distance = k as f64 - middle;
-            product += distance * self.rate_at(k);
-            square += distance * distance;
-        }
-        Some(1000.0 * product / square)
+        let rates: Vec<f64> = offsets.map(|k| self.rate_at(k)).collect();
+        Some(1000.0 * trend(&rates)[0])
     }
 }
 
-/// Totals over the lines of at least a minimum length.
-struct Lines {
-    lines: u64,
-    points: u64,
-    entropy: Option<f64>,
-}
-
-impl Lines {
-    fn of(all: &LineHistogram, min_length: usize) -> Self {
-        let long = || all.iter().filter(|&(length, _)| length >= min_length);
-        let lines = long().map(|(_, count)| count).sum();
-        let information = |(_, count)| {
-            let share = count as f64 / lines as f64;
-            -share * share.ln()
-        };
-        Self {
-            lines,
-            points: long().map(|(length, count)| length as u64 * count).sum(),
-            // An empty sum is -0, which would print with its sign.
-            entropy: (lines > 0).then(|| 0.0 + long().map(information).sum::<f64>()),
-        }
-    }
+/// Number of the lines of at least a minimum length, number of their points, and entropy of their lengths.
+fn totals(all: &LineHistogram, min_length: usize) -> (u64, u64, Option<f64>) {
+    let long = || all.iter().filter(|&(length, _)| length >= min_length);
+    let lines = long().map(|(_, count)| count).sum();
+    let points = long().map(|(length, count)| length as u64 * count).sum();
+    let information = |(_, count)| {
+        let share = count as f64 / lines as f64;
+        -share * share.ln()
+    };
+    // An empty sum is -0, which would print with its sign.
+    let entropy = (lines > 0).then(|| 0.0 + long().map(information).sum::<f64>());
+    (lines, points, entropy)
 }
 
 /// Ratio of two counts; `None` for a denominator of 0.

@@ -10,6 +10,7 @@ mod plot;
 mod recurrences;
 mod threshold;
 
+pub use crate::norm::Norm;
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
 pub use period::{RecurrenceKind, RecurrencePeriod, RecurrencePeriods};

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::RecurrenceCounts;
-use crate::mean;
+use crate::stats::mean;
 
 /// Minimum number of stripes.
 const MIN_STRIPES: usize = 6;

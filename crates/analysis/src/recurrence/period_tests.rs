@@ -1,7 +1,11 @@
 use super::RecurrenceKind::{Beat, Doubled, Finest};
 use super::*;
 use crate::test_signals::{coordinate, lorenz, noise, roessler, sines};
-use crate::{DelayVectors, Norm, RecurrenceCriterion, Recurrences, Threshold};
+use crate::{
+    delay::DelayVectors,
+    norm::Norm,
+    recurrence::{RecurrenceCriterion, Recurrences, Threshold},
+};
 
 fn counts(signal: &[f64], lag: usize, dimension: usize, rate: f64) -> RecurrenceCounts {
     let vectors = DelayVectors::new(signal, lag, dimension).unwrap();

@@ -1,8 +1,8 @@
 //! Recurrence plots, Eq. (26).
 
-use super::{RecurrenceCriterion, Recurrences, Threshold};
-use crate::memory::check;
-use crate::{AnalysisError, DelayVectors, Norm, deviation};
+use super::recurrences::distances;
+use super::{RateBase, RecurrenceCriterion, Recurrences, Threshold};
+use crate::{AnalysisError, delay::DelayVectors, norm::Norm, stats::deviation};
 
 /// Image of a recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal.
 ///
@@ -62,34 +62,28 @@ impl RecurrenceImage {
             ..*criterion
         };
         let recurrences = Recurrences::of(&states, &criterion)?;
-        check((size as u64).saturating_mul(size as u64).saturating_mul(8)).map_err(|shortage| {
-            AnalysisError::Memory {
-                samples: size,
-                shortage,
-            }
-        })?;
         let mut unrooted = Vec::with_capacity(size * size);
         for i in 0..size {
-            recurrences.row(i).unrooted(recurrences.norm, &mut unrooted);
+            unrooted.extend(distances(
+                recurrences.norm,
+                &states,
+                0..size,
+                states.vector(i),
+            ));
         }
         let rows = unrooted.chunks(size);
         let pairs = rows.flat_map(|row| row.iter().zip(&recurrences.limits));
-        let recurrent: Vec<bool> = pairs.map(|(distance, limit)| distance <= limit).collect();
-        let counted = (0..size).flat_map(|i| {
-            let row = &recurrent[i * size..][..size];
-            let parts = recurrences.rows_beyond(criterion.theiler, i);
-            parts.into_iter().flat_map(|part| &row[part])
-        });
-        let (points, pairs) = counted.fold((0, 0), |(points, pairs), &recurrent| {
-            (points + u64::from(recurrent), pairs + 1)
-        });
+        let pixel = |(distance, limit)| if distance <= limit { 255 } else { 0 };
         Ok(Self {
             window,
             size,
-            recurrent: recurrent.iter().map(|&r| if r { 255 } else { 0 }).collect(),
+            recurrent: pairs.map(pixel).collect(),
             distance: shades(&unrooted, recurrences.norm),
             threshold: recurrences.distance(),
-            rate: points as f64 / pairs.max(1) as f64,
+            rate: recurrences
+                .counts()
+                .measures(2, 2, RateBase::Counted)
+                .recurrence_rate,
             lag: vectors.lag() as f64 * dt,
             dimension: vectors.dimension(),
         })

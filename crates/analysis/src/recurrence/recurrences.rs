@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::memory::check;
 use crate::simd::{lane_bits, vectorised};
-use crate::{AnalysisError, DelayVectors, Norm};
+use crate::{AnalysisError, delay::DelayVectors, norm::Norm};
 
 /// Pairs of a diagonal that are compared at a time, a multiple of 64. Their terms stay in the L1 cache.
 const CHUNK: usize = 2048;
@@ -22,7 +22,7 @@ const GROUP: usize = 8;
 /// [`RecurrenceCounts`](super::RecurrenceCounts) defines them to the last digit. The plot is not stored.
 ///
 /// ```
-/// use squeakscope_analysis::{DelayVectors, Norm, RateBase, RecurrenceCriterion, Recurrences, Threshold};
+/// use squeakscope_analysis::{delay::DelayVectors, recurrence::{Norm, RateBase, RecurrenceCriterion, Recurrences, Threshold}};
 ///
 /// let signal: Vec<f64> = (0..500).map(|k| (0.1 * f64::from(k)).sin()).collect();
 /// let criterion = RecurrenceCriterion {
@@ -48,43 +48,24 @@ pub struct Recurrences<'a> {
     pub(super) limits: Vec<f64>,
 }
 
-/// A part of a row, a column or a diagonal of the plot: successive states, each with the same other state, or with
-/// successive ones.
-#[derive(Clone, Copy)]
-pub(super) struct Line<'a> {
-    states: DelayVectors<'a>,
-    begin: usize,
-    length: usize,
-    others: DelayVectors<'a>,
-    other: usize,
-    is_diagonal: bool,
-}
-
-impl Line<'_> {
-    pub fn length(self) -> usize {
-        self.length
-    }
-
-    /// Appends the unrooted distances.
-    pub fn unrooted(self, norm: Norm, distances: &mut Vec<f64>) {
-        let from = distances.len();
-        distances.resize(from + self.length, 0.0);
-        vectorised(
-            #[inline(always)]
-            || {
-                for c in 0..self.states.dimension() {
-                    let states = self.states.coordinate(c)[self.begin..].iter();
-                    let others = &self.others.coordinate(c)[self.other..];
-                    if self.is_diagonal {
-                        let differences = states.zip(others).map(|(a, b)| a - b);
-                        norm.add(&mut distances[from..], differences);
-                    } else {
-                        norm.add(&mut distances[from..], states.map(|a| a - others[0]));
-                    }
-                }
-            },
-        );
-    }
+/// Unrooted distances of the vectors in a range from another vector.
+pub(super) fn distances(
+    norm: Norm,
+    vectors: &DelayVectors<'_>,
+    range: Range<usize>,
+    mut other: impl Iterator<Item = f64>,
+) -> Vec<f64> {
+    let mut distances = vec![0.0; range.len()];
+    vectorised(
+        #[inline(always)]
+        || {
+            for (c, there) in other.by_ref().enumerate() {
+                let here = &vectors.coordinate(c)[range.clone()];
+                norm.add(&mut distances, here.iter().map(|here| here - there));
+            }
+        },
+    );
+    distances
 }
 
 impl<'a> Recurrences<'a> {
@@ -107,66 +88,19 @@ impl<'a> Recurrences<'a> {
             }
         })?;
         let mut matrix = Vec::with_capacity(rows * columns);
-        let mut distances = Vec::new();
         for i in (0..rows).take_while(|_| !self.rows.is_stopped()) {
-            distances.clear();
-            self.row(i).unrooted(self.norm, &mut distances);
-            let pairs = distances.iter().zip(&self.limits);
+            let row = distances(self.norm, &self.columns, 0..columns, self.rows.vector(i));
+            let pairs = row.iter().zip(&self.limits);
             matrix.extend(pairs.map(|(distance, limit)| distance <= limit));
         }
         Ok(matrix)
-    }
-
-    /// Rows whose pairs with column `j` are at least `gap` from the line of identity, above and below it.
-    pub(super) fn rows_beyond(&self, gap: usize, j: usize) -> [Range<usize>; 2] {
-        let n = self.rows.len();
-        if self.same && gap > 0 {
-            let below = j.saturating_add(gap).min(n)..n;
-            [0..(j + 1).saturating_sub(gap), below]
-        } else {
-            [0..n, n..n]
-        }
-    }
-
-    pub(super) fn row(&self, i: usize) -> Line<'a> {
-        Line {
-            states: self.columns,
-            begin: 0,
-            length: self.columns.len(),
-            others: self.rows,
-            other: i,
-            is_diagonal: false,
-        }
-    }
-
-    pub(super) fn column(&self, j: usize, rows: Range<usize>) -> Line<'a> {
-        Line {
-            states: self.rows,
-            begin: rows.start,
-            length: rows.len(),
-            others: self.columns,
-            other: j,
-            is_diagonal: false,
-        }
-    }
-
-    /// The diagonal from row `i` and column `j` to the end of the plot.
-    pub(super) fn diagonal(&self, [i, j]: [usize; 2]) -> Line<'a> {
-        Line {
-            states: self.rows,
-            begin: i,
-            length: (self.rows.len() - i).min(self.columns.len() - j),
-            others: self.columns,
-            other: j,
-            is_diagonal: true,
-        }
     }
 
     /// Sets a bit for each recurrent pair of the diagonal that starts at row `i` and column `j`. The bits after the last
     /// pair are 0.
     pub(super) fn compare(&self, [i, j]: [usize; 2], bits: &mut [u64]) {
         let (rows, columns, dimension) = (&self.rows, &self.columns, self.rows.dimension());
-        let length = self.diagonal([i, j]).length();
+        let length = (rows.len() - i).min(columns.len() - j);
         for start in (0..length).step_by(CHUNK) {
             let length = CHUNK.min(length - start);
             // Along a diagonal the terms of a coordinate are those of the one before it, a lag later.
@@ -177,6 +111,7 @@ impl<'a> Recurrences<'a> {
                 (dimension, length, length)
             };
             let mut comparison = Comparison {
+                norm: self.norm,
                 terms: vec![0.0; (dimension - 1) * stride + length.next_multiple_of(64)],
                 stride,
                 dimension,
@@ -195,11 +130,7 @@ impl<'a> Recurrences<'a> {
                     }
                 },
             );
-            let arch = Arch::new();
-            match self.norm {
-                Norm::Maximum => arch.dispatch(Maximum(comparison)),
-                Norm::Euclidean | Norm::Manhattan => arch.dispatch(Sum(comparison)),
-            }
+            Arch::new().dispatch(comparison);
             let unused = length.next_multiple_of(64) - length;
             bits[(start + length - 1) / 64] &= u64::MAX >> unused;
         }
@@ -209,6 +140,7 @@ impl<'a> Recurrences<'a> {
 /// Comparison of unrooted distances with their limits. The distance of pair `n` is combined from the terms at `n`,
 /// `n + stride`, `n + 2 stride` and so on.
 struct Comparison<'a> {
+    norm: Norm,
     terms: Vec<f64>,
     stride: usize,
     dimension: usize,
@@ -216,35 +148,23 @@ struct Comparison<'a> {
     bits: &'a mut [u64],
 }
 
-/// A comparison of sums of terms.
-struct Sum<'a>(Comparison<'a>);
-
-/// A comparison of largest terms.
-struct Maximum<'a>(Comparison<'a>);
-
-impl WithSimd for Sum<'_> {
+impl WithSimd for Comparison<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.0.run(
-            simd,
-            #[inline(always)]
-            |a, b| simd.add_f64s(a, b),
-        );
-    }
-}
-
-impl WithSimd for Maximum<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.0.run(
-            simd,
-            #[inline(always)]
-            |a, b| simd.max_f64s(a, b),
-        );
+        match self.norm {
+            Norm::Maximum => self.run(
+                simd,
+                #[inline(always)]
+                |a, b| simd.max_f64s(a, b),
+            ),
+            Norm::Euclidean | Norm::Manhattan => self.run(
+                simd,
+                #[inline(always)]
+                |a, b| simd.add_f64s(a, b),
+            ),
+        }
     }
 }
 

@@ -2,8 +2,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::recurrence::{Measures, RateBase, RecurrenceCounts, RecurrenceCriterion, Threshold};
 use crate::test_signals::{noise, sines};
-use crate::{Measures, RateBase, RecurrenceCounts, RecurrenceCriterion, Threshold};
 
 const NORMS: [Norm; 3] = [Norm::Euclidean, Norm::Maximum, Norm::Manhattan];
 

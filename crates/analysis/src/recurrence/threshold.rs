@@ -7,7 +7,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Recurrences;
-use crate::{AnalysisError, DelayVectors, Norm, deviation};
+use super::recurrences::distances;
+use crate::stats::order_statistic;
+use crate::{AnalysisError, delay::DelayVectors, norm::Norm, stats::deviation};
 
 /// Threshold for the recurrence of two states.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -26,24 +28,6 @@ pub enum Threshold {
     /// A separate distance for each state that gives it this many neighbours outside the Theiler window
     /// (fixed amount of neighbours; the plot is asymmetric).
     Neighbours(usize),
-}
-
-impl Threshold {
-    /// Returns the threshold if it is in range.
-    fn check(self) -> Result<Self, AnalysisError> {
-        let (valid, what) = match self {
-            Self::Distance(distance) => (distance >= 0.0, "the distance must be at least 0"),
-            Self::Spread(times) => (
-                times >= 0.0 && times.is_finite(),
-                "the spread must be finite and at least 0",
-            ),
-            Self::Rate(rate) => ((0.0..=1.0).contains(&rate), "the rate must be from 0 to 1"),
-            Self::Neighbours(count) => (count > 0, "the number of neighbours must be at least 1"),
-        };
-        valid
-            .then_some(self)
-            .ok_or(AnalysisError::Threshold { what })
-    }
 }
 
 /// Criterion for recurrent pairs, and the pairs that count.
@@ -69,7 +53,7 @@ impl<'a> Recurrences<'a> {
     /// The distance of a [`Threshold::Rate`] is that of one of the pairs: the smallest at which at least
     /// `round(rate * pairs)` of the counted pairs are recurrent. Other pairs at the same distance are included.
     /// A rate of less than half a pair gives 0. Of more than 2^23 pairs (4096 states) it is that of a sample:
-    /// as many pairs, evenly spaced along the diagonals of the plot. The rate then misses by about 0.1 % of it.
+    /// as many pairs, evenly spaced along the rows of the plot. The rate then misses by about 0.1 % of it.
     ///
     /// # Errors
     /// [`AnalysisError::Threshold`] for a distance or spread that is negative or NaN, a rate outside 0 to 1, and
@@ -120,15 +104,26 @@ impl<'a> Recurrences<'a> {
             distance: None,
             limits: Vec::new(),
         };
-        let distance = match threshold.check()? {
-            Threshold::Distance(distance) => distance,
-            Threshold::Spread(times) => times * deviation(rows.samples()),
-            Threshold::Rate(rate) => norm.distance_of_unrooted(found.quantile(rate)),
-            Threshold::Neighbours(count) => {
+        let invalid = |what| Err(AnalysisError::Threshold { what });
+        let distance = match threshold {
+            Threshold::Distance(distance) if distance >= 0.0 => distance,
+            Threshold::Spread(times) if times >= 0.0 && times.is_finite() => {
+                times * deviation(rows.samples())
+            }
+            Threshold::Rate(rate) if (0.0..=1.0).contains(&rate) => {
+                norm.distance_of_unrooted(found.quantile(rate))
+            }
+            Threshold::Neighbours(count) if count > 0 => {
                 let limit = |j| found.nearest(count, j);
                 found.limits = (0..columns.len()).into_par_iter().map(limit).collect();
                 found.limits.resize(columns.len() + 64, 0.0);
                 return Ok(found);
+            }
+            Threshold::Distance(_) => return invalid("the distance must be at least 0"),
+            Threshold::Spread(_) => return invalid("the spread must be finite and at least 0"),
+            Threshold::Rate(_) => return invalid("the rate must be from 0 to 1"),
+            Threshold::Neighbours(_) => {
+                return invalid("the number of neighbours must be at least 1");
             }
         };
         found.distance = Some(distance);
@@ -139,9 +134,12 @@ impl<'a> Recurrences<'a> {
     /// The unrooted distance that contains `count` rows outside the Theiler window of column `j`, or all of them if
     /// there are fewer.
     fn nearest(&self, count: usize, j: usize) -> f64 {
-        let mut distances = Vec::new();
-        for rows in self.rows_beyond(self.theiler.max(1), j) {
-            self.column(j, rows).unrooted(self.norm, &mut distances);
+        let all = 0..self.rows.len();
+        let mut distances = distances(self.norm, &self.rows, all, self.columns.vector(j));
+        if self.same {
+            let gap = self.theiler.max(1);
+            distances
+                .drain((j + 1).saturating_sub(gap)..j.saturating_add(gap).min(distances.len()));
         }
         order_statistic(distances, count)
     }
@@ -149,26 +147,23 @@ impl<'a> Recurrences<'a> {
     /// The unrooted distance for a recurrence rate, as defined in [`Recurrences::of`].
     fn quantile(&self, rate: f64) -> f64 {
         let [rows, columns] = [self.rows, self.columns].map(|states| states.len());
-        let lower = if self.same { 0 } else { rows };
-        let gap = if self.same { self.theiler.max(1) } else { 0 };
-        let lines: Vec<[usize; 2]> = (gap..columns)
-            .map(|k| [0, k])
-            .chain((1..lower).map(|k| [k, 0]))
-            .collect();
-        let length = |&start: &[usize; 2]| self.diagonal(start).length();
-        let pairs = lines.iter().map(length).sum::<usize>() as f64;
+        let gap = self.theiler.max(1);
+        let first = |i: usize| if self.same { i.saturating_add(gap) } else { 0 };
+        let counted = |i: usize| first(i).min(columns)..columns;
+        let pairs = (0..rows).map(|i| counted(i).len()).sum::<usize>() as f64;
         let spacing = (pairs / MAX_SORTED).max(1.0);
-        let sample = |(line, &start): (usize, &[usize; 2])| {
-            let mut distances = Vec::new();
-            if !self.rows.is_stopped() {
-                self.diagonal(start).unrooted(self.norm, &mut distances);
-            }
-            // The golden ratio shifts the sampled pairs from line to line, for any period of the signal.
-            let first = spacing * (line as f64 * GOLDEN_RATIO).fract();
+        let sample = |i: usize| {
+            let row = if self.rows.is_stopped() {
+                Vec::new()
+            } else {
+                distances(self.norm, &self.columns, counted(i), self.rows.vector(i))
+            };
+            // The golden ratio shifts the sampled pairs from row to row, for any period of the signal.
+            let first = spacing * (i as f64 * GOLDEN_RATIO).fract();
             let at = move |k: usize| (first + k as f64 * spacing) as usize;
-            (0..).map_while(move |k| distances.get(at(k)).copied())
+            (0..).map_while(move |k| row.get(at(k)).copied())
         };
-        let sampled: Vec<f64> = lines.par_iter().enumerate().flat_map_iter(sample).collect();
+        let sampled: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(sample).collect();
         // The line of identity is recurrent at any distance.
         let identity = if self.same && self.theiler == 0 {
             rows as f64
@@ -179,14 +174,6 @@ impl<'a> Recurrences<'a> {
         let wanted = (wanted * (sampled.len() as f64 / pairs)).round();
         order_statistic(sampled, wanted as usize)
     }
-}
-
-/// The largest of the `count` smallest values, or of all if there are fewer; 0 without any.
-fn order_statistic(mut values: Vec<f64>, count: usize) -> f64 {
-    let last = count.min(values.len()).checked_sub(1);
-    last.map_or(0.0, |last| {
-        *values.select_nth_unstable_by(last, f64::total_cmp).1
-    })
 }
 
 #[cfg(test)]

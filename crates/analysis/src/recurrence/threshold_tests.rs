@@ -1,5 +1,5 @@
 use super::*;
-use crate::RecurrenceCounts;
+use crate::recurrence::RecurrenceCounts;
 use crate::test_signals::{noise, sines};
 
 fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceCriterion {

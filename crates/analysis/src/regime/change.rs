@@ -1,6 +1,6 @@
 //! Lasting changes of a motion within the record.
 
-use crate::mean;
+use crate::stats::mean;
 
 /// Sections of the record whose levels and periods are compared.
 pub(super) const SECTIONS: usize = 8;

@@ -11,9 +11,12 @@ use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, Predicti
 use crate::filter::upsampled;
 use crate::significant;
 use crate::{
-    AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, Line, LineCriterion,
-    SectionShape, SpectrumAnalyser, Window, ZeroOneTest, delay_section, identify_lines, mean,
-    mutual_information, range, section_shape, zero_one,
+    AnalysisError,
+    chaos::{ZeroOneTest, zero_one},
+    delay::{DelaySearch, DelayVectors, mutual_information},
+    poincare::{Direction, SectionShape, delay_section, section_shape},
+    stats::{mean, range},
+    tones::{Bases, Combination, Line, LineCriterion, SpectrumAnalyser, Window, identify_lines},
 };
 
 /// Largest lag tried, samples.

@@ -43,8 +43,11 @@ mod neighbourhood;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{AnalysisError, mean, range};
 use crate::significant;
+use crate::{
+    AnalysisError,
+    stats::{mean, range},
+};
 pub use evidence::{Evidence, Limitation, Regime};
 use features::Features;
 use model::{CLASSES, INPUTS, Inputs, MODEL};

@@ -2,7 +2,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::{DelayVectors, Neighbour, NeighbourTree, Norm};
+use crate::{
+    delay::DelayVectors,
+    neighbours::{Neighbour, NeighbourTree},
+    norm::Norm,
+};
 
 /// Embedding dimension, as in the paper; sufficient for any torus of two frequencies.
 pub(super) const DIMENSION: usize = 5;

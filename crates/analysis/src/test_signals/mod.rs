@@ -117,7 +117,7 @@ fn the_roessler_attractor_has_its_known_size() {
     // Bounds of the attractor: x from about -9.1 to 11.5, z up to about 23. The mean period is 5.86.
     let states = roessler(20_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]);
     let x = coordinate(&states, 0);
-    let [low, high] = squeakscope_analysis::range(x.iter().copied());
+    let [low, high] = squeakscope_analysis::stats::range(x.iter().copied());
     assert!(
         (low + 9.1).abs() < 0.2 && (high - 11.5).abs() < 0.4,
         "{low} {high}"

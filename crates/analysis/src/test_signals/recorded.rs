@@ -7,10 +7,10 @@ use rand::RngExt;
 use super::systems;
 use super::textbook::{CHAOS, Draw, ROESSLER, Textbook, autoregressive, coloured, family, judged};
 use super::{noise, roessler};
-use squeakscope_analysis::Regime::{
+use squeakscope_analysis::regime::Regime::{
     Chaotic, Noise, Periodic, QuasiPeriodic, Transient, Undetermined,
 };
-use squeakscope_analysis::deviation;
+use squeakscope_analysis::stats::deviation;
 
 /// Families of recordings.
 pub const RECORDED: &[Textbook] = &[

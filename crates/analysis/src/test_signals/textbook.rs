@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::systems::{self, Flow};
 use super::{noise, trajectory};
-use squeakscope_analysis::Regime::{
+use squeakscope_analysis::regime::Regime::{
     self, Chaotic, Noise, Periodic, QuasiPeriodic, Transient, Undetermined,
 };
 
@@ -85,7 +85,7 @@ impl Draw {
 
     /// Adds white noise of a share of the standard deviation.
     pub fn with_noise(&mut self, signal: Vec<f64>, share: f64) -> Vec<f64> {
-        let deviation = squeakscope_analysis::deviation(&signal);
+        let deviation = squeakscope_analysis::stats::deviation(&signal);
         let noise = noise(self.rng.random(), signal.len(), share * deviation);
         signal.iter().zip(noise).map(|(x, e)| x + e).collect()
     }

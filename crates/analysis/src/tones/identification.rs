@@ -60,9 +60,4 @@ impl LineIdentification {
         });
         labelled.collect()
     }
-
-    /// Number of lines with a name.
-    pub fn explained(&self) -> usize {
-        self.names.iter().flatten().count()
-    }
 }

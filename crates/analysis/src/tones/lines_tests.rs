@@ -127,7 +127,7 @@ fn the_scene_periodic_2deg_has_one_base() {
         (57_551.6, 0.0264),
     ]);
     let orders = [1, 3, 2, 4, 5, 6, 8, 9, 10, 7, 11, 14];
-    let expected = orders.map(|n| Combination::new(n, 0).to_string());
+    let expected = orders.map(|n| Combination::new(n, 0).text(["f1", "f2"]));
     for uncertainty in [1.0, UNCERTAINTY, QUARTER_BIN] {
         assert_eq!(labels(&identify_lines(&list, uncertainty)), expected);
     }

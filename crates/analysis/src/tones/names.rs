@@ -233,14 +233,14 @@ mod tests {
 
     #[test]
     fn combinations_display_in_the_usual_form() {
-        let text = |n, m| Combination::new(n, m).to_string();
+        let text = |n, m| Combination::new(n, m).text(["f1", "f2"]);
         assert_eq!(text(1, 0), "f1");
         assert_eq!(text(3, 0), "3 f1");
         assert_eq!(text(0, 2), "2 f2");
         assert_eq!(text(-3, 1), "f2 - 3 f1");
         assert_eq!(text(2, -1), "2 f1 - f2");
         assert_eq!(text(1, 1), "f1 + f2");
-        let half = |n, m, divisor| Combination::reduced(n, m, divisor).to_string();
+        let half = |n, m, divisor| Combination::reduced(n, m, divisor).text(["f1", "f2"]);
         assert_eq!(half(1, 1, 2), "(f1 + f2)/2");
         assert_eq!(half(-2, -2, -4), "(f1 + f2)/2");
         assert_eq!(half(-6, 2, 8), "(f2 - 3 f1)/4");

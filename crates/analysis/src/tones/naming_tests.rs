@@ -3,7 +3,7 @@
 use super::tests::{labels, lines};
 use super::*;
 use crate::test_signals::sines;
-use crate::{LineCriterion, SpectrumAnalyser, Window};
+use crate::tones::{LineCriterion, SpectrumAnalyser, Window};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

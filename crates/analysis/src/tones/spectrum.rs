@@ -22,6 +22,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 
 use super::Window;
 use crate::AnalysisError;
+use crate::stats::order_statistic;
 
 /// Bins per block of the local noise floor estimate.
 const FLOOR_BLOCK: usize = 64;
@@ -39,7 +40,7 @@ const BYTES_PER_PRIME: u64 = 240;
 /// Computes spectra. Reuses the plan, the window and the buffers for slices of equal length.
 ///
 /// ```
-/// use squeakscope_analysis::{LineCriterion, SpectrumAnalyser, Window};
+/// use squeakscope_analysis::tones::{LineCriterion, SpectrumAnalyser, Window};
 ///
 /// let rate = 48_000.0;
 /// let tone = |i: u32| 0.3 * (std::f64::consts::TAU * 4117.0 * f64::from(i) / rate).sin();
@@ -229,17 +230,12 @@ impl Spectrum {
     pub fn floor(&self) -> Vec<f64> {
         let blocks = (self.amplitude.len() / FLOOR_BLOCK).max(1);
         let width = self.amplitude.len() as f64 / blocks as f64;
-        let mut block = Vec::new();
-        let levels: Vec<f64> = (0..blocks)
-            .map(|b| {
-                let from = (b as f64 * width) as usize;
-                let to = ((b + 1) as f64 * width) as usize;
-                block.clear();
-                block.extend_from_slice(&self.amplitude[from..to]);
-                let quarter = block.len() / 4;
-                *block.select_nth_unstable_by(quarter, f64::total_cmp).1 / QUARTILE_OVER_MEDIAN
-            })
-            .collect();
+        let level = |b: usize| {
+            let [from, to] = [b, b + 1].map(|b| (b as f64 * width) as usize);
+            let quarter = (to - from) / 4;
+            order_statistic(self.amplitude[from..to].to_vec(), quarter + 1) / QUARTILE_OVER_MEDIAN
+        };
+        let levels: Vec<f64> = (0..blocks).map(level).collect();
         let level_at = |k: usize| {
             let position = ((k as f64 + 0.5) / width - 0.5).clamp(0.0, (blocks - 1) as f64);
             let left = position as usize;

@@ -1,7 +1,7 @@
 //! Short-time Fourier transform of a stream.
 
 use super::{SpectrumAnalyser, Window};
-use crate::{AnalysisError, SlidingWindow};
+use crate::{AnalysisError, sliding::SlidingWindow};
 
 /// Spectrogram columns of a stream. A column is complete once its window is full. Windows overlap if the
 /// hop is shorter than the window.

@@ -1,6 +1,6 @@
 //! The velocity level, and the growth rate and frequency of a small vibration.
 
-use crate::analysis::LineFit;
+use crate::analysis::stats::LineFit;
 use crate::pipeline::message::{Growth, SmallFrequency};
 
 /// RMS level of the velocity in segments, and its growth rate while the vibration is small.

@@ -3,7 +3,10 @@
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-use crate::analysis::{LineFit, Window, line_amplitude};
+use crate::analysis::{
+    stats::LineFit,
+    tones::{Window, line_amplitude},
+};
 use crate::pipeline::message::{Growth, SecondToneGrowth, SecondToneLevel, ToneGrowth, TorusBirth};
 
 /// Length of a window in periods of the second tone: its lines are then 6 bins from the first tone, whose main lobe has 4.

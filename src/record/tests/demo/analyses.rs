@@ -5,9 +5,11 @@ use std::sync::Arc;
 use super::{SAMPLE_RATE, Signal};
 use crate::{
     analysis::{
-        DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
-        RecurrenceKind, RecurrencePeriod, RecurrencePeriods, Regime, RidgePoint, ScalingRegion,
-        TonalEvent, Verdict, ZeroOne,
+        chaos::{Divergence, ScalingRegion, ZeroOne},
+        delay::{DelayChoice, FalseNeighbours, LagReason, MutualInformation},
+        events::{RidgePoint, TonalEvent},
+        recurrence::{Measures, RecurrenceKind, RecurrencePeriod, RecurrencePeriods},
+        regime::{Evidence, Regime, Verdict},
     },
     dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{DivergenceFit, Exponents, Record, SectionPoint, TrajectoryDivergence},
@@ -26,7 +28,7 @@ pub fn event(duration: f64) -> TonalEvent {
         level_db: -6.0,
     });
     TonalEvent {
-        kind: crate::analysis::EventKind::Tone,
+        kind: crate::analysis::events::EventKind::Tone,
         probability: 0.99,
         start_s: 0.5 * duration,
         end_s: duration,

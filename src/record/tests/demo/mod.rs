@@ -10,7 +10,7 @@ use std::{f64::consts::TAU, sync::Arc};
 use body::{geometry, outline};
 
 use crate::{
-    analysis::{LevelReference, RecurrenceImage},
+    analysis::{levels::LevelReference, recurrence::RecurrenceImage},
     dynamics::ErrorEstimate,
     pipeline::message::{
         AnalysisKind, Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo,

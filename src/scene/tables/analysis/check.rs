@@ -4,7 +4,7 @@ use super::{
     AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
     RecurrenceSpec, SectionSurface, StateCoordinate, ThresholdSpec, WindowSpec,
 };
-use crate::analysis::Threshold;
+use crate::analysis::recurrence::Threshold;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 

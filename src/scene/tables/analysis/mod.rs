@@ -4,7 +4,11 @@ mod check;
 
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
-use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
+use crate::analysis::{
+    chaos::DivergenceMethod,
+    poincare::Direction,
+    recurrence::{Norm, Threshold},
+};
 use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};

@@ -269,14 +269,6 @@ fn invalid_searches_are_rejected() {
         rejection(400, endless),
         AnalysisError::TooShort { .. }
     ));
-    let none = DivergenceSearch {
-        max_references: 0,
-        ..search
-    };
-    assert!(matches!(
-        rejection(400, none),
-        AnalysisError::ZeroCount { .. }
-    ));
     let no_lag = DivergenceSearch { lag: 0, ..search };
     assert!(matches!(
         rejection(400, no_lag),
