@@ -1,29 +1,23 @@
 //! A partial brought to zero frequency along its ridge: ends, frequency and level in fine steps of time.
 
-use std::f64::consts::{LN_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::ridge::Ridge;
+use crate::stats::mean;
 
 /// Time before and after the ridge in which its ends are sought, s.
 const MARGIN_S: f64 = 0.4;
 
-/// Half of the time over which power is averaged for the ends, s.
-const HALF_SMOOTH_S: f64 = 0.02;
+/// Half of the time over which power is averaged, steps: 20 ms.
+pub(super) const HALF_SMOOTH: usize = 4;
 
 /// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s; a little less, for the last
 /// peak above a tenth is averaged with what follows.
 const END_SHARE: f64 = 0.075;
 const LOUDEST_S: f64 = 0.1;
-
-/// Largest ratio of the mean power to the median in the loudest 0.1 s: that of a knock is greater.
-const MEAN_RATIO: f64 = 2.0;
-
-/// Largest power of a tone relative to its median; what is greater is a knock. A modulation to the depth of 1 has
-/// peaks of 4 times the mean.
-const KNOCK_RATIO: f64 = 5.0;
 
 /// Least signal-to-noise ratio of a tone whose loudest 0.1 s are seen; otherwise, the loudest 0.3 s count.
 const STRONG: f64 = 20.0;
@@ -32,8 +26,14 @@ const STEADY_S: f64 = 0.3;
 /// Time for which a strong tone is below a tenth between two events, s.
 const PAUSE_S: f64 = 0.12;
 
+/// Longest and shortest low-pass, s.
+const LOW_PASS_S: [f64; 2] = [0.05, 0.012];
+
 /// Incoherence of a tone without noise: its frequency varies.
 const RESIDUAL: f64 = 0.03;
+
+/// Innovation of a tone: its amplitude and its frequency vary.
+const LEAST_INNOVATION: f64 = 1e-3;
 
 /// Largest gain of a step of a faint tone for the ends.
 const LARGEST_GAIN: f64 = 2.0;
@@ -46,19 +46,20 @@ pub(super) struct Baseband {
     ridge: (usize, usize),
     /// Values of the analytic signal in steps of [`STEP_S`], low-passed; a sine of amplitude `A` gives `A`.
     values: Vec<Complex64>,
+    /// The same through the shortest low-pass, which shows fast changes.
+    wide: Vec<Complex64>,
     /// Frequency that was brought to zero, at each value, Hz.
     carriers: Vec<f64>,
     /// Noise power in the low-pass.
     noise: f64,
-    /// Length of the low-pass, s.
-    window_s: f64,
 }
 
 impl Baseband {
     pub fn new(samples: &[f64], rate_hz: f64, ridge: &Ridge) -> Self {
         let first_s = (ridge.start() - MARGIN_S).max(0.0);
         let end_s = (ridge.end() + MARGIN_S).min(samples.len() as f64 / rate_hz);
-        let window_s = (1.0 / ridge.bin_hz).clamp(0.012, 0.05);
+        let [longest, shortest] = LOW_PASS_S;
+        let window_s = (1.0 / ridge.bin_hz).clamp(shortest, longest);
         // Sums over blocks of the steps' fifth part, at a carrier constant over each.
         let block_s = 0.2 * STEP_S;
         let blocks = ((end_s - first_s) / block_s) as usize;
@@ -86,64 +87,40 @@ impl Baseband {
             phase = (phase - TAU * carrier * (to - from.min(to)) as f64 / rate_hz) % TAU;
             sums.push(sum);
         }
-        let half = (0.5 * window_s / block_s).round();
-        let weight = |k: f64| 1.0 + (PI * k / (half + 1.0)).cos();
-        let weights: Vec<f64> = (-half as i64..=half as i64)
-            .map(|k| weight(k as f64))
-            .collect();
-        let scale = 2.0 / (weights.iter().sum::<f64>() * block_s * rate_hz);
-        let value = |i: usize| {
-            let from = 5 * i as isize - half as isize;
-            let terms = weights.iter().enumerate().filter_map(|(k, w)| {
-                let at = usize::try_from(from + k as isize).ok()?;
-                Some(*sums.get(at)? * *w)
-            });
-            terms.sum::<Complex64>() * scale
+        let low_pass = |length_s: f64| -> Vec<Complex64> {
+            let half = (0.5 * length_s / block_s).round();
+            let weight = |k: f64| 1.0 + (PI * k / (half + 1.0)).cos();
+            let weights: Vec<f64> = (-half as i64..=half as i64)
+                .map(|k| weight(k as f64))
+                .collect();
+            let scale = 2.0 / (weights.iter().sum::<f64>() * block_s * rate_hz);
+            let value = |i: usize| {
+                let from = 5 * i as isize - half as isize;
+                let terms = weights.iter().enumerate().filter_map(|(k, w)| {
+                    let at = usize::try_from(from + k as isize).ok()?;
+                    Some(*sums.get(at)? * *w)
+                });
+                terms.sum::<Complex64>() * scale
+            };
+            (0..carriers.len()).map(value).collect()
         };
-        let noise = median(&ridge.points.iter().map(|p| p.noise).collect::<Vec<_>>());
+        let noise = median(ridge.points.iter().map(|p| p.noise));
         let [start, end] =
             [ridge.start(), ridge.end()].map(|time_s| ((time_s - first_s) / STEP_S) as usize);
         Self {
             first_s,
             ridge: (start, end),
-            values: (0..carriers.len()).map(value).collect(),
+            values: low_pass(window_s),
+            wide: low_pass(shortest),
             carriers,
             // The one-sided density acts on both quadratures: a sine of amplitude A has the power A^2 / 2.
             noise: noise * 1.5 / window_s,
-            window_s,
         }
     }
 
-    /// Whether the power along the ridge while `of` sounds is more than noise: the median of `n` independent
-    /// exponential variables exceeds `ln 2` by four standard deviations `1 / sqrt(n)`, and by the uncertainty of the
-    /// floor. A knock does not change a median.
-    pub fn stands_out(&self, of: &Partial) -> bool {
-        let step = (0.5 * self.window_s / STEP_S).round().max(1.0) as usize;
-        let inside = |i: &usize| {
-            let time = self.first_s + STEP_S * *i as f64;
-            time > of.start_s && time < of.end_s
-        };
-        let ratios = (0..self.values.len()).step_by(step).filter(inside);
-        let ratios: Vec<f64> = ratios
-            .map(|i| 0.5 * self.values[i].norm_sqr() / self.noise)
-            .collect();
-        let deviation = 1.0 / (ratios.len() as f64).sqrt();
-        ratios.len() > 1 && median(&ratios) > 2.0 * LN_2 + 4.0 * deviation
-    }
-
-    /// The partials between pauses, without the power of knocks.
+    /// The partials between pauses.
     pub fn partials(&self, window_noise: f64) -> Vec<Partial> {
         let power: Vec<f64> = self.values.iter().map(|v| 0.5 * v.norm_sqr()).collect();
-        let sounding: Vec<f64> = self
-            .sounding(&power)
-            .into_iter()
-            .flat_map(|(first, end)| power[first..end].to_vec())
-            .collect();
-        if sounding.is_empty() {
-            return Vec::new();
-        }
-        let limit = KNOCK_RATIO * median(&sounding);
-        let power: Vec<f64> = power.iter().map(|p| p.min(limit)).collect();
         self.sounding(&power)
             .into_iter()
             .filter_map(|ends| self.partial(&power, ends, window_noise))
@@ -177,15 +154,16 @@ impl Baseband {
             power: power_mean.max(0.0),
             noise: window_noise,
             incoherence: self.incoherence(first, end, power_mean.max(0.0)),
+            innovation: innovation(&self.wide[first..end]),
             track,
         })
     }
 
-    /// How much less coherent the phase is between two steps than that of a tone of `power` in this noise: logarithm of the ratio
-    /// of the incoherences. The coherence is the weighted mean of the phasors of second differences of the phase, of
+    /// How much less coherent the phase is over the longest low-pass than that of a tone of `power` in this noise: logarithm of
+    /// the ratio of the incoherences. The coherence is the weighted mean of the phasors of second differences of the phase, of
     /// values that share no samples: 1 for a steady tone; in noise they are random.
     fn incoherence(&self, first: usize, end: usize, power: f64) -> f64 {
-        let lag = (self.window_s / STEP_S).ceil() as usize;
+        let lag = (LOW_PASS_S[0] / STEP_S) as usize;
         let triples = (first + lag..end.saturating_sub(lag)).map(|i| {
             let [a, b, c] = [i - lag, i, i + lag].map(|i| self.values[i]);
             c * (b * b).conj() * a
@@ -207,7 +185,7 @@ impl Baseband {
     /// [`PAUSE_S`]. A tone in noise sounds in the steps that maximise the excess of power, which is the logarithm
     /// of the likelihood ratio up to a factor.
     fn sounding(&self, power: &[f64]) -> Vec<(usize, usize)> {
-        let smooth = averages(power, (HALF_SMOOTH_S / STEP_S) as usize);
+        let smooth = averages(power, HALF_SMOOTH);
         let ratio = |length_s: f64| (loudest(power, length_s) / self.noise - 1.0).max(0.5);
         let ratio = match ratio(LOUDEST_S) {
             strong if strong > STRONG => strong,
@@ -243,17 +221,34 @@ impl Baseband {
     }
 }
 
-/// Largest mean power over a time, that of a knock excepted.
+/// Logarithm of the share of the power that a value does not have in common with the one before that shares no samples: small for a tone,
+/// however it is modulated; 1 where a new burst or noise takes the place of the old within this time.
+fn innovation(values: &[Complex64]) -> f64 {
+    let lag = (LOW_PASS_S[1] / STEP_S).ceil() as usize;
+    let pairs = values.iter().zip(values.iter().skip(lag));
+    let (product, before, after) = pairs.fold(
+        (Complex64::ZERO, 0.0, 0.0),
+        |(product, before, after), (a, b)| {
+            (
+                product + b * a.conj(),
+                before + a.norm_sqr(),
+                after + b.norm_sqr(),
+            )
+        },
+    );
+    let common = product.norm_sqr() / (before * after).max(f64::MIN_POSITIVE);
+    (1.0 - common + LEAST_INNOVATION).ln()
+}
+
+/// Largest mean power over a time.
 fn loudest(power: &[f64], length_s: f64) -> f64 {
     let length = ((length_s / STEP_S) as usize).min(power.len());
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / length as f64;
-    let steady = |part: &[f64]| mean(part).min(MEAN_RATIO * median(part));
-    power.windows(length).map(steady).fold(0.0, f64::max)
+    power.windows(length).map(mean).fold(0.0, f64::max)
 }
 
 /// The median of at least one value.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
     let middle = sorted.len() / 2;
     *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
 }

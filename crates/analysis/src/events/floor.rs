@@ -10,6 +10,8 @@ use std::f64::consts::LN_2;
 
 use rayon::prelude::*;
 
+use super::baseband::median;
+
 /// Bins in a block, and distance between the starts of blocks.
 const BLOCK: usize = 24;
 const STRIDE: usize = 8;
@@ -91,15 +93,8 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
         .map(|(_, column)| column)
         .collect();
     let bins = powers[0].len();
-    let mut values = vec![0.0; columns.len()];
-    let mut median = |k: usize| {
-        for (value, column) in values.iter_mut().zip(&columns) {
-            *value = column[k];
-        }
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let medians: Vec<f64> = (0..bins).map(&mut median).collect();
+    let median_of = |k: usize| median(columns.iter().map(|column| column[k]));
+    let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let least = ROUNDING * medians.iter().sum::<f64>() + f64::MIN_POSITIVE;
     let side = |near: &[f64]| {
         let mut sorted = [f64::INFINITY; SHAPE_BINS];
@@ -122,25 +117,14 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
 /// Noise power relative to the shape from the median of each block of bins.
 fn block_medians(power: &[f64], shape: &[f64]) -> Vec<f64> {
     let relative: Vec<f64> = power.iter().zip(shape).map(|(p, s)| p / s).collect();
-    let mut block = [0.0; BLOCK];
     let starts = (0..=relative.len() - BLOCK).step_by(STRIDE);
     starts
-        .map(|start| {
-            block.copy_from_slice(&relative[start..start + BLOCK]);
-            *block.select_nth_unstable_by(BLOCK / 2, f64::total_cmp).1 / LN_2
-        })
+        .map(|start| median(relative[start..start + BLOCK].iter().copied()) / LN_2)
         .collect()
 }
 
 /// The floor of each block: that of the column, at least the median over the columns around.
 fn floors(own: &[f64], around: &[Vec<f64>]) -> Vec<f64> {
-    let mut values = vec![0.0; around.len()];
-    let middle = around.len() / 2;
-    let mut floor = |j: usize| {
-        for (value, column) in values.iter_mut().zip(around) {
-            *value = column[j];
-        }
-        own[j].max(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
-    };
-    (0..own.len()).map(&mut floor).collect()
+    let floor = |j: usize| own[j].max(median(around.iter().map(|column| column[j])));
+    (0..own.len()).map(floor).collect()
 }

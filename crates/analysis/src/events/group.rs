@@ -40,12 +40,8 @@ impl Group {
     }
 }
 
-/// Groups partials under the lowest fundamental of which they are multiples. `below` gives the partial at a
-/// submultiple of a partial that has no fundamental otherwise, if it stands out.
-pub(super) fn groups(
-    mut partials: Vec<Partial>,
-    below: impl Fn(&Partial, usize) -> Option<Partial>,
-) -> Vec<Group> {
+/// Groups partials under the lowest fundamental of which they are multiples.
+pub(super) fn groups(mut partials: Vec<Partial>) -> Vec<Group> {
     partials.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     let mut out: Vec<Group> = Vec::new();
     for partial in partials {
@@ -64,34 +60,10 @@ pub(super) fn groups(
             .find_map(|(g, group)| Some((g, multiple(group)?)));
         match owner {
             Some((g, multiple)) => out[g].partials.push((multiple, partial)),
-            None => out.push(completed(partial, &below, &out)),
+            None => out.push(Group {
+                partials: vec![(1, partial)],
+            }),
         }
     }
     out
-}
-
-/// A partial with the fundamental below it, if there is one.
-fn completed(
-    partial: Partial,
-    below: impl Fn(&Partial, usize) -> Option<Partial>,
-    others: &[Group],
-) -> Group {
-    let is_known = |below: &Partial| {
-        let all = others.iter().flat_map(|group| &group.partials);
-        let mut ratios = all.filter_map(|(_, other)| below.ratio_to(other));
-        ratios.any(|(ratio, _)| (ratio - 1.0).abs() < SAME)
-    };
-    let fits = |below: &Partial| {
-        below.power > LEAST_POWER * partial.power
-            && below.duration() > LEAST_TOGETHER * partial.duration()
-            && !is_known(below)
-    };
-    let at = |k: usize| Some((k, below(&partial, k).filter(fits)?));
-    let found = [2, 3].into_iter().find_map(at);
-    Group {
-        partials: match found {
-            Some((k, fundamental)) => vec![(1, fundamental), (k, partial)],
-            None => vec![(1, partial)],
-        },
-    }
 }

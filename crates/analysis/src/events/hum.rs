@@ -23,9 +23,6 @@ const SIDE: usize = 16;
 /// Least power of a line relative to the recording's: below are lines of quantisation.
 const LEAST_POWER: f64 = 1e-7;
 
-/// Distance of a frequency that may be a line's, Hz.
-const NEAR_HZ: f64 = 10.0;
-
 /// A line of hum.
 #[derive(Clone, Copy)]
 struct Line {
@@ -54,8 +51,8 @@ impl Lines {
         if inside.len() < 3 {
             return None;
         }
-        let column = |k: usize| inside.iter().map(|column| column[k]).collect::<Vec<_>>();
-        let steady: Vec<f64> = (0..bins).map(|k| median(&column(k))).collect();
+        let median_of = |k: usize| median(inside.iter().map(|column| column[k]));
+        let steady: Vec<f64> = (0..bins).map(median_of).collect();
         let power = samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64;
         let line = |mains: f64, multiple: usize| {
             let centre = multiple as f64 * mains / bin_hz;
@@ -64,14 +61,13 @@ impl Lines {
             let near = first as usize..=(last as usize).min(bins - SIDE - 1);
             let best = near.max_by(|a, b| steady[*a].total_cmp(&steady[*b]))?;
             let [below, above] = [best.saturating_sub(SIDE), best + SIDE + 1];
-            let floor = [
+            let sides = [
                 &steady[below..best - GUARD],
                 &steady[best + GUARD + 1..above],
-            ]
-            .concat();
+            ];
+            let floor = median(sides.into_iter().flatten().copied());
             let (shift, height) = vertex([steady[best - 1], steady[best], steady[best + 1]]);
-            let stands_out =
-                height > LEAST_RATIO * median(&floor) && 2.0 * height > LEAST_POWER * power;
+            let stands_out = height > LEAST_RATIO * floor && 2.0 * height > LEAST_POWER * power;
             (stands_out && shift.abs() <= 1.0).then_some(Line {
                 multiple,
                 frequency_hz: (best as f64 + shift) * bin_hz,
@@ -87,7 +83,7 @@ impl Lines {
                 return None;
             }
             let fundamentals = lines.iter().map(|l| l.frequency_hz / l.multiple as f64);
-            let fundamental_hz = median(&fundamentals.collect::<Vec<_>>());
+            let fundamental_hz = median(fundamentals);
             lines.retain(|l| (l.frequency_hz - l.multiple as f64 * fundamental_hz).abs() < bin_hz);
             let low = lines.iter().filter(|l| l.multiple <= 8).count();
             let is_hum = lines.first().is_some_and(|l| l.multiple <= 2) || low >= 3;
@@ -103,12 +99,6 @@ impl Lines {
         // Multiples of 300 Hz belong to both.
         let found = MAINS_HZ.into_iter().filter_map(hum);
         Some(found.max_by(|a, b| a.0.total_cmp(&b.0))?.1)
-    }
-
-    /// Whether a frequency is near that of a line.
-    pub fn is_near(&self, frequency_hz: f64) -> bool {
-        let near = |line: &Line| (line.frequency_hz - frequency_hz).abs() < NEAR_HZ;
-        self.lines.iter().any(near)
     }
 
     /// Whether a ridge is a line of hum: at its frequency and not much stronger.

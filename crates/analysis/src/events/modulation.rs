@@ -2,7 +2,9 @@
 
 use realfft::RealFftPlanner;
 
+use super::baseband::median;
 use super::partial::{Partial, STEP_S};
+use super::spectrogram::vertex;
 use super::{Modulation, Vibrato};
 use crate::tones::Window;
 
@@ -69,20 +71,15 @@ fn strongest(values: &[f64], band_hz: [f64; 2]) -> Option<(f64, f64)> {
     let [first, last] = [lowest_hz, highest_hz].map(|f| (f * duration).ceil() as usize);
     let last = last.min(powers.len() - 2);
     let best = (first..=last).max_by(|a, b| powers[*a].total_cmp(&powers[*b]))?;
-    let mut sorted = powers[first..powers.len()].to_vec();
-    let middle = sorted.len() / 2;
-    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = median(powers[first..].iter().copied());
     let is_peak = powers[best] >= powers[best - 1] && powers[best] >= powers[best + 1];
     if !is_peak || powers[best] < LEAST_RATIO * median {
         return None;
     }
-    // The vertex of a parabola through the logarithms.
-    let [l, m, r] = [best - 1, best, best + 1].map(|k| powers[k].max(1e-300).ln());
-    let shift = 0.5 * (l - r) / (l - 2.0 * m + r);
-    let height = (0.5 * (m - 0.25 * (l - r) * shift)).exp();
+    let (shift, height) = vertex([powers[best - 1], powers[best], powers[best + 1]]);
     Some((
         (best as f64 + shift) / duration,
-        2.0 * height / weights.iter().sum::<f64>(),
+        2.0 * height.sqrt() / weights.iter().sum::<f64>(),
     ))
 }
 

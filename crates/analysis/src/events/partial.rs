@@ -1,5 +1,7 @@
 //! A partial of a sound between its ends.
 
+use super::baseband::median;
+
 /// Step of the results, s.
 pub(super) const STEP_S: f64 = 0.005;
 
@@ -15,6 +17,8 @@ pub(super) struct Partial {
     pub noise: f64,
     /// Logarithm of the incoherence of the phase over that of a tone in the same noise: about 0 for a tone.
     pub incoherence: f64,
+    /// Logarithm of the share of the power that is new within 15 ms: small for a tone.
+    pub innovation: f64,
     /// Frequency (Hz) and power of the tone in steps of [`STEP_S`] from the start.
     pub track: Vec<(f64, f64)>,
 }
@@ -58,11 +62,9 @@ impl Partial {
         if shared < 0.05 {
             return None;
         }
-        let mut ratios: Vec<f64> = (0..21)
+        let ratios = (0..21)
             .map(|k| start + shared * (f64::from(k) + 0.5) / 21.0)
-            .map(|t| self.frequency_at(t) / other.frequency_at(t))
-            .collect();
-        let median = *ratios.select_nth_unstable_by(10, f64::total_cmp).1;
-        Some((median, shared / self.duration()))
+            .map(|t| self.frequency_at(t) / other.frequency_at(t));
+        Some((median(ratios), shared / self.duration()))
     }
 }

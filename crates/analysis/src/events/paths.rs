@@ -27,12 +27,6 @@ const MOST_MISSING: usize = 4;
 /// `-ln p(d)` of a step by `d` bins between columns.
 const STEP_COSTS: [f64; 4] = [0.4, 2.0, 3.5, 6.0];
 
-/// A path: its peaks with their columns, in the order of time.
-#[derive(Clone, Debug)]
-pub(super) struct Path {
-    pub peaks: Vec<(usize, Peak)>,
-}
-
 /// A node of the search.
 #[derive(Clone, Copy)]
 struct Node {
@@ -43,9 +37,9 @@ struct Node {
     is_free: bool,
 }
 
-/// All paths above `threshold`, the best first; each peak belongs to one path, and the peaks in the main lobe around
+/// All paths above `threshold`, each as its peaks with their columns in the order of time, the best first; each peak belongs to one path, and the peaks in the main lobe around
 /// a path are part of it.
-pub(super) fn paths(peaks: &Peaks, threshold: f64) -> Vec<Path> {
+pub(super) fn paths(peaks: &Peaks, threshold: f64) -> Vec<Vec<(usize, Peak)>> {
     let empty = Node {
         score: 0.0,
         before: None,
@@ -83,7 +77,7 @@ pub(super) fn paths(peaks: &Peaks, threshold: f64) -> Vec<Path> {
         }
         path.reverse();
         update(peaks, &mut nodes, &mut best, path[0].0);
-        out.push(Path { peaks: path });
+        out.push(path);
     }
 }
 
@@ -123,25 +117,17 @@ fn best_end(
 ) -> (f64, Option<(usize, usize)>) {
     let gain = DESIGN_RATIO / (1.0 + DESIGN_RATIO) * peak.ratio - DESIGN_RATIO.ln_1p();
     let mut best = (0.0, None);
-    for missing in 0..=MOST_MISSING.min(t.wrapping_sub(1).min(t)) {
-        let Some(column) = t.checked_sub(1 + missing) else {
-            break;
-        };
-        let steps = (missing + 1) as f64;
-        let reach = STEP_COSTS.len() as f64 - 0.5;
+    let reach = STEP_COSTS.len() as f64 - 0.5;
+    for (missing, column) in (0..t).rev().take(MOST_MISSING + 1).enumerate() {
         let others = &peaks.columns[column];
-        let first = others.partition_point(|other| other.bin < peak.bin - reach);
-        for (i, other) in others.iter().enumerate().skip(first) {
-            let move_bins = (other.bin - peak.bin).abs();
-            if move_bins >= reach {
-                if other.bin > peak.bin {
-                    break;
-                }
-                continue;
-            }
+        let first = others.partition_point(|other| other.bin <= peak.bin - reach);
+        let near = others[first..]
+            .iter()
+            .take_while(|other| other.bin < peak.bin + reach);
+        for (i, other) in (first..).zip(near) {
             let node = &past[column][i];
-            let cost = STEP_COSTS[move_bins.round() as usize]
-                + (steps - 1.0) * (STEP_COSTS[0] + DESIGN_RATIO.ln_1p());
+            let step = (other.bin - peak.bin).abs().round() as usize;
+            let cost = STEP_COSTS[step] + missing as f64 * (STEP_COSTS[0] + DESIGN_RATIO.ln_1p());
             let score = node.score - cost;
             if node.is_free && score > best.0 {
                 best = (score, Some((column, i)));

@@ -1,8 +1,6 @@
 //! Ridges: paths of one resolution as functions of time, and the choice between resolutions.
 
-use super::partial::Partial;
-use super::paths::Path;
-use super::spectrogram::Peaks;
+use super::spectrogram::{Peak, Peaks};
 
 /// A point of a ridge.
 #[derive(Clone, Copy, Debug)]
@@ -47,14 +45,14 @@ const FAINT_RATIO: f64 = 1e-5;
 
 impl Ridge {
     /// The ridge of a path: its longest part without a jump of frequency, which leads to another tone.
-    pub fn new(path: &Path, peaks: &Peaks) -> Self {
-        let point = |(column, peak): &(usize, super::spectrogram::Peak)| Point {
+    pub fn new(path: &[(usize, Peak)], peaks: &Peaks) -> Self {
+        let point = |(column, peak): &(usize, Peak)| Point {
             time_s: peaks.time(*column),
             frequency_hz: peak.bin * peaks.bin_hz,
             power: peak.power,
             noise: peak.noise,
         };
-        let all: Vec<Point> = path.peaks.iter().map(point).collect();
+        let all: Vec<Point> = path.iter().map(point).collect();
         let is_continuous = |a: &Point, b: &Point| {
             let jump = (a.frequency_hz - b.frequency_hz).abs();
             jump < peaks.bin_hz.max(LARGEST_JUMP * a.frequency_hz)
@@ -67,26 +65,6 @@ impl Ridge {
             rank: energy * peaks.step_s - COLUMN_COST * points.len() as f64,
             bin_hz: peaks.bin_hz,
             points,
-        }
-    }
-
-    /// The ridge at the `k`-th part of a partial's frequency, with the noise of `peaks` and no power.
-    pub fn below(partial: &Partial, k: usize, peaks: &Peaks) -> Self {
-        let count = (partial.duration() / 0.02).ceil().max(1.0) as usize;
-        let point = |i: usize| {
-            let time_s = partial.start_s + partial.duration() * i as f64 / count as f64;
-            let frequency_hz = partial.frequency_at(time_s) / k as f64;
-            Point {
-                time_s,
-                frequency_hz,
-                power: 0.0,
-                noise: peaks.noise(time_s, frequency_hz),
-            }
-        };
-        Self {
-            points: (0..=count).map(point).collect(),
-            rank: 0.0,
-            bin_hz: 20.0,
         }
     }
 

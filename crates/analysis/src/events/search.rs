@@ -13,6 +13,7 @@ use super::ridge::{Ridge, select};
 use super::spectrogram::{Peaks, peaks};
 use super::{EventKind, RidgePoint, TonalEvent, TonalEvents};
 use crate::condition::quantum;
+use crate::stats::{mean, range};
 use crate::{AnalysisError, MAX_SAMPLE};
 
 /// Options of the search for tonal events.
@@ -103,29 +104,23 @@ pub fn tonal_events(
     if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
         return Err(AnalysisError::SampleRange);
     }
-    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-    let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
+    let offset = mean(samples);
+    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
     let (candidates, hum, power) = candidates(&samples, rate_hz, options);
     let recording_db = options.level_db(power);
     let (all, groups): (Vec<TonalEvent>, Vec<Group>) = candidates.into_iter().unzip();
-    let kinds = all
-        .iter()
-        .zip(&groups)
-        .map(|(event, group)| likeliest(&inputs(event, group, &all, recording_db)));
-    let kinds: Vec<_> = kinds.collect();
-    let known = all
-        .into_iter()
-        .zip(kinds)
-        .filter_map(|(event, (kind, probability))| {
-            options.admits(&event, recording_db).then_some(TonalEvent {
-                kind: kind?,
-                probability,
-                ..event
-            })
-        });
-    let events: Vec<TonalEvent> = known.collect();
+    let sounds = all.iter().zip(&groups);
+    let known = sounds.filter(|(event, _)| options.admits(event, recording_db));
+    let events = known.filter_map(|(event, group)| {
+        let (kind, probability) = likeliest(&inputs(event, group, &all));
+        Some(TonalEvent {
+            kind: kind?,
+            probability,
+            ..event.clone()
+        })
+    });
     Ok(TonalEvents {
-        events,
+        events: events.collect(),
         hum: hum.map(|hum| hum.hum(options.full_scale)),
     })
 }
@@ -148,21 +143,7 @@ pub(super) fn candidates(
         Baseband::new(samples, rate_hz, ridge).partials(noise)
     };
     let found: Vec<Partial> = ridges.par_iter().flat_map_iter(partials).collect();
-    let below = |of: &Partial, k: usize| {
-        let ridge = Ridge::below(of, k, &reference);
-        let frequency_hz = of.frequency_hz / k as f64;
-        // A path through noise has noise below it.
-        let is_in_band = frequency_hz >= options.low_hz
-            && of.strength() > third_octave(of.frequency_hz)
-            && !hum.as_ref().is_some_and(|hum| hum.is_near(frequency_hz));
-        let stands_out = || Baseband::new(samples, rate_hz, &ridge).stands_out(of);
-        let best = || {
-            let found = partials(&ridge).into_iter();
-            found.max_by(|a, b| a.shared_with(of).total_cmp(&b.shared_with(of)))
-        };
-        (is_in_band && stands_out()).then(best)?
-    };
-    let groups = groups(found, below);
+    let groups = groups(found);
     let in_range =
         |g: &Group| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz);
     let groups = groups.into_iter().filter(in_range);
@@ -234,9 +215,8 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
         .iter()
         .enumerate()
         .filter(|(_, p)| p.1 > 0.1 * leader.power);
-    let frequencies: Vec<f64> = strong
-        .map(|(i, _)| leader.frequency_at(leader.time(i)) / *multiple as f64)
-        .collect();
+    let frequencies = strong.map(|(i, _)| leader.frequency_at(leader.time(i)) / *multiple as f64);
+    let [frequency_low_hz, frequency_high_hz] = range(frequencies.chain([frequency_hz]));
     let third = third_octave(frequency_hz);
     let full = 0.5 * options.full_scale.powi(2);
     let db = |ratio: f64| 10.0 * ratio.max(1e-20).log10();
@@ -247,10 +227,8 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
         start_s: leader.start_s,
         end_s: leader.end_s,
         frequency_hz,
-        frequency_low_hz: frequencies.iter().fold(frequency_hz, |low, f| low.min(*f)),
-        frequency_high_hz: frequencies
-            .iter()
-            .fold(frequency_hz, |high, f| high.max(*f)),
+        frequency_low_hz,
+        frequency_high_hz,
         harmonics: group.partials.len(),
         level_db: db(power / full),
         snr_db: db(partial.power / (partial.noise * third)),

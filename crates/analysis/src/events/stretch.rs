@@ -1,7 +1,5 @@
 //! The part of an event in which it is stationary.
 
-use std::collections::VecDeque;
-
 use super::{RidgePoint, Span, TonalEvent};
 
 /// Half of the time over which frequency and level are averaged, s: modulation above 5 Hz does not count.
@@ -18,29 +16,15 @@ const LEVEL_CHANGE_DB: f64 = 6.0;
 pub fn stationary_stretch(event: &TonalEvent) -> Span {
     let (times, levels) = averaged(&event.ridge);
     let mut best = (0, 0);
-    let mut start = 0;
-    let mut highest: VecDeque<usize> = VecDeque::new();
-    let mut lowest: VecDeque<usize> = VecDeque::new();
-    for end in 0..levels.len() {
-        while highest.back().is_some_and(|i| levels[*i] <= levels[end]) {
-            highest.pop_back();
-        }
-        while lowest.back().is_some_and(|i| levels[*i] >= levels[end]) {
-            lowest.pop_back();
-        }
-        highest.push_back(end);
-        lowest.push_back(end);
-        while levels[highest[0]] - levels[lowest[0]] > LEVEL_CHANGE_DB {
-            start += 1;
-            while highest.front().is_some_and(|i| *i < start) {
-                highest.pop_front();
-            }
-            while lowest.front().is_some_and(|i| *i < start) {
-                lowest.pop_front();
-            }
-        }
-        if end - start > best.1 - best.0 {
-            best = (start, end);
+    for first in 0..levels.len() {
+        let (mut low, mut high) = (levels[first], levels[first]);
+        let within = levels[first..].iter().take_while(|level| {
+            (low, high) = (low.min(**level), high.max(**level));
+            high - low <= LEVEL_CHANGE_DB
+        });
+        let last = first + within.count() - 1;
+        if last - first > best.1 - best.0 {
+            best = (first, last);
         }
     }
     if best.1 > best.0 {
