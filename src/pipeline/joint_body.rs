@@ -293,7 +293,7 @@ impl JointBody {
         live: Option<bool>,
         motion: &Motion,
         frame: &mut Frame,
-    ) -> Result<(), PipelineError> {
+    ) {
         let Motion { integrator, z, .. } = motion;
         if self.unlocated_since.is_none() {
             let located = integrator.stats().steps_without_event_location == 0;
@@ -306,10 +306,7 @@ impl JointBody {
         // Data that the scene does not record stay off.
         let shows = live.map_or(counts, |live| live && self.count_every.is_some());
         if counts || shows {
-            let tilt = self.clock.now.tilt;
-            let snapshot = self
-                .patch
-                .snapshot(&self.ball, tilt, &self.joint, time, z)?;
+            let snapshot = self.patch.snapshot(&self.joint, time, z);
             if counts {
                 let sample = ContactSample::of(&snapshot, &self.counted);
                 frame.contacts.push(sample);
@@ -322,7 +319,6 @@ impl JointBody {
         if is_due(self.energy_every) {
             frame.energy.push(self.energy_sample(time, z));
         }
-        Ok(())
     }
 
     /// Number of nodes that have separated or closed since the last sample, at the coordinates `q`.

@@ -13,8 +13,7 @@ use crate::joint::{BallJoint, Joint};
 pub(super) struct ShownPatch {
     /// Number of nodes in rings.
     count: usize,
-    /// The joint with these nodes; `None` until the first picture under this loading, and if the simulated nodes are
-    /// shown.
+    /// The joint with these nodes; `None` if the simulated nodes are shown.
     joint: Option<Joint>,
 }
 
@@ -33,39 +32,20 @@ impl ShownPatch {
         ball: &BallJoint,
         tilt: f64,
     ) -> Result<PatchGeometry, PipelineError> {
-        self.joint = None;
-        let (positions, areas, pre_stress) = match ball.nodes_in_rings(self.count, tilt) {
-            Some(nodes) => (nodes.positions, nodes.areas, nodes.pre_stress),
-            None => {
-                let model = ball.model(tilt)?;
-                (model.positions, model.areas, model.pre_stress)
-            }
-        };
+        let in_rings = ball.model_in_rings(self.count, tilt)?;
+        self.joint = in_rings.as_ref().map(Joint::new);
+        let model = in_rings.map_or_else(|| ball.model(tilt), Ok)?;
         Ok(PatchGeometry {
-            positions,
-            areas,
-            pre_stress,
+            positions: model.positions,
+            areas: model.areas,
+            pre_stress: model.pre_stress,
             direction: ball.direction(tilt),
             radius: ball.patch_radius(),
         })
     }
 
     /// Status and forces of the shown nodes at a state `z` of the simulated joint.
-    ///
-    /// # Errors
-    /// If the joint cannot be assembled.
-    pub fn snapshot(
-        &mut self,
-        ball: &BallJoint,
-        tilt: f64,
-        simulated: &Joint,
-        time: f64,
-        z: &[f64],
-    ) -> Result<PatchSnapshot, PipelineError> {
-        if self.joint.is_none() {
-            let model = ball.model_in_rings(self.count, tilt)?;
-            self.joint = model.as_ref().map(Joint::new);
-        }
+    pub fn snapshot(&self, simulated: &Joint, time: f64, z: &[f64]) -> PatchSnapshot {
         let joint = self.joint.as_ref().unwrap_or(simulated);
         let forces = joint.node_forces(z);
         let pairs = forces.normal.iter().zip(&forces.speed).enumerate();
@@ -78,11 +58,11 @@ impl ShownPatch {
                 NodeState::Slip
             }
         });
-        Ok(PatchSnapshot {
+        PatchSnapshot {
             time,
             states: states.collect(),
             normal_force: forces.normal,
             friction: forces.friction,
-        })
+        }
     }
 }

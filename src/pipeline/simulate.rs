@@ -391,7 +391,7 @@ impl Source for Simulation {
             match body {
                 Body::Joint(body) => {
                     let is_shown = |_| DisplayRates::is_snapshot(index - first, count, rate);
-                    body.sample((index, time), self.shown.map(is_shown), motion, &mut frame)?;
+                    body.sample((index, time), self.shown.map(is_shown), motion, &mut frame);
                 }
                 Body::Small(body) => body.sample(&motion.integrator, &mut frame),
             }

@@ -1,13 +1,14 @@
 //! Assembly of the contact model at any tilt from the parameters of a joint.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::patch::{PatchFrame, PatchPoint, normal_at, patch_points};
 use super::published::natural_frequencies;
 use super::vector::{cross, dot, scale, unit};
 use super::{
-    BallOnBeam, BodySpec, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec, Model,
-    Quadrature, StiffnessLaw,
+    BallOnBeam, BodySpec, ImportedModes, ImportedModesError, Joint, JointSpec, Model, Quadrature,
+    StiffnessLaw,
 };
 use crate::fem::{BodyMode, BodyModes, FemError, SurfaceMesh};
 
@@ -78,30 +79,21 @@ pub struct BallJoint {
     reason = "a joint has one body: its size does not matter"
 )]
 enum Body {
-    Meshed(Meshed),
-    Own(Arc<ImportedModes>),
-}
-
-/// Finite-element modes with a Hertz contact.
-#[derive(Clone, Debug)]
-struct Meshed {
-    modes: BodyModes,
-    ball_radius: f64,
-    hertz: Hertz,
-    points: Vec<PatchPoint>,
+    Meshed(BallOnBeam, BodyModes),
+    Imported(Arc<ImportedModes>),
 }
 
 /// Contact nodes of a patch without mode shapes, one entry per node.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PatchNodes {
+pub(crate) struct PatchNodes {
     /// Positions relative to the centre of the ball, m.
-    pub positions: Vec<[f64; 3]>,
+    pub(crate) positions: Vec<[f64; 3]>,
     /// Outward unit normals of the ball.
-    pub normals: Vec<[f64; 3]>,
+    pub(crate) normals: Vec<[f64; 3]>,
     /// Areas, m^2.
-    pub areas: Vec<f64>,
+    pub(crate) areas: Vec<f64>,
     /// Pre-stress, Pa.
-    pub pre_stress: Vec<f64>,
+    pub(crate) pre_stress: Vec<f64>,
 }
 
 impl BallJoint {
@@ -110,30 +102,26 @@ impl BallJoint {
     /// # Errors
     /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
-        match &spec.body {
+        let (frequencies_hz, body) = match &spec.body {
             BodySpec::BallOnBeam(body) => {
-                let modes = BodyModes::solve(
-                    &body.geometry,
-                    &body.material,
-                    &body.elements,
-                    &body.families,
-                )?;
+                let (geometry, material) = (&body.geometry, &body.material);
+                let modes = BodyModes::solve(geometry, material, &body.elements, &body.families)?;
                 let frequencies_hz = natural_frequencies(body, modes.modes())?
                     .map_err(|label| AssemblyError::Unpublished { label })?;
-                Ok(Self::on_beam(modes, frequencies_hz, body, spec))
+                (frequencies_hz, Body::Meshed(body.clone(), modes))
             }
-            BodySpec::Imported(modes) => Ok(Self {
-                spec: spec.clone(),
-                frequencies_hz: modes
-                    .omega()
-                    .iter()
-                    .map(|omega| omega / std::f64::consts::TAU)
-                    .collect(),
-                body: Body::Own(Arc::clone(modes)),
-                patch: None,
-                probe_rotation: None,
-            }),
-        }
+            BodySpec::Imported(modes) => {
+                let frequencies_hz = modes.omega().iter().map(|omega| omega / TAU).collect();
+                (frequencies_hz, Body::Imported(Arc::clone(modes)))
+            }
+        };
+        Ok(Self {
+            spec: spec.clone(),
+            frequencies_hz,
+            body,
+            patch: None,
+            probe_rotation: None,
+        })
     }
 
     /// Changes the parameters. The modes are computed again only if the body changes.
@@ -141,46 +129,21 @@ impl BallJoint {
     /// # Errors
     /// As [`BallJoint::new`].
     pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
-        match (self.body, &spec.body) {
-            (Body::Meshed(before), BodySpec::BallOnBeam(body)) if self.spec.body == spec.body => {
-                Ok(Self::on_beam(before.modes, self.frequencies_hz, body, spec))
-            }
-            _ => Self::new(spec),
+        if self.spec.body != spec.body {
+            return Self::new(spec);
         }
-    }
-
-    /// Builds the joint from computed modes.
-    fn on_beam(
-        modes: BodyModes,
-        frequencies_hz: Vec<f64>,
-        body: &BallOnBeam,
-        spec: &JointSpec,
-    ) -> Self {
-        let hertz = hertz_of(body, spec);
-        let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Self {
+        Ok(Self {
             spec: spec.clone(),
-            frequencies_hz,
-            body: Body::Meshed(Meshed {
-                modes,
-                ball_radius: 0.5 * body.geometry.ball_diameter,
-                hertz,
-                points,
-            }),
             patch: None,
             probe_rotation: None,
-        }
+            ..self
+        })
     }
 
     /// Changes the load (N, positive). The radius of a Hertz patch changes with it; an imported patch is
     /// fixed.
     pub fn set_load(&mut self, load: f64) {
         self.spec.load = load;
-        if let (Body::Meshed(meshed), BodySpec::BallOnBeam(body)) =
-            (&mut self.body, &self.spec.body)
-        {
-            meshed.hertz = hertz_of(body, &self.spec);
-        }
     }
 
     /// Changes the angular velocity vector, rad/s.
@@ -210,8 +173,8 @@ impl BallJoint {
     /// [`AssemblyError::NoMesh`] if the modes are imported.
     pub fn body(&self) -> Result<&BodyModes, AssemblyError> {
         match &self.body {
-            Body::Meshed(meshed) => Ok(&meshed.modes),
-            Body::Own(own) => Err(AssemblyError::NoMesh {
+            Body::Meshed(_, modes) => Ok(modes),
+            Body::Imported(own) => Err(AssemblyError::NoMesh {
                 file: own.name().to_owned(),
             }),
         }
@@ -220,8 +183,8 @@ impl BallJoint {
     /// Short description of the body.
     pub fn body_description(&self) -> String {
         match &self.body {
-            Body::Meshed(_) => "Ball and beam".to_owned(),
-            Body::Own(own) => format!("Body of {}", own.name()),
+            Body::Meshed(..) => "Ball and beam".to_owned(),
+            Body::Imported(own) => format!("Body of {}", own.name()),
         }
     }
 
@@ -238,8 +201,8 @@ impl BallJoint {
 
     fn labels(&self, of: impl Fn(&BodyMode) -> String) -> Vec<String> {
         match &self.body {
-            Body::Meshed(meshed) => meshed.modes.modes().iter().map(of).collect(),
-            Body::Own(own) => (1..=own.modes()).map(|k| format!("mode {k}")).collect(),
+            Body::Meshed(_, modes) => modes.modes().iter().map(of).collect(),
+            Body::Imported(own) => (1..=own.modes()).map(|k| format!("mode {k}")).collect(),
         }
     }
 
@@ -247,8 +210,8 @@ impl BallJoint {
     /// spacing; an imported surface has a fixed mesh. `None` if the file contains no surface.
     pub fn outline(&self, along: usize, round: usize) -> Option<SurfaceMesh> {
         match &self.body {
-            Body::Meshed(meshed) => Some(meshed.modes.outline(along, round)),
-            Body::Own(own) => own.surface().cloned(),
+            Body::Meshed(_, modes) => Some(modes.outline(along, round)),
+            Body::Imported(own) => own.surface().cloned(),
         }
     }
 
@@ -260,20 +223,21 @@ impl BallJoint {
     /// Radius of the contact patch, m: the Hertz radius times `radius_factor`, that of the table of pressures, or the radius
     /// of a disc with the area of an imported patch.
     pub fn patch_radius(&self) -> f64 {
-        match &self.body {
-            Body::Meshed(meshed) => self.spec.pressure.as_ref().map_or_else(
-                || meshed.hertz.radius * self.spec.contact.radius_factor,
-                |table| table.radius(),
-            ),
-            Body::Own(own) => own.patch_radius(),
+        match (&self.body, &self.spec.pressure) {
+            (Body::Imported(own), _) => own.patch_radius(),
+            (Body::Meshed(..), Some(table)) => table.radius(),
+            (Body::Meshed(body, _), None) => {
+                let hertz = body.hertz(&self.spec.socket, self.spec.load);
+                hertz.radius * self.spec.contact.radius_factor
+            }
         }
     }
 
     /// Radius of the ball, m.
     pub fn ball_radius(&self) -> f64 {
         match &self.body {
-            Body::Meshed(meshed) => meshed.ball_radius,
-            Body::Own(own) => own.ball_radius(),
+            Body::Meshed(body, _) => 0.5 * body.geometry.ball_diameter,
+            Body::Imported(own) => own.ball_radius(),
         }
     }
 
@@ -309,143 +273,137 @@ impl BallJoint {
     /// If the patch extends into the beam, or an imported patch is for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
         match &self.body {
-            Body::Meshed(meshed) => self.beam_model(meshed, &meshed.points, tilt),
-            Body::Own(own) => {
+            Body::Meshed(body, modes) => {
+                let contact = &self.spec.contact;
+                let points = patch_points(contact.quadrature, contact.nodes);
+                self.beam_model((body, modes), &points, tilt)
+            }
+            Body::Imported(own) => {
                 let direction = self.direction(tilt);
                 own.check_load(self.spec.load, direction)
                     .map_err(|problem| AssemblyError::OtherLoad {
                         file: own.name().to_owned(),
                         problem,
                     })?;
-                Ok(own.model(&self.spec, direction, self.probe_rotation()))
+                let factor = self.spec.contact.stiffness_factor;
+                let stiffness = own.stiffness.iter().map(|k| factor * k).collect();
+                let probe = own.probe(direction, self.probe_rotation());
+                let (omega, shapes) = (own.omega().to_vec(), own.shapes.clone());
+                Ok(self.at_nodes(own.patch.clone(), stiffness, omega, shapes, probe))
             }
         }
     }
 
-    /// Quadrature points of [`BallJoint::nodes_in_rings`].
-    fn points_in_rings(&self, count: usize) -> Option<(&Meshed, Vec<PatchPoint>)> {
-        match &self.body {
-            Body::Meshed(meshed) if self.spec.friction.states() == 0 => {
-                Some((meshed, patch_points(Quadrature::Rings, count)))
-            }
-            _ => None,
-        }
-    }
-
-    /// Nodes of a patch of `count` nodes in rings at a tilt (rad); `None` if the nodes of the model are the only
-    /// ones, because the patch is imported or friction has states at its nodes.
-    pub fn nodes_in_rings(&self, count: usize, tilt: f64) -> Option<PatchNodes> {
-        let (_, points) = self.points_in_rings(count)?;
-        Some(self.patch_nodes(&points, tilt))
-    }
-
-    /// Builds the contact model with the nodes of [`BallJoint::nodes_in_rings`].
+    /// Builds the contact model with `count` nodes in rings instead of those of the joint; `None` if those are the only ones,
+    /// because the patch is imported or friction has states at its nodes.
     ///
     /// # Errors
     /// As [`BallJoint::model`].
     pub fn model_in_rings(&self, count: usize, tilt: f64) -> Result<Option<Model>, AssemblyError> {
-        self.points_in_rings(count)
-            .map(|(meshed, points)| self.beam_model(meshed, &points, tilt))
-            .transpose()
+        match &self.body {
+            Body::Meshed(body, modes) if self.spec.friction.states() == 0 => {
+                let points = patch_points(Quadrature::Rings, count);
+                self.beam_model((body, modes), &points, tilt).map(Some)
+            }
+            _ => Ok(None),
+        }
     }
 
-    /// The nodes of a patch of ball and beam.
-    fn patch_nodes(&self, points: &[PatchPoint], tilt: f64) -> PatchNodes {
+    /// Builds the contact model of ball and beam with nodes at points of the patch.
+    fn beam_model(
+        &self,
+        (body, modes): (&BallOnBeam, &BodyModes),
+        points: &[PatchPoint],
+        tilt: f64,
+    ) -> Result<Model, AssemblyError> {
+        let JointSpec { load, contact, .. } = &self.spec;
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
         let frame = self.frame(tilt);
-        let patch_area = std::f64::consts::PI * radius * radius;
         let normals: Vec<_> = points
             .iter()
             .map(|point| normal_at(point, &frame, radius, ball_radius))
             .collect();
-        let [pre_stress, areas] = match &self.spec.pressure {
-            Some(table) => table.nodes(points, ball_radius, self.spec.load),
+        let flat = PI * radius * radius;
+        let (pre_stress, areas, patch_area, carried) = match &self.spec.pressure {
+            Some(table) => {
+                let [pre_stress, areas] = table.nodes(points, ball_radius, *load);
+                let forces = pre_stress.iter().zip(&areas).map(|(p, area)| p * area);
+                let (patch_area, carried) = (areas.iter().sum(), forces.sum());
+                (pre_stress, areas, patch_area, carried)
+            }
             None => {
-                let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
-                let loads = points.iter().zip(&areas);
-                let stress = loads.map(|(point, area)| point.load * self.spec.load / area);
-                [stress.collect(), areas]
+                let nodes = points.iter().map(|point| {
+                    let area = point.area * flat;
+                    (point.load * load / area, area)
+                });
+                let (pre_stress, areas) = nodes.unzip();
+                (pre_stress, areas, flat, *load)
             }
         };
-        PatchNodes {
-            positions: normals.iter().map(|n| scale(*n, ball_radius)).collect(),
-            normals,
-            pre_stress,
-            areas,
-        }
-    }
-
-    /// Builds the contact model of ball and beam.
-    fn beam_model(
-        &self,
-        meshed: &Meshed,
-        points: &[PatchPoint],
-        tilt: f64,
-    ) -> Result<Model, AssemblyError> {
-        let (body, hertz) = (&meshed.modes, &meshed.hertz);
-        let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
-        let frame = self.frame(tilt);
         let m = self.frequencies_hz.len();
-        let PatchNodes {
-            positions,
-            normals,
-            areas,
-            pre_stress,
-        } = self.patch_nodes(points, tilt);
         let on_beam = |source| AssemblyError::PatchOnBeam {
             tilt_deg: tilt.to_degrees(),
             half_angle_deg: (radius / ball_radius).min(1.0).asin().to_degrees(),
             source,
         };
-        let (patch_area, carried) = if self.spec.pressure.is_some() {
-            let forces = pre_stress.iter().zip(&areas).map(|(p, area)| p * area);
-            (areas.iter().sum(), forces.sum())
-        } else {
-            (std::f64::consts::PI * radius * radius, self.spec.load)
-        };
         let mut shapes = vec![[0.0; 3]; points.len() * m];
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
-            body.shapes_at_ball(*normal, row).map_err(on_beam)?;
+            modes.shapes_at_ball(*normal, row).map_err(on_beam)?;
         }
-        let mean = self.spec.contact.stiffness_factor * hertz.stiffness() / patch_area;
-        let stiffness = match self.spec.contact.stiffness {
+        let hertz = body.hertz(&self.spec.socket, *load);
+        let mean = contact.stiffness_factor * hertz.stiffness() / patch_area;
+        let stiffness = match contact.stiffness {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
             StiffnessLaw::LikePreStress => pre_stress
                 .iter()
                 .map(|p| mean * p * patch_area / carried)
                 .collect(),
         };
-        let sliding_velocity = positions
-            .iter()
-            .map(|x| cross(self.spec.rotation, *x))
-            .collect();
         // Eq. (24): row of the central contact point along its sliding direction. At rest the direction of
         // the tilt is used, which rotates with the azimuth like the rest of the model.
         let mut centre = vec![[0.0; 3]; m];
-        body.shapes_at_ball(frame.direction, &mut centre)
+        modes
+            .shapes_at_ball(frame.direction, &mut centre)
             .map_err(on_beam)?;
         let along = unit(self.velocity_of(self.probe_rotation(), tilt)).unwrap_or(frame.ahead);
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
-        Ok(Model {
-            positions,
+        let nodes = PatchNodes {
+            positions: normals.iter().map(|n| scale(*n, ball_radius)).collect(),
             normals,
             areas,
             pre_stress,
+        };
+        let omega = self.frequencies_hz.iter().map(|hz| TAU * hz).collect();
+        Ok(self.at_nodes(nodes, stiffness, omega, shapes, probe))
+    }
+
+    /// The contact model at given nodes, with the sliding, friction and damping of the joint.
+    fn at_nodes(
+        &self,
+        nodes: PatchNodes,
+        stiffness: Vec<f64>,
+        omega: Vec<f64>,
+        shapes: Vec<[f64; 3]>,
+        probe: Vec<f64>,
+    ) -> Model {
+        let spec = &self.spec;
+        let slide = |x: &[f64; 3]| cross(spec.rotation, *x);
+        Model {
+            sliding_velocity: nodes.positions.iter().map(slide).collect(),
+            positions: nodes.positions,
+            normals: nodes.normals,
+            areas: nodes.areas,
+            pre_stress: nodes.pre_stress,
             stiffness,
             shapes,
-            omega: self
-                .frequencies_hz
-                .iter()
-                .map(|hz| std::f64::consts::TAU * hz)
-                .collect(),
-            damping: self.spec.damping.clone(),
-            sliding_velocity,
-            friction: self.spec.friction.clone(),
-            unilateral: self.spec.contact.unilateral,
-            contact_damping: self.spec.contact.damping,
-            convection: self.spec.convection.then_some(self.spec.rotation),
+            omega,
+            damping: spec.damping.clone(),
+            friction: spec.friction.clone(),
+            unilateral: spec.contact.unilateral,
+            contact_damping: spec.contact.damping,
+            convection: spec.convection.then_some(spec.rotation),
             probe,
-        })
+        }
     }
 
     /// Builds the joint at a tilt (rad).
@@ -455,10 +413,4 @@ impl BallJoint {
     pub fn joint(&self, tilt: f64) -> Result<Joint, AssemblyError> {
         Ok(Joint::new(&self.model(tilt)?))
     }
-}
-
-/// Hertz contact for the load of a joint.
-fn hertz_of(body: &BallOnBeam, spec: &JointSpec) -> Hertz {
-    let ball_diameter = body.geometry.ball_diameter;
-    Hertz::new(ball_diameter, &body.material, &spec.socket, spec.load)
 }

@@ -21,7 +21,7 @@
 //! accounts for the change of the mode shape; the mode is followed by continuation while the term decreases
 //! to zero.
 
-use faer::{Mat, c64};
+use faer::{Mat, Scale, c64};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use strum::VariantArray;
@@ -249,29 +249,27 @@ impl Terms {
     /// Eigenvalues with `omega > 0`; `faded` scales one term by a factor.
     fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, StabilityError> {
         let m = self.modes;
-        let weight = |term: usize| match faded {
-            Some((which, share)) if which == term => share,
-            _ => 1.0,
-        };
-        let terms_of = |stiffness: bool| {
-            let all = Cause::ALL.iter().enumerate();
-            all.filter(move |(_, cause)| cause.is_stiffness() == stiffness)
-                .map(|(term, _)| term)
-        };
+        let (mut stiffness, mut damping) = (self.stiffness.clone(), Mat::zeros(m, m));
+        for (term, (cause, matrix)) in Cause::ALL.iter().zip(&self.terms).enumerate() {
+            let weight = faded.map_or(
+                1.0,
+                |(which, share)| if which == term { share } else { 1.0 },
+            );
+            let sum = if cause.is_stiffness() {
+                &mut stiffness
+            } else {
+                &mut damping
+            };
+            *sum += Scale(weight) * matrix;
+        }
         // The state [omega q | dq/dt] has components of similar size.
         let scale: Vec<f64> = (0..m).map(|i| self.stiffness[(i, i)].sqrt()).collect();
-        let matrix = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
-            (true, true) => 0.0,
-            (true, false) => f64::from(u8::from(i == j - m)) * scale[i],
-            (false, true) => {
-                let i = i - m;
-                let terms = terms_of(true).map(|term| weight(term) * self.terms[term][(i, j)]);
-                -(self.stiffness[(i, j)] + terms.sum::<f64>()) / scale[j]
-            }
-            (false, false) => {
-                let (i, j) = (i - m, j - m);
-                let terms = terms_of(false).map(|term| weight(term) * self.terms[term][(i, j)]);
-                -terms.sum::<f64>()
+        let matrix = Mat::from_fn(2 * m, 2 * m, |i, j| {
+            match (i.checked_sub(m), j.checked_sub(m)) {
+                (None, None) => 0.0,
+                (None, Some(j)) => f64::from(u8::from(i == j)) * scale[i],
+                (Some(i), None) => -stiffness[(i, j)] / scale[j],
+                (Some(i), Some(j)) => -damping[(i, j)],
             }
         });
         let eigen = matrix.eigen().map_err(|_| StabilityError)?;

@@ -1,6 +1,6 @@
 //! Hertz contact of the ball in its socket: patch radius and pre-stress (Fig. 1b).
 
-use super::{BodySpec, JointSpec, Socket, patch_points};
+use super::{BallOnBeam, BodySpec, JointSpec, Socket, patch_points};
 use crate::fem::Material;
 
 /// Hertz contact of a ball in a spherical socket.
@@ -45,20 +45,28 @@ impl Hertz {
     }
 }
 
+impl BallOnBeam {
+    /// Contact of the ball in a socket under a load (N, positive).
+    pub(crate) fn hertz(&self, socket: &Socket, load: f64) -> Hertz {
+        Hertz::new(self.geometry.ball_diameter, &self.material, socket, load)
+    }
+}
+
 impl JointSpec {
     /// Half-angle of the Hertz patch under a load (N), rad: the theory holds for small ones. `None` for a patch with another
     /// pressure.
     pub fn hertz_half_angle(&self, load: f64) -> Option<f64> {
-        let BodySpec::BallOnBeam(body) = &self.body else {
-            return None;
-        };
-        if self.pressure.is_some() {
-            return None;
+        match &self.body {
+            BodySpec::BallOnBeam(body) if self.pressure.is_none() => {
+                let radius = self.contact.radius_factor * body.hertz(&self.socket, load).radius;
+                Some(
+                    (radius / (0.5 * body.geometry.ball_diameter))
+                        .min(1.0)
+                        .asin(),
+                )
+            }
+            _ => None,
         }
-        let ball_diameter = body.geometry.ball_diameter;
-        let hertz = Hertz::new(ball_diameter, &body.material, &self.socket, load);
-        let sine = self.contact.radius_factor * hertz.radius / (0.5 * ball_diameter);
-        Some(sine.min(1.0).asin())
     }
 
     /// Share of the load that the normal forces of a Hertz patch with a half-angle (rad) do not carry: the theory lets them

@@ -37,7 +37,8 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{AssemblyError, BallJoint, PatchNodes};
+use assembly::PatchNodes;
+pub use assembly::{AssemblyError, BallJoint};
 pub use contact::{NodeAction, NodeForces};
 pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,

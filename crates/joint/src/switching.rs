@@ -16,7 +16,7 @@ use super::nodes::radial_part;
 use super::normal::Separation;
 use super::simd::{LANES, Vector, parts};
 use super::{ContactDamping, Joint};
-use squeakscope_dynamics::{Switching, System};
+use squeakscope_dynamics::Switching;
 
 impl Switching for Joint {
     fn status_len(&self) -> usize {
@@ -88,12 +88,8 @@ impl Switching for Joint {
     }
 
     /// The node changes its status; the state is continuous.
-    fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
+    fn cross(&self, guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
         let (node, is_gap) = (guard % self.nodes.count, guard < self.nodes.count);
-        debug_assert!(
-            !is_gap || self.rests_on_guard(node, &z[..self.modes()]),
-            "node {node} changes sides away from its guard"
-        );
         let (byte, bit) = (node / LANES, 1 << (node % LANES));
         let (separated, pulled) = status.split_at_mut(self.nodes.blocks.len());
         if is_gap {
@@ -199,19 +195,6 @@ impl Joint {
         self.each_guard(q, &[], |block, gaps, _| {
             status[block] = negative_bits(gaps);
         });
-    }
-
-    /// Whether the spring stress of a node at modal coordinates `q` is negligible relative to the terms of
-    /// which it is the difference, so that the node can change its status.
-    fn rests_on_guard(&self, node: usize, q: &[f64]) -> bool {
-        let (block, lane) = (node / LANES, node % LANES);
-        let m = self.nodes.modes;
-        let rows = &self.nodes.rows[block * m..][..m];
-        let block = &self.nodes.blocks[block];
-        let (pre_stress, stiffness) = (block.pre_stress.0[lane], block.stiffness.0[lane]);
-        let terms = rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q);
-        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), u| (sum + u, size + u.abs()));
-        (pre_stress + stiffness * sum).abs() <= 1e-6 * (pre_stress + stiffness * size)
     }
 }
 

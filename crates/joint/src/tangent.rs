@@ -277,6 +277,61 @@ impl<const N: usize> TangentProduct<'_, N> {
         )
     }
 
+    /// Changes at the nodes of a group in adjacent tangent vectors: sums over the modes.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "the index is the second one of arrays by tangent vectors"
+    )]
+    #[inline(always)]
+    fn motions<S: Simd, const K: usize, const L: usize>(
+        &self,
+        simd: S,
+        group: &Group<'_, K>,
+        first: usize,
+        vectors: &[f64],
+    ) -> Motions<S, K, L> {
+        let (m, width) = (self.nodes.modes, self.width);
+        let zero = Vector::splat(simd, 0.0);
+        let (mut u_r, mut rate, mut slip) = ([zero; L], [zero; L], [[zero; 3]; L]);
+        let (dq, dv) = vectors[..2 * m * width].split_at(m * width);
+        let of_mode = |numbers: &[f64], i: usize| -> [f64; L] {
+            numbers[i * width + first..].as_chunks().0[0]
+        };
+        for i in 0..m {
+            let ([s, t, r], dq) = (group.rows(simd, i), of_mode(dq, i));
+            for l in 0..L {
+                u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+            }
+            if N == 0 && !self.damped {
+                continue;
+            }
+            let dv = of_mode(dv, i);
+            for l in 0..L {
+                let v = Vector::splat(simd, dv[l]);
+                slip[l][2] = r.mul_add(v, slip[l][2]);
+                if N > 0 {
+                    slip[l][0] = s.mul_add(v, slip[l][0]);
+                    slip[l][1] = t.mul_add(v, slip[l][1]);
+                }
+            }
+        }
+        for l in 0..L {
+            rate[l] = slip[l][2];
+        }
+        if N > 0 {
+            for (i, rows) in group.convected(simd).enumerate() {
+                let dq = of_mode(dq, i);
+                for l in 0..L {
+                    let dq = Vector::splat(simd, dq[l]);
+                    for (slip, row) in slip[l].iter_mut().zip(rows) {
+                        *slip = row.mul_add(dq, *slip);
+                    }
+                }
+            }
+        }
+        (u_r, rate, slip)
+    }
+
     /// Changes at the nodes of a group in adjacent unit vectors: rows of the modes.
     #[inline(always)]
     fn unit_motions<S: Simd, const K: usize, const L: usize>(
@@ -317,44 +372,12 @@ impl<const N: usize> TangentProduct<'_, N> {
         vector: usize,
         first: usize,
     ) {
-        let (m, width) = (self.nodes.modes, self.width);
+        let m = self.nodes.modes;
         let group = Group::<K>::new::<S>(self.nodes, vector);
         let zero = Vector::splat(simd, 0.0);
-        let (u_r, rate, slip) = if let Some(vectors) = self.vectors {
-            let (mut u_r, mut rate, mut slip) = ([zero; L], [zero; L], [[zero; 3]; L]);
-            let (dq, dv) = vectors[..2 * m * width].split_at(m * width);
-            let of_mode = |numbers: &[f64], i: usize| -> [f64; L] {
-                numbers[i * width + first..].as_chunks().0[0]
-            };
-            for i in 0..m {
-                let ([s, t, r], dq, dv) = (group.rows(simd, i), of_mode(dq, i), of_mode(dv, i));
-                for l in 0..L {
-                    let v = Vector::splat(simd, dv[l]);
-                    u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
-                    slip[l][2] = r.mul_add(v, slip[l][2]);
-                    if N > 0 {
-                        slip[l][0] = s.mul_add(v, slip[l][0]);
-                        slip[l][1] = t.mul_add(v, slip[l][1]);
-                    }
-                }
-            }
-            for l in 0..L {
-                rate[l] = slip[l][2];
-            }
-            if N > 0 {
-                for (i, rows) in group.convected(simd).enumerate() {
-                    let dq = of_mode(dq, i);
-                    for l in 0..L {
-                        let dq = Vector::splat(simd, dq[l]);
-                        for (slip, row) in slip[l].iter_mut().zip(rows) {
-                            *slip = row.mul_add(dq, *slip);
-                        }
-                    }
-                }
-            }
-            (u_r, rate, slip)
-        } else {
-            self.unit_motions(simd, &group, first)
+        let (u_r, rate, slip): Motions<S, K, L> = match self.vectors {
+            Some(vectors) => self.motions(simd, &group, first, vectors),
+            None => self.unit_motions(simd, &group, first),
         };
         let slips = self.vectors.is_some() || first + L > m || !self.nodes.convected.is_empty();
         let mut forces = [[zero; 3]; L];

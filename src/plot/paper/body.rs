@@ -1,6 +1,6 @@
 //! Fig. 1 and 2: ball and beam, contact patch, mode shapes.
 
-use crate::fem::{FamilyMode, ModeKind, SurfaceMesh};
+use crate::fem::{ModeKind, SurfaceMesh};
 use crate::joint::{AssemblyError, BallJoint, Model};
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
@@ -97,7 +97,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
     };
     let rest = wires(&mesh, Color::Ink, |_, at| at);
     let mut panels = vec![panel("undeformed".to_owned(), vec![rest])];
-    for FamilyMode { mode, name } in body.families() {
+    for (mode, name) in body.families() {
         let shape = |vertex| mesh.shapes_at(vertex)[mode];
         let size = |vertex| shape(vertex).iter().map(|x| x * x).sum::<f64>();
         let sizes = (0..mesh.vertices.len()).map(size);

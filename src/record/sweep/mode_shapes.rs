@@ -4,7 +4,7 @@
 use crate::record::sdk::{LineStrips3D, Mesh3D, Points3D, Radius};
 
 use crate::{
-    fem::{FamilyMode, ModeKind},
+    fem::ModeKind,
     joint::BallJoint,
     pipeline::message::vertex_normals,
     record::{
@@ -36,7 +36,7 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> 
     let lowest = outline.vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
     let mut names = Vec::new();
     let mut axes = Vec::new();
-    for (place, FamilyMode { mode, name }) in families.iter().enumerate() {
+    for (place, (mode, name)) in families.iter().enumerate() {
         let shape = || (0..outline.vertices.len()).map(|vertex| outline.shapes_at(vertex)[*mode]);
         let sizes = shape().map(|u| u.iter().map(|c| c * c).sum::<f64>().sqrt());
         let sizes: Vec<f64> = sizes.collect();

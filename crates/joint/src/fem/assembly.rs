@@ -5,6 +5,7 @@
 //! semidefinite by construction, and a single dense product. The mass is computed in the same way.
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Accum, Mat, Par};
 
 use super::element::{QuadraturePoint, quadrature};
@@ -12,133 +13,86 @@ use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction, StiffnessRoot};
 use super::{Material, Section};
 
 /// Stiffness `K` (N/m) and consistent mass `M` (kg) of the full three-dimensional body, including the
-/// angular integrals: lower triangles in compressed column storage with a common sparsity pattern.
+/// angular integrals.
 #[derive(Clone, Debug)]
 pub(super) struct Pencil {
-    pub(super) column_start: Vec<usize>,
-    pub(super) row: Vec<usize>,
-    pub(super) stiffness: Vec<f64>,
-    pub(super) mass: Vec<f64>,
+    pub(super) stiffness: SparseColMat<usize, f64>,
+    pub(super) mass: SparseColMat<usize, f64>,
 }
 
 impl Pencil {
-    /// Assembles the matrices of one family.
+    /// Assembles the matrices of one family. If two degrees of freedom of an element share a number, their rows and columns
+    /// are summed, which enforces the constraint between them.
     pub(super) fn assemble(
         section: &Section,
         material: &Material,
         harmonic: Harmonic,
         dofs: &DofMap,
     ) -> Self {
-        let numbers: Vec<Vec<Option<usize>>> = section
-            .elements()
-            .map(|element| {
-                let amplitudes = harmonic.amplitudes();
-                element
-                    .iter()
-                    .flat_map(|&node| amplitudes.iter().map(move |&a| dofs.of(node, a)))
-                    .collect()
-            })
-            .collect();
-        let mut pencil = Self::pattern(&numbers, dofs.len);
+        let amplitudes = harmonic.amplitudes();
+        let numbered = |element: &[usize]| -> Vec<(usize, usize)> {
+            let slots = element
+                .iter()
+                .flat_map(|&node| amplitudes.iter().map(move |&a| (node, a)));
+            let numbers = slots
+                .map(|(node, amplitude)| dofs.of(node, amplitude))
+                .enumerate();
+            numbers
+                .filter_map(|(slot, number)| Some((slot, number?)))
+                .collect()
+        };
+        let numbers: Vec<_> = section.elements().map(numbered).collect();
+        let pattern = pattern(&numbers, dofs.len);
+        let mut stiffness = vec![0.0; pattern.row_idx().len()];
+        let mut mass = stiffness.clone();
         let mut kernel = Kernel::new(material, harmonic, section.order);
-        let mut nodes = Vec::new();
+        let stride = amplitudes.len();
         for (element, numbers) in section.elements().zip(&numbers) {
-            nodes.clear();
-            nodes.extend(element.iter().map(|&node| section.nodes[node]));
+            let nodes: Vec<_> = element.iter().map(|&node| section.nodes[node]).collect();
             kernel.integrate(&nodes);
-            pencil.add(&kernel, numbers);
-        }
-        pencil
-    }
-
-    /// The sparsity pattern: two degrees of freedom are coupled if they share an element.
-    fn pattern(elements: &[Vec<Option<usize>>], len: usize) -> Self {
-        let mut touching = vec![Vec::new(); len];
-        for (e, numbers) in elements.iter().enumerate() {
-            for &i in numbers.iter().flatten() {
-                if touching[i].last() != Some(&e) {
-                    touching[i].push(e);
-                }
-            }
-        }
-        let mut column_start = vec![0];
-        let mut row = Vec::new();
-        let mut seen_in = vec![usize::MAX; len];
-        for (j, elements_here) in touching.iter().enumerate() {
-            let start = row.len();
-            for &e in elements_here {
-                for &i in elements[e].iter().flatten() {
-                    if i >= j && seen_in[i] != j {
-                        seen_in[i] = j;
-                        row.push(i);
+            for &(b, column) in numbers {
+                let start = pattern.col_ptr()[column];
+                let rows = pattern.row_idx_of_col_raw(column);
+                for &(a, row) in numbers {
+                    let entry = start + rows.partition_point(|&r| r < row);
+                    let [low, high] = [a.min(b), a.max(b)];
+                    stiffness[entry] += kernel.stiffness[(high, low)];
+                    if a % stride == b % stride {
+                        mass[entry] += kernel.mass[(high / stride, low / stride)];
                     }
                 }
             }
-            row[start..].sort_unstable();
-            column_start.push(row.len());
         }
-        let stiffness = vec![0.0; row.len()];
         Self {
-            column_start,
-            mass: stiffness.clone(),
-            stiffness,
-            row,
+            stiffness: SparseColMat::new(pattern.clone(), stiffness),
+            mass: SparseColMat::new(pattern, mass),
         }
     }
+}
 
-    /// Adds the element matrices of the kernel. If two degrees of freedom of the element share a number,
-    /// their rows and columns are summed, which enforces the constraint between them.
-    fn add(&mut self, kernel: &Kernel, numbers: &[Option<usize>]) {
-        let amplitudes = kernel.harmonic.amplitudes().len();
-        for (b, column) in numbers.iter().enumerate() {
-            let Some(j) = *column else { continue };
-            let start = self.column_start[j];
-            let rows = &self.row[start..self.column_start[j + 1]];
-            for (a, row) in numbers.iter().enumerate() {
-                let Some(i) = row.filter(|&i| i >= j) else {
-                    continue;
-                };
-                let slot = start + rows.partition_point(|&r| r < i);
-                let [low, high] = [a.min(b), a.max(b)];
-                self.stiffness[slot] += kernel.stiffness[(high, low)];
-                if a % amplitudes == b % amplitudes {
-                    self.mass[slot] += kernel.mass[(high / amplitudes, low / amplitudes)];
-                }
+/// The sparsity pattern: two of `len` degrees of freedom are coupled if they share an element. Elements are given by the
+/// numbers of their degrees of freedom.
+fn pattern(elements: &[Vec<(usize, usize)>], len: usize) -> SymbolicSparseColMat<usize> {
+    let mut touching = vec![Vec::new(); len];
+    for (e, numbers) in elements.iter().enumerate() {
+        for &(_, number) in numbers {
+            touching[number].push(e);
+        }
+    }
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    let mut seen_in = vec![usize::MAX; len];
+    for (column, touching) in touching.iter().enumerate() {
+        let start = rows.len();
+        for &(_, row) in touching.iter().flat_map(|&e| &elements[e]) {
+            if seen_in[row] != column {
+                seen_in[row] = column;
+                rows.push(row);
             }
         }
+        rows[start..].sort_unstable();
+        starts.push(rows.len());
     }
-
-    /// Number of degrees of freedom.
-    pub(super) fn len(&self) -> usize {
-        self.column_start.len() - 1
-    }
-
-    /// `M x`.
-    pub(super) fn mass_times(&self, x: &[f64]) -> Vec<f64> {
-        self.times(&self.mass, x)
-    }
-
-    /// `K x`.
-    pub(super) fn stiffness_times(&self, x: &[f64]) -> Vec<f64> {
-        self.times(&self.stiffness, x)
-    }
-
-    /// The product of a matrix with this pattern, given by its lower triangle, and a vector.
-    fn times(&self, lower: &[f64], x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; self.len()];
-        for j in 0..self.len() {
-            // The diagonal is the first entry of its column.
-            let diagonal = self.column_start[j];
-            let below = diagonal + 1..self.column_start[j + 1];
-            let mut sum = lower[diagonal] * x[j];
-            for (&i, &value) in self.row[below.clone()].iter().zip(&lower[below]) {
-                sum += value * x[i];
-                y[i] += value * x[j];
-            }
-            y[j] += sum;
-        }
-        y
-    }
+    SymbolicSparseColMat::new_checked(len, len, starts, None, rows)
 }
 
 /// Element integration with reusable matrices.
@@ -273,10 +227,6 @@ mod tests {
         (pencil, dofs)
     }
 
-    fn dot(a: &[f64], b: &[f64]) -> f64 {
-        a.iter().zip(b).map(|(x, y)| x * y).sum()
-    }
-
     /// Bodies of straight and of curved elements, of every order.
     fn sections() -> impl Iterator<Item = Section> {
         Elements::ORDERS.flat_map(|order| {
@@ -293,11 +243,15 @@ mod tests {
         for section in sections() {
             for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
                 let (pencil, dofs) = pencil(&section, harmonic);
-                let scale = pencil.stiffness.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+                let scale = pencil
+                    .stiffness
+                    .val()
+                    .iter()
+                    .fold(0.0_f64, |a, b| a.max(b.abs()));
                 for motion in harmonic.rigid_motions(&section) {
                     let x = dofs.gather(&motion);
                     let size = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-                    for force in pencil.times(&pencil.stiffness, &x) {
+                    for force in (&pencil.stiffness * &x).iter() {
                         let order = section.order;
                         assert!(
                             force.abs() < 1e-12 * scale * size,
@@ -327,7 +281,7 @@ mod tests {
                 let (pencil, dofs) = pencil(&section, *harmonic);
                 for (motion, exact) in harmonic.rigid_motions(&section).iter().zip(exact) {
                     let x = dofs.gather(motion);
-                    let energy = dot(&pencil.mass_times(&x), &x);
+                    let energy = x.transpose() * (&pencil.mass * &x);
                     assert!(
                         (energy / exact - 1.0).abs() < 1e-13,
                         "{harmonic}, order {order}: {energy}"
@@ -351,10 +305,10 @@ mod tests {
                 let (pencil, dofs) = pencil(&section, harmonic);
                 let field: Vec<[f64; 3]> = section.nodes.iter().copied().map(field).collect();
                 let x = dofs.gather(&field);
-                let twice = dot(&pencil.stiffness_times(&x), &x);
+                let twice = x.transpose() * (&pencil.stiffness * &x);
                 // The volume of the mesh: coarse elements do not fill a sphere.
                 let along = dofs.gather(&harmonic.rigid_motions(&section)[0]);
-                let volume = dot(&pencil.mass_times(&along), &along) / STEEL.density;
+                let volume = along.transpose() * (&pencil.mass * &along) / STEEL.density;
                 let error = (twice / (modulus * volume) - 1.0).abs();
                 let order = section.order;
                 assert!(error < 1e-11, "{harmonic}, order {order}: {error:e}");

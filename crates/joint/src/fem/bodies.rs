@@ -12,6 +12,7 @@
 //! ```
 
 use super::section::{Curve, Grading, Partition, Section, SectionBuilder};
+use super::surface::Surface;
 use super::{Elements, FemError, Geometry, LengthReading};
 
 /// The mesh of a ball on a beam, and its nodes on the free surface.
@@ -21,9 +22,9 @@ pub(super) struct BallOnBeam {
     /// Centre of the free end of the beam.
     pub(super) end: usize,
     /// Lateral surface of the beam, from the free end to the corner.
-    pub(super) side: Vec<usize>,
+    pub(super) side: Surface,
     /// Free surface of the ball, from the north pole to the corner.
-    pub(super) ball: Vec<usize>,
+    pub(super) ball: Surface,
 }
 
 impl BallOnBeam {
@@ -64,11 +65,12 @@ impl BallOnBeam {
             (&base, &radial),
             (elements, Grading::START),
         );
+        let section = builder.finish();
         Ok(Self {
-            section: builder.finish(),
+            side: Surface::new(&section, side.nodes, false),
+            ball: Surface::new(&section, ball, true),
+            section,
             end: centre,
-            side: side.nodes,
-            ball,
         })
     }
 }
@@ -285,16 +287,16 @@ mod tests {
     fn surface_nodes_lie_on_the_surface() {
         let mesh =
             BallOnBeam::mesh(&geometry(LengthReading::ToCentre), &elements(6e-3, 4)).unwrap();
-        for &node in &mesh.ball {
+        for &node in &mesh.ball.nodes {
             let [r, z] = mesh.section.nodes[node];
             assert!((r.hypot(z) - 15.875e-3).abs() < 1e-16);
         }
-        for &node in &mesh.side {
+        for &node in &mesh.side.nodes {
             assert_eq!(mesh.section.nodes[node][0], 10e-3);
         }
         assert_eq!(mesh.section.nodes[mesh.end], [0.0, -0.2]);
-        assert_eq!(mesh.section.nodes[mesh.ball[0]], [0.0, 15.875e-3]);
-        assert_eq!(mesh.ball.last(), mesh.side.last());
+        assert_eq!(mesh.section.nodes[mesh.ball.nodes[0]], [0.0, 15.875e-3]);
+        assert_eq!(mesh.ball.nodes.last(), mesh.side.nodes.last());
     }
 
     #[test]

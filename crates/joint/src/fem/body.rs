@@ -1,7 +1,7 @@
 //! The modes of the ball on its beam.
 
 use super::bodies::BallOnBeam;
-use super::surface::{EdgePoint, Surface};
+use super::surface::SurfacePoint;
 use super::{Elements, Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
 
 /// The elastic modes of a free ball on a beam, normalised to unit modal mass (`Phi^T M Phi = I`), in
@@ -12,12 +12,8 @@ use super::{Elements, Families, FemError, Geometry, Harmonic, Material, Meridian
 #[derive(Clone, Debug)]
 pub struct BodyModes {
     modes: Vec<BodyMode>,
-    /// Index of the meridian field of each mode; the modes of a pair share one.
-    pub(super) field_of: Vec<usize>,
     pub(super) fields: Vec<MeridianMode>,
     pub(super) mesh: BallOnBeam,
-    ball: Surface,
-    side: Surface,
 }
 
 /// Label and frequency of one mode.
@@ -29,15 +25,8 @@ pub struct BodyMode {
     pub order: usize,
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
-}
-
-/// The mode that represents its family.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FamilyMode {
-    /// Index of the mode.
-    pub mode: usize,
-    /// Name of the family: `2nd bending pair`, `1st torsion`.
-    pub name: String,
+    /// Index of the meridian field; the modes of a pair share one.
+    pub(super) field: usize,
 }
 
 impl BodyMode {
@@ -85,10 +74,10 @@ impl BodyModes {
     ) -> Result<Self, FemError> {
         let mesh = BallOnBeam::mesh(geometry, elements)?;
         let mut found = Vec::new();
-        for (harmonic, count) in [
-            (Harmonic::Bending, families.bending_pairs),
-            (Harmonic::Torsion, families.torsion),
-            (Harmonic::Axial, families.axial),
+        for (harmonic, kinds, count) in [
+            (Harmonic::Bending, PAIR, families.bending_pairs),
+            (Harmonic::Torsion, &[ModeKind::Torsion], families.torsion),
+            (Harmonic::Axial, &[ModeKind::Axial], families.axial),
         ] {
             let fields = mesh.section.modes(material, harmonic, count)?;
             let oriented = fields
@@ -97,43 +86,24 @@ impl BodyModes {
             found.extend(
                 (1..)
                     .zip(oriented)
-                    .map(|(order, field)| (harmonic, order, field)),
+                    .map(|(order, field)| (kinds, order, field)),
             );
         }
         found.sort_by(|(.., a), (.., b)| a.frequency_hz.total_cmp(&b.frequency_hz));
-        Ok(Self::arrange(mesh, found))
-    }
-
-    /// Converts fields, with their family and their number in it, to modes and tabulates them on the surface.
-    fn arrange(mesh: BallOnBeam, found: Vec<(Harmonic, usize, MeridianMode)>) -> Self {
-        let mut modes = Vec::new();
-        let mut field_of = Vec::new();
-        for (number, (harmonic, order, field)) in found.iter().enumerate() {
-            let kinds: &[ModeKind] = match harmonic {
-                Harmonic::Bending => &[ModeKind::BendingX, ModeKind::BendingY],
-                Harmonic::Torsion => &[ModeKind::Torsion],
-                Harmonic::Axial => &[ModeKind::Axial],
-            };
-            for &kind in kinds {
-                modes.push(BodyMode {
-                    kind,
-                    order: *order,
-                    frequency_hz: field.frequency_hz,
-                });
-                field_of.push(number);
-            }
-        }
-        let fields: Vec<MeridianMode> = found.into_iter().map(|(.., field)| field).collect();
-        let ball = Surface::ball(&mesh, &fields);
-        let side = Surface::side(&mesh, &fields);
-        Self {
-            modes,
-            field_of,
-            fields,
+        let modes = found.iter().enumerate();
+        let modes = modes.flat_map(|(index, (kinds, order, field))| {
+            kinds.iter().map(move |&kind| BodyMode {
+                kind,
+                order: *order,
+                frequency_hz: field.frequency_hz,
+                field: index,
+            })
+        });
+        Ok(Self {
+            modes: modes.collect(),
+            fields: found.into_iter().map(|(.., field)| field).collect(),
             mesh,
-            ball,
-            side,
-        }
+        })
     }
 
     /// The modes, in ascending order of frequency.
@@ -141,20 +111,18 @@ impl BodyModes {
         &self.modes
     }
 
-    /// One mode of each family, in ascending order of frequency; of a bending pair the first.
-    pub fn families(&self) -> Vec<FamilyMode> {
-        let mut families: Vec<FamilyMode> = Vec::new();
-        for (mode, of) in self.modes.iter().enumerate() {
-            let pair = match of.kind {
-                ModeKind::BendingX | ModeKind::BendingY => " pair",
-                ModeKind::Torsion | ModeKind::Axial => "",
-            };
-            let name = of.family_label() + pair;
-            if families.iter().all(|family| family.name != name) {
-                families.push(FamilyMode { mode, name });
-            }
-        }
-        families
+    /// One mode of each family, in ascending order of frequency, of a bending pair the first: its index, and the name of
+    /// the family (`2nd bending pair`, `1st torsion`).
+    pub fn families(&self) -> Vec<(usize, String)> {
+        let modes = self.modes.iter().enumerate();
+        let name = |mode: &BodyMode| match mode.kind {
+            ModeKind::BendingX => mode.family_label() + " pair",
+            _ => mode.family_label(),
+        };
+        modes
+            .filter(|(_, mode)| mode.kind != ModeKind::BendingY)
+            .map(|(index, mode)| (index, name(mode)))
+            .collect()
     }
 
     /// Mode shapes at a point of the ball's surface: the displacement `[x, y, z]` of each mode, in
@@ -179,38 +147,34 @@ impl BodyModes {
         let outside = || FemError::OutsideBall {
             direction,
             polar_deg: polar.to_degrees(),
-            limit_deg: self.ball.limit().to_degrees(),
+            limit_deg: self.mesh.ball.limit().to_degrees(),
         };
         if direction == [0.0; 3] {
             return Err(outside());
         }
-        let point = self.ball.locate(polar).ok_or_else(outside)?;
+        let BallOnBeam { section, ball, .. } = &self.mesh;
+        let point = ball.locate(section, polar).ok_or_else(outside)?;
         // On the axis the displacement does not depend on the azimuth.
         let [cos, sin] = if distance > 0.0 {
             [x / distance, y / distance]
         } else {
             [1.0, 0.0]
         };
-        self.shapes(&self.ball, &point, [cos, sin], out);
+        self.shapes(&point, [cos, sin], out);
         Ok(())
     }
 
     /// All mode shapes at one point of a meridian, at the azimuth with the given cosine and sine.
-    fn shapes(
-        &self,
-        surface: &Surface,
-        point: &EdgePoint,
-        [cos, sin]: [f64; 2],
-        out: &mut [[f64; 3]],
-    ) {
+    fn shapes(&self, point: &SurfacePoint<'_>, [cos, sin]: [f64; 2], out: &mut [[f64; 3]]) {
         assert_eq!(out.len(), self.modes.len(), "one shape vector per mode");
-        let mut current = usize::MAX;
-        let mut amplitudes = [0.0; 3];
-        for ((mode, &field), shape) in self.modes.iter().zip(&self.field_of).zip(out) {
-            if field != current {
-                amplitudes = surface.table.amplitudes(point, field);
-                current = field;
-            }
+        let mut previous = None;
+        for (mode, shape) in self.modes.iter().zip(out) {
+            // The modes of a pair are adjacent.
+            let amplitudes = match previous {
+                Some((field, amplitudes)) if field == mode.field => amplitudes,
+                _ => point.interpolate(&self.fields[mode.field].amplitudes),
+            };
+            previous = Some((mode.field, amplitudes));
             *shape = mode.kind.displacement(amplitudes, cos, sin);
         }
     }
@@ -234,31 +198,33 @@ impl BodyModes {
         };
         let mut shapes = vec![[0.0; 3]; count];
 
-        let end = self.mesh.end;
-        let [_, z_end] = self.mesh.section.nodes[end];
-        for ((mode, &field), shape) in self.modes.iter().zip(&self.field_of).zip(&mut shapes) {
-            *shape = mode
-                .kind
-                .displacement(self.fields[field].amplitudes[end], 1.0, 0.0);
+        let BallOnBeam {
+            section,
+            end,
+            side,
+            ball,
+        } = &self.mesh;
+        for (mode, shape) in self.modes.iter().zip(&mut shapes) {
+            let amplitudes = self.fields[mode.field].amplitudes[*end];
+            *shape = mode.kind.displacement(amplitudes, 1.0, 0.0);
         }
-        builder.push([0.0, 0.0, z_end], &shapes);
+        builder.push([0.0, 0.0, section.nodes[*end][1]], &shapes);
 
-        let beam = (0..on_beam).map(|k| (&self.side, k as f64 / on_beam as f64));
-        let ball = (0..on_ball).map(|k| (&self.ball, 1.0 - k as f64 / on_ball as f64));
-        for (surface, fraction) in beam.chain(ball) {
-            let sample = surface.at_fraction(fraction);
-            let [r, z] = surface.table.position(&sample);
+        let beam = (0..on_beam).map(|k| (side, k as f64 / on_beam as f64));
+        let rings = beam.chain((0..on_ball).map(|k| (ball, 1.0 - k as f64 / on_ball as f64)));
+        for (surface, fraction) in rings {
+            let point = surface.at_fraction(section, fraction);
+            let [r, z] = point.interpolate(&section.nodes);
             for j in 0..round {
                 let (sin, cos) = (std::f64::consts::TAU * j as f64 / round as f64).sin_cos();
-                self.shapes(surface, &sample, [cos, sin], &mut shapes);
+                self.shapes(&point, [cos, sin], &mut shapes);
                 builder.push([r * cos, r * sin, z], &shapes);
             }
         }
 
-        let pole = self.ball.at_fraction(0.0);
-        self.shapes(&self.ball, &pole, [1.0, 0.0], &mut shapes);
-        let [_, z_pole] = self.ball.table.position(&pole);
-        builder.push([0.0, 0.0, z_pole], &shapes);
+        let pole = ball.at_fraction(section, 0.0);
+        self.shapes(&pole, [1.0, 0.0], &mut shapes);
+        builder.push([0.0, 0.0, pole.interpolate(&section.nodes)[1]], &shapes);
         builder.connect(along, round);
         builder
     }
@@ -305,21 +271,20 @@ impl SurfaceMesh {
     }
 }
 
+/// The modes of a bending pair.
+const PAIR: &[ModeKind] = &[ModeKind::BendingX, ModeKind::BendingY];
+
 /// Applies the sign convention of [`BodyModes`].
 fn oriented(mut field: MeridianMode, harmonic: Harmonic, mesh: &BallOnBeam) -> MeridianMode {
-    let pole = field.amplitudes[mesh.ball[0]];
-    let indicator = match harmonic {
-        Harmonic::Bending => pole[0],
-        Harmonic::Axial => pole[2],
+    let ball = &mesh.ball.nodes;
+    let indicator: f64 = match harmonic {
+        Harmonic::Bending => field.amplitudes[ball[0]][0],
+        Harmonic::Axial => field.amplitudes[ball[0]][2],
         // Torsion does not move the axis: use the mean rotation of the ball's surface.
-        Harmonic::Torsion => mesh
-            .ball
-            .iter()
-            .map(|&node| field.amplitudes[node][1])
-            .sum(),
+        Harmonic::Torsion => ball.iter().map(|&node| field.amplitudes[node][1]).sum(),
     };
     if indicator < 0.0 {
-        for amplitude in field.amplitudes.iter_mut().flatten() {
+        for amplitude in field.amplitudes.as_flattened_mut() {
             *amplitude = -*amplitude;
         }
     }

@@ -15,6 +15,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use faer::Col;
+
 use super::{Material, ModeKind, Section};
 
 /// A family of modes, decoupled from the other families.
@@ -184,8 +186,8 @@ impl DofMap {
     }
 
     /// Converts amplitudes at the nodes to a vector of degrees of freedom.
-    pub(super) fn gather(&self, field: &[[f64; 3]]) -> Vec<f64> {
-        let mut vector = vec![0.0; self.len];
+    pub(super) fn gather(&self, field: &[[f64; 3]]) -> Col<f64> {
+        let mut vector = Col::zeros(self.len);
         for (numbers, amplitudes) in self.index.iter().zip(field) {
             for (number, amplitude) in numbers.iter().zip(amplitudes) {
                 if let Some(i) = *number {
@@ -197,7 +199,7 @@ impl DofMap {
     }
 
     /// Converts a vector of degrees of freedom to amplitudes at the nodes.
-    pub(super) fn scatter(&self, vector: &[f64]) -> Vec<[f64; 3]> {
+    pub(super) fn scatter(&self, vector: &Col<f64>) -> Vec<[f64; 3]> {
         self.index
             .iter()
             .map(|numbers| numbers.map(|number| number.map_or(0.0, |i| vector[i])))

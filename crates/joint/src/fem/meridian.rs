@@ -37,7 +37,7 @@ impl Section {
         let dofs = DofMap::new(self, harmonic);
         check_memory(dofs.len, count)?;
         let pencil = Pencil::assemble(self, material, harmonic, &dofs);
-        let rigid: Vec<Vec<f64>> = harmonic
+        let rigid: Vec<_> = harmonic
             .rigid_motions(self)
             .iter()
             .map(|motion| dofs.gather(motion))
@@ -47,15 +47,11 @@ impl Section {
         let shear_speed = (material.shear_modulus() / material.density).sqrt();
         let rate = shear_speed / self.diagonal();
         let pairs = eigen::lowest(&pencil, harmonic, &rigid, count, -rate * rate)?;
-        Ok(pairs
-            .values
-            .iter()
-            .zip(&pairs.vectors)
-            .map(|(lambda, vector)| MeridianMode {
-                frequency_hz: lambda.sqrt() / TAU,
-                amplitudes: dofs.scatter(vector),
-            })
-            .collect())
+        let modes = pairs.into_iter().map(|(lambda, vector)| MeridianMode {
+            frequency_hz: lambda.sqrt() / TAU,
+            amplitudes: dofs.scatter(&vector),
+        });
+        Ok(modes.collect())
     }
 }
 

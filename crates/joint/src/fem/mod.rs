@@ -64,7 +64,7 @@ mod surface_tests;
 #[cfg(test)]
 mod tests;
 
-pub use body::{BodyMode, BodyModes, FamilyMode, SurfaceMesh};
+pub use body::{BodyMode, BodyModes, SurfaceMesh};
 pub(crate) use element::gauss_rule;
 pub use error::FemError;
 use harmonic::Harmonic;

@@ -5,85 +5,27 @@
 //! and the position on the edge by inverting the isoparametric map. The surface is that of the elements:
 //! at order 1 the ball is a stack of cones, and a direction intersects their chords.
 
-use super::MeridianMode;
-use super::bodies::BallOnBeam;
+use super::Section;
 use super::element::{EdgeBasis, EdgeNodes};
 
-/// A point of a meridian: an edge and its shape functions at the point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct EdgePoint {
-    edge: usize,
+/// A point of a meridian: the nodes of an edge of the section and its shape functions at the point.
+pub(super) struct SurfacePoint<'a> {
+    nodes: &'a [usize],
     basis: EdgeBasis,
 }
 
-/// Positions and amplitudes of all modes at the nodes of a chain of edges, in the order of access.
-#[derive(Clone, Debug)]
-pub(super) struct ShapeTable {
-    edge: EdgeNodes,
-    /// `(r, z)` of the nodes: edge by edge.
-    positions: Vec<[f64; 2]>,
-    /// `[U, V, W]` of the nodes: edge by edge, then field by field.
-    amplitudes: Vec<[f64; 3]>,
-    fields: usize,
-}
-
-impl ShapeTable {
-    fn new(chain: &[usize], mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let order = mesh.section.order;
-        let mut table = Self {
-            edge: EdgeNodes::of_order(order),
-            positions: Vec::new(),
-            amplitudes: Vec::new(),
-            fields: fields.len(),
-        };
-        for start in (0..chain.len() - 1).step_by(order) {
-            let nodes = &chain[start..=start + order];
-            let positions = nodes.iter().map(|&n| mesh.section.nodes[n]);
-            table.positions.extend(positions);
-            for field in fields {
-                let amplitudes = nodes.iter().map(|&n| field.amplitudes[n]);
-                table.amplitudes.extend(amplitudes);
-            }
-        }
-        table
-    }
-
-    /// Amplitudes `[U, V, W]` of one field, 1/sqrt(kg).
-    pub(super) fn amplitudes(&self, point: &EdgePoint, field: usize) -> [f64; 3] {
-        let nodes = self.edge.len();
-        let start = (point.edge * self.fields + field) * nodes;
-        interpolate(&point.basis.value, &self.amplitudes[start..start + nodes])
-    }
-
-    /// Position `(r, z)`, m.
-    pub(super) fn position(&self, point: &EdgePoint) -> [f64; 2] {
-        interpolate(&point.basis.value, self.nodes_of(point.edge))
-    }
-
-    /// Positions `(r, z)` of the nodes of an edge, m.
-    fn nodes_of(&self, edge: usize) -> &[[f64; 2]] {
-        let nodes = self.edge.len();
-        &self.positions[edge * nodes..][..nodes]
-    }
-
-    /// Boundaries of the edges in a coordinate of `(r, z)`.
-    fn boundaries(&self, coordinate: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
-        let last = self.positions.last().copied();
-        self.positions
-            .iter()
-            .step_by(self.edge.len())
-            .copied()
-            .chain(last)
-            .map(coordinate)
-            .collect()
+impl SurfacePoint<'_> {
+    /// Interpolates a quantity that is given at the nodes of the section.
+    pub(super) fn interpolate<const N: usize>(&self, nodal: &[[f64; N]]) -> [f64; N] {
+        weighted(&self.basis.value, self.nodes, nodal)
     }
 }
 
-/// Sum of the nodal values weighted by the shape functions; extra entries of `basis` are ignored.
-fn interpolate<const N: usize>(basis: &[f64], nodal: &[[f64; N]]) -> [f64; N] {
+/// Sum of the values at some nodes weighted by the shape functions; extra weights are ignored.
+fn weighted<const N: usize>(weights: &[f64], nodes: &[usize], nodal: &[[f64; N]]) -> [f64; N] {
     let mut sum = [0.0; N];
-    for (weight, value) in basis.iter().zip(nodal) {
-        for (s, v) in sum.iter_mut().zip(value) {
+    for (weight, &node) in weights.iter().zip(nodes) {
+        for (s, v) in sum.iter_mut().zip(nodal[node]) {
             *s += weight * v;
         }
     }
@@ -103,30 +45,27 @@ const ANGLE_TOLERANCE: f64 = 1e-12;
 /// height (m).
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
-    pub(super) table: ShapeTable,
+    /// The nodes of the section from the pole or the free end to the corner.
+    pub(super) nodes: Vec<usize>,
     is_ball: bool,
+    edge: EdgeNodes,
     /// Parameters of the boundaries of the edges.
     boundaries: Vec<f64>,
 }
 
 impl Surface {
-    /// The surface of the ball.
-    pub(super) fn ball(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let table = ShapeTable::new(&mesh.ball, mesh, fields);
+    /// The surface through these nodes of a section.
+    pub(super) fn new(section: &Section, nodes: Vec<usize>, is_ball: bool) -> Self {
+        let ends = nodes.iter().step_by(section.order);
+        let parameter = |&node| {
+            let [r, z]: [f64; 2] = section.nodes[node];
+            if is_ball { r.atan2(z) } else { z }
+        };
         Self {
-            is_ball: true,
-            boundaries: table.boundaries(|[r, z]| r.atan2(z)),
-            table,
-        }
-    }
-
-    /// The lateral surface of the beam.
-    pub(super) fn side(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
-        let table = ShapeTable::new(&mesh.side, mesh, fields);
-        Self {
-            is_ball: false,
-            boundaries: table.boundaries(|[_, z]| z),
-            table,
+            boundaries: ends.map(parameter).collect(),
+            edge: EdgeNodes::of_order(section.order),
+            nodes,
+            is_ball,
         }
     }
 
@@ -136,43 +75,43 @@ impl Surface {
     }
 
     /// The point of the ball at a polar angle (rad); `None` if the beam is there.
-    pub(super) fn locate(&self, polar: f64) -> Option<EdgePoint> {
+    pub(super) fn locate(&self, section: &Section, polar: f64) -> Option<SurfacePoint<'_>> {
         (0.0..=self.limit() + ANGLE_TOLERANCE)
             .contains(&polar)
-            .then(|| self.point(polar))
+            .then(|| self.point(section, polar))
     }
 
     /// The point at a fraction of the distance to the corner, from the pole or from the free end.
-    pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
+    pub(super) fn at_fraction(&self, section: &Section, fraction: f64) -> SurfacePoint<'_> {
         let first = self.boundaries[0];
-        self.point(first + fraction * (self.limit() - first))
+        self.point(section, first + fraction * (self.limit() - first))
     }
 
-    fn point(&self, parameter: f64) -> EdgePoint {
+    fn point(&self, section: &Section, parameter: f64) -> SurfacePoint<'_> {
         let boundaries = &self.boundaries;
         let edge = boundaries[1..boundaries.len() - 1].partition_point(|&b| b <= parameter);
+        let nodes = &self.nodes[edge * section.order..=(edge + 1) * section.order];
         let [low, high] = [boundaries[edge], boundaries[edge + 1]];
         let mut xi = 2.0 * (parameter - low) / (high - low) - 1.0;
-        let mut basis = self.table.edge.basis(xi);
+        let mut basis = self.edge.basis(xi);
         if !self.is_ball {
             // Straight edges are mapped linearly.
-            return EdgePoint { edge, basis };
+            return SurfacePoint { nodes, basis };
         }
-        let nodes = self.table.nodes_of(edge);
         let (sin, cos) = parameter.sin_cos();
         // Nodes are placed at their fractions of the angle. The initial guess differs only by the error
         // of the polynomial approximation of the arc (at order 4, 1e-5 for a third of a radian);
         // Newton's method squares that.
         for _ in 0..MAX_CORRECTIONS {
-            let [r, z] = interpolate(&basis.value, nodes);
-            let [r_xi, z_xi] = interpolate(&basis.slope, nodes);
+            let [r, z] = weighted(&basis.value, nodes, &section.nodes);
+            let [r_xi, z_xi] = weighted(&basis.slope, nodes, &section.nodes);
             let correction = (r * cos - z * sin) / (r_xi * cos - z_xi * sin);
             xi -= correction;
-            basis = self.table.edge.basis(xi);
+            basis = self.edge.basis(xi);
             if correction.abs() < CORRECTION_TOLERANCE {
                 break;
             }
         }
-        EdgePoint { edge, basis }
+        SurfacePoint { nodes, basis }
     }
 }

@@ -2,14 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::surface::Surface;
 use super::tests::*;
 use super::*;
 
 #[test]
 fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
     for body in bodies() {
-        for &node in &body.mesh.ball {
+        for &node in &body.mesh.ball.nodes {
             let [r, z] = body.mesh.section.nodes[node];
             let azimuth: f64 = 0.7;
             let (sin, cos) = azimuth.sin_cos();
@@ -17,9 +16,8 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
             let nodal: Vec<[f64; 3]> = body
                 .modes()
                 .iter()
-                .zip(&body.field_of)
-                .map(|(mode, &field)| {
-                    let amplitudes = body.fields[field].amplitudes[node];
+                .map(|mode| {
+                    let amplitudes = body.fields[mode.field].amplitudes[node];
                     mode.kind.displacement(amplitudes, cos, sin)
                 })
                 .collect();
@@ -32,10 +30,11 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
 fn located_points_lie_in_the_requested_direction() {
     // Even if the elements deviate strongly from the arc: the largest one here spans more than a radian.
     for body in Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(0.1, order))) {
-        let mesh = Surface::ball(&body.mesh, &body.fields);
+        let (section, ball) = (&body.mesh.section, &body.mesh.ball);
         for k in 0..=500 {
-            let polar = mesh.limit() * f64::from(k) / 500.0;
-            let [r, z] = mesh.table.position(&mesh.locate(polar).unwrap());
+            let polar = ball.limit() * f64::from(k) / 500.0;
+            let point = ball.locate(section, polar).unwrap();
+            let [r, z] = point.interpolate(&section.nodes);
             assert!((r.atan2(z) - polar).abs() < 1e-14, "{polar}");
         }
     }
@@ -45,7 +44,8 @@ fn located_points_lie_in_the_requested_direction() {
 fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
     let body = paper_body();
     let step = 1e-9;
-    for &node in &body.mesh.ball[1..body.mesh.ball.len() - 1] {
+    let ball = &body.mesh.ball.nodes;
+    for &node in &ball[1..ball.len() - 1] {
         let [r, z] = body.mesh.section.nodes[node];
         let polar = r.atan2(z);
         let [before, after] =

@@ -1,4 +1,4 @@
-//! Arrays of a file by name, with checks of shape and finiteness.
+//! Arrays of a file by name, with checks of shape and values.
 
 use std::error::Error;
 
@@ -22,55 +22,43 @@ pub trait NamedArrays {
     fn values(&mut self, name: &str) -> Result<Vec<f64>, ArrayError>;
 }
 
-/// An array of the file format.
-pub(super) struct Named {
-    /// Name in the file.
-    pub name: &'static str,
-    /// Content, with shape and unit.
-    pub what: &'static str,
-}
+/// An array of the file format: its name, and its content with shape and unit for messages.
+pub(super) struct Named(pub &'static str, pub &'static str);
 
 impl Named {
-    /// Error for a wrong shape.
-    pub fn shape(&self, found: &[usize], expected: &[usize]) -> ImportedModesError {
-        let Self { name, what } = self;
-        Content(format!(
-            "`{name}` has the shape {found:?} instead of {expected:?}; it must contain {what}"
-        ))
-    }
-
-    /// Error for a missing array.
-    pub fn missing(&self) -> ImportedModesError {
-        let Self { name, what } = self;
-        Content(format!("the array `{name}` is missing; add {what}"))
-    }
-
-    /// Error for a missing array that another array requires.
-    pub fn incomplete(&self, given: &'static str) -> ImportedModesError {
-        let Self { name, what } = self;
-        Content(format!(
-            "`{name}` is missing, which `{given}` requires; add {what}, or remove both arrays"
-        ))
-    }
-
-    /// Error for an array of zeros, with the consequence.
-    pub fn zero(&self, effect: &'static str) -> ImportedModesError {
-        let Self { name, what } = self;
-        Content(format!(
-            "`{name}` contains zeros only: {effect}; it must contain {what}"
-        ))
-    }
-
-    /// Rejects values that are not positive.
-    pub fn positive(&self, values: &[f64]) -> Result<(), ImportedModesError> {
-        let Self { name, what } = self;
-        match values.iter().position(|value| *value <= 0.0) {
-            None => Ok(()),
-            Some(at) => Err(Content(format!(
-                "`{name}`[{at}] is {}; it must be above 0: {what}",
-                values[at]
-            ))),
+    /// Checks values of a shape one by one; `demand` is the text for the first that is invalid.
+    fn check(
+        &self,
+        values: &[f64],
+        shape: &[usize],
+        demand: &str,
+        is_valid: impl Fn(f64) -> bool,
+    ) -> Result<(), ImportedModesError> {
+        let Some(at) = values.iter().position(|value| !is_valid(*value)) else {
+            return Ok(());
+        };
+        // The index along each axis; the last axis varies fastest.
+        let (mut index, mut rest) = (vec![0; shape.len()], at);
+        for (along, length) in index.iter_mut().zip(shape).rev() {
+            *along = rest % length;
+            rest /= length;
         }
+        let Self(name, content) = self;
+        Err(Content(format!(
+            "`{name}`{index:?} is {}; {demand}: {content}",
+            values[at]
+        )))
+    }
+
+    /// Rejects an array that contains zeros only, with their effect.
+    pub fn check_motion(&self, values: &[f64], effect: &str) -> Result<(), ImportedModesError> {
+        let Self(name, content) = self;
+        if values.iter().any(|value| *value != 0.0) {
+            return Ok(());
+        }
+        Err(Content(format!(
+            "`{name}` contains zeros only: {effect}; it must contain {content}"
+        )))
     }
 }
 
@@ -78,79 +66,74 @@ impl Named {
 pub(super) struct Arrays<'a>(pub &'a mut dyn NamedArrays);
 
 impl Arrays<'_> {
-    /// Reads an optional array of any shape.
-    pub fn find(&mut self, named: &Named) -> Result<Option<Vec<f64>>, ImportedModesError> {
-        let shape = self.shape(named)?;
-        shape.map(|shape| self.values(named, &shape)).transpose()
+    /// Length of the first axis of an optional array, from its header; zero for a single number.
+    pub fn len(&mut self, named: &Named) -> Result<Option<usize>, ImportedModesError> {
+        let shape = self.0.shape(named.0)?;
+        Ok(shape.map(|shape| shape.first().copied().unwrap_or(0)))
     }
 
-    /// Reads an array of a known shape; its values are finite.
-    fn values(&mut self, named: &Named, shape: &[usize]) -> Result<Vec<f64>, ImportedModesError> {
-        let values = self.0.values(named.name)?;
-        let Some(at) = values.iter().position(|value| !value.is_finite()) else {
-            return Ok(values);
-        };
-        // The index along each axis; the last axis varies fastest.
-        let mut rest = at;
-        let mut index: Vec<usize> = shape
-            .iter()
-            .rev()
-            .map(|length| {
-                let along = rest % length;
-                rest /= length;
-                along
-            })
-            .collect();
-        index.reverse();
-        Err(Content(format!(
-            "`{}`{index:?} is {}; correct the file, or repeat the modal analysis",
-            named.name, values[at]
-        )))
-    }
-
-    /// Shape of an optional array, from its header.
-    pub fn shape(&mut self, named: &Named) -> Result<Option<Vec<usize>>, ImportedModesError> {
-        Ok(self.0.shape(named.name)?)
-    }
-
-    /// Reads a required array of one axis with 1 to `most` values.
-    pub fn counted(&mut self, named: &Named, most: usize) -> Result<Vec<f64>, ImportedModesError> {
-        let shape = self.shape(named)?.ok_or_else(|| named.missing())?;
-        match shape[..] {
-            [count] if (1..=most).contains(&count) => self.need(named, &[count]),
-            _ => Err(Content(format!(
-                "`{}` has the shape {shape:?}; it must have one axis with a length of 1 to {most}",
-                named.name
-            ))),
-        }
-    }
-
-    /// Reads an optional array; its shape is checked before its data are read.
+    /// Reads an optional array; its shape is checked before its values are read, which are finite.
     pub fn optional(
         &mut self,
         named: &Named,
         shape: &[usize],
     ) -> Result<Option<Vec<f64>>, ImportedModesError> {
-        match self.shape(named)? {
-            Some(found) if found != shape => Err(named.shape(&found, shape)),
-            found => found.map(|_| self.values(named, shape)).transpose(),
+        let Named(name, content) = named;
+        let Some(found) = self.0.shape(name)? else {
+            return Ok(None);
+        };
+        if found != shape {
+            return Err(Content(format!(
+                "`{name}` has the shape {found:?} instead of {shape:?}; it must contain {content}"
+            )));
         }
+        let values = self.0.values(name)?;
+        let demand = "correct the file, or repeat the modal analysis";
+        named.check(&values, shape, demand, f64::is_finite)?;
+        Ok(Some(values))
     }
 
     /// Reads a required array of a given shape.
     pub fn need(&mut self, named: &Named, shape: &[usize]) -> Result<Vec<f64>, ImportedModesError> {
-        let values = self.optional(named, shape)?;
-        values.ok_or_else(|| named.missing())
+        let Named(name, content) = named;
+        let missing = || Content(format!("the array `{name}` is missing; add {content}"));
+        self.optional(named, shape)?.ok_or_else(missing)
     }
 
-    /// Reads an array that the array `given` requires.
-    pub fn belonging(
+    /// Reads a required array of positive numbers with one axis.
+    pub fn positive(
         &mut self,
         named: &Named,
-        given: &'static str,
-        shape: &[usize],
+        count: usize,
     ) -> Result<Vec<f64>, ImportedModesError> {
-        let values = self.optional(named, shape)?;
-        values.ok_or_else(|| named.incomplete(given))
+        let values = self.need(named, &[count])?;
+        named.check(&values, &[count], "it must be above 0", |x| x > 0.0)?;
+        Ok(values)
+    }
+
+    /// As [`Arrays::positive`], with any number of values from 1 to `most`.
+    pub fn counted(&mut self, named: &Named, most: usize) -> Result<Vec<f64>, ImportedModesError> {
+        let shape = self.0.shape(named.0)?.unwrap_or_else(|| vec![1]);
+        match shape[..] {
+            [count] if (1..=most).contains(&count) => self.positive(named, count),
+            _ => Err(Content(format!(
+                "`{}` has the shape {shape:?}; it must have one axis with a length of 1 to {most}",
+                named.0
+            ))),
+        }
+    }
+
+    /// Reads a required array of indices below a limit.
+    pub fn indices(
+        &mut self,
+        named: &Named,
+        shape: &[usize],
+        limit: usize,
+    ) -> Result<Vec<usize>, ImportedModesError> {
+        let values = self.need(named, shape)?;
+        let demand = format!("it must be a whole number from 0 and below {limit}");
+        let is_index = |x: f64| x.fract() == 0.0 && (0.0..limit as f64).contains(&x);
+        named.check(&values, shape, &demand, is_index)?;
+        Ok(values.into_iter().map(|index| index as usize).collect())
     }
 }

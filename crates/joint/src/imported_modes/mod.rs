@@ -32,15 +32,16 @@
 
 mod arrays;
 mod mass;
-mod model;
 #[cfg(test)]
 mod tests;
+
+use std::f64::consts::{PI, TAU};
 
 use self::ImportedModesError::Content;
 pub use self::arrays::{ArrayError, NamedArrays};
 use self::arrays::{Arrays, Named};
-use super::MAX_MODES;
-use super::vector::{add_scaled, cross, dot, norm};
+use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
+use super::{MAX_MODES, PatchNodes};
 use crate::fem::SurfaceMesh;
 
 /// A fault in a file of modes. The message contains the array, the fault and the remedy; the caller adds
@@ -66,7 +67,7 @@ const UNIT_TOLERANCE: f64 = 1e-5;
 const SPHERE_TOLERANCE: f64 = 0.05;
 /// Maximum relative deviation of the pre-stress's sum from the load, and maximum angle (rad) between the two.
 const LOAD_TOLERANCE: f64 = 0.01;
-const DIRECTION_TOLERANCE: f64 = 0.1 / 180.0 * std::f64::consts::PI;
+const DIRECTION_TOLERANCE: f64 = 0.1 / 180.0 * PI;
 /// Frequency below which a mode of a body of this size is a rigid-body mode, Hz.
 const RIGID_BELOW: f64 = 1.0;
 /// Maximum frequency of a mode, free or on the contact springs, Hz. The step size follows the highest
@@ -80,70 +81,40 @@ const NEAREST: f64 = 10.0;
 /// Permitted diameters of the ball, m.
 const BALL_DIAMETERS: std::ops::RangeInclusive<f64> = 1e-3..=0.5;
 
-const VERSION: Named = Named {
-    name: "version",
-    what: "the version of the layout, a single number",
-};
-const POSITIONS: Named = Named {
-    name: "positions",
-    what: "the contact nodes relative to the centre of the ball, (nodes, 3), m",
-};
-const NORMALS: Named = Named {
-    name: "normals",
-    what: "the outward unit normals of the ball, (nodes, 3)",
-};
-const AREAS: Named = Named {
-    name: "areas",
-    what: "the area of each contact node, (nodes), m^2",
-};
-const PRE_STRESS: Named = Named {
-    name: "pre_stress",
-    what: "the contact pressure at each node in steady sliding, (nodes), Pa",
-};
-const STIFFNESS: Named = Named {
-    name: "stiffness",
-    what: "the contact stiffness per area at each node, (nodes), N/m^3",
-};
-const SHAPES: Named = Named {
-    name: "shapes",
-    what: "the mass-normalised mode shapes at the contact nodes, (nodes, 3, modes), 1/sqrt(kg)",
-};
-const OMEGA: Named = Named {
-    name: "omega",
-    what: "the natural frequencies, (modes), rad/s (or `frequencies_hz`, Hz)",
-};
-const FREQUENCIES: Named = Named {
-    name: "frequencies_hz",
-    what: "the natural frequencies, (modes), Hz",
-};
-const PROBE: Named = Named {
-    name: "probe",
-    what: "the row that gives the probe displacement from the modal coordinates, (modes), 1/sqrt(kg)",
-};
-const VERTICES: Named = Named {
-    name: "surface_vertices",
-    what: "the vertices of the body's surface, (vertices, 3), m",
-};
-const TRIANGLES: Named = Named {
-    name: "surface_triangles",
-    what: "the corners of the surface's triangles, (triangles, 3)",
-};
-const SURFACE_SHAPES: Named = Named {
-    name: "surface_shapes",
-    what: "the mode shapes at the surface's vertices, (vertices, 3, modes), 1/sqrt(kg)",
-};
+const VERSION: Named = Named("version", "the version of the layout, a single number");
+const POSITIONS: Named = Named(
+    "positions",
+    "the nodes from the ball's centre, (nodes, 3), m",
+);
+const NORMALS: Named = Named(
+    "normals",
+    "the outward unit normals of the ball, (nodes, 3)",
+);
+const AREAS: Named = Named("areas", "the area of each contact node, (nodes), m^2");
+const PRE_STRESS: Named = Named("pre_stress", "the pressure at each node, (nodes), Pa");
+const STIFFNESS: Named = Named("stiffness", "the stiffness per area, (nodes), N/m^3");
+const SHAPES: Named = Named("shapes", "the mode shapes, (nodes, 3, modes), 1/sqrt(kg)");
+const OMEGA: Named = Named(
+    "omega",
+    "frequencies, (modes), rad/s (or `frequencies_hz`, Hz)",
+);
+const FREQUENCIES: Named = Named("frequencies_hz", "the natural frequencies, (modes), Hz");
+const PROBE: Named = Named("probe", "the row of the probe, (modes), 1/sqrt(kg)");
+const VERTICES: Named = Named("surface_vertices", "the surface, (vertices, 3), m");
+const TRIANGLES: Named = Named("surface_triangles", "vertices from 0, (triangles, 3)");
+const SURFACE_SHAPES: Named = Named(
+    "surface_shapes",
+    "the mode shapes at the surface, (vertices, 3, modes), 1/sqrt(kg)",
+);
 
 /// Imported and validated modes and contact patch of a body at one tilt: `n` contact nodes, `m` modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedModes {
     name: String,
-    positions: Vec<[f64; 3]>,
-    normals: Vec<[f64; 3]>,
-    areas: Vec<f64>,
-    pre_stress: Vec<f64>,
-    stiffness: Vec<f64>,
+    pub(crate) patch: PatchNodes,
+    pub(crate) stiffness: Vec<f64>,
     /// `n x m` row-major, 1/sqrt(kg).
-    shapes: Vec<[f64; 3]>,
+    pub(crate) shapes: Vec<[f64; 3]>,
     /// Natural angular frequencies, rad/s.
     omega: Vec<f64>,
     probe: Option<Vec<f64>>,
@@ -159,12 +130,12 @@ impl ImportedModes {
     /// matrix in the file.
     pub fn read(file: &mut dyn NamedArrays, name: &str) -> Result<Self, ImportedModesError> {
         let mut arrays = Arrays(file);
-        if let Some(version) = arrays.optional(&VERSION, &[])?
-            && version != [1.0]
-        {
+        let version = arrays
+            .optional(&VERSION, &[])?
+            .map_or(1.0, |version| version[0]);
+        if version != 1.0 {
             return Err(Content(format!(
-                "`version` is {}, but this program supports only 1; write the arrays in format version 1",
-                version[0]
+                "`version` is {version}, but this program supports only 1; write the arrays in format version 1"
             )));
         }
         let omega = frequencies(&mut arrays)?;
@@ -172,35 +143,24 @@ impl ImportedModes {
         let (n, m) = (areas.len(), omega.len());
         let positions = arrays.need(&POSITIONS, &[n, 3])?;
         let normals = arrays.need(&NORMALS, &[n, 3])?;
-        let pre_stress = arrays.need(&PRE_STRESS, &[n])?;
-        let stiffness = arrays.need(&STIFFNESS, &[n])?;
-        for (named, values) in [
-            (&AREAS, &areas),
-            (&PRE_STRESS, &pre_stress),
-            (&STIFFNESS, &stiffness),
-        ] {
-            named.positive(values)?;
-        }
-        let shapes = vectors(&arrays.need(&SHAPES, &[n, 3, m])?, m);
-        let probe = arrays.optional(&PROBE, &[m])?;
-        if shapes.as_flattened().iter().all(|x| *x == 0.0) {
-            return Err(SHAPES.zero("the contact would not move"));
-        }
-        if probe.iter().any(|row| row.iter().all(|x| *x == 0.0)) {
-            return Err(PROBE.zero("the probe signal would be zero"));
-        }
         let modes = Self {
             name: name.to_owned(),
-            positions: positions.as_chunks().0.to_vec(),
-            normals: normals.as_chunks().0.to_vec(),
-            areas,
-            pre_stress,
-            stiffness,
-            shapes,
+            patch: PatchNodes {
+                positions: positions.as_chunks().0.to_vec(),
+                normals: normals.as_chunks().0.to_vec(),
+                areas,
+                pre_stress: arrays.positive(&PRE_STRESS, n)?,
+            },
+            stiffness: arrays.positive(&STIFFNESS, n)?,
+            shapes: vectors(&arrays.need(&SHAPES, &[n, 3, m])?, m),
             omega,
-            probe,
+            probe: arrays.optional(&PROBE, &[m])?,
             surface: surface(&mut arrays, m)?,
         };
+        SHAPES.check_motion(modes.shapes.as_flattened(), "the contact would not move")?;
+        if let Some(probe) = &modes.probe {
+            PROBE.check_motion(probe, "the probe signal would be zero")?;
+        }
         modes.check_sphere()?;
         modes.check_contact()?;
         modes.check_surface()?;
@@ -215,7 +175,7 @@ impl ImportedModes {
 
     /// Number of contact nodes.
     pub fn nodes(&self) -> usize {
-        self.areas.len()
+        self.patch.areas.len()
     }
 
     /// Number of modes.
@@ -230,18 +190,34 @@ impl ImportedModes {
 
     /// Radius of the ball, m: the mean distance of the contact nodes from its centre.
     pub fn ball_radius(&self) -> f64 {
-        let total: f64 = self.positions.iter().map(|x| norm(*x)).sum();
+        let total: f64 = self.patch.positions.iter().map(|x| norm(*x)).sum();
         total / self.nodes() as f64
     }
 
     /// Radius of a disc with the total area of the contact nodes, m.
     pub fn patch_radius(&self) -> f64 {
-        (self.areas.iter().sum::<f64>() / std::f64::consts::PI).sqrt()
+        (self.patch.areas.iter().sum::<f64>() / PI).sqrt()
     }
 
     /// Surface of the body for display, if the file contains one.
     pub fn surface(&self) -> Option<&SurfaceMesh> {
         self.surface.as_ref()
+    }
+
+    /// The row that gives the probe displacement from the modal coordinates, 1/sqrt(kg). Without one in the file it is that
+    /// of the node nearest to a load along `direction`, in its sliding direction under a `rotation` (rad/s).
+    pub(crate) fn probe(&self, direction: [f64; 3], rotation: [f64; 3]) -> Vec<f64> {
+        if let Some(probe) = &self.probe {
+            return probe.clone();
+        }
+        let normals = &self.patch.normals;
+        let alignment = |node: &usize| dot(normals[*node], direction);
+        let centre = (0..self.nodes()).max_by(|a, b| alignment(a).total_cmp(&alignment(b)));
+        let centre = centre.unwrap_or_default();
+        let along = unit(cross(rotation, self.patch.positions[centre]));
+        let along = along.unwrap_or_else(|| any_normal(normals[centre]));
+        let rows = &self.shapes[centre * self.modes()..][..self.modes()];
+        rows.iter().map(|shape| dot(*shape, along)).collect()
     }
 
     /// Checks that a load (N) along a unit vector is the resultant of the pre-stress.
@@ -278,12 +254,20 @@ impl ImportedModes {
 
     /// Vector sum of the pressures and sum of their magnitudes, N.
     fn load(&self) -> ([f64; 3], f64) {
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for ((area, stress), normal) in self.areas.iter().zip(&self.pre_stress).zip(&self.normals) {
-            total += area * stress;
-            sum = add_scaled(sum, area * stress, *normal);
-        }
-        (sum, total)
+        let PatchNodes {
+            normals,
+            areas,
+            pre_stress,
+            ..
+        } = &self.patch;
+        let forces = areas
+            .iter()
+            .zip(pre_stress)
+            .map(|(area, stress)| area * stress);
+        let nodes = forces.zip(normals);
+        nodes.fold(([0.0; 3], 0.0), |(sum, total), (force, normal)| {
+            (add_scaled(sum, force, *normal), total + force)
+        })
     }
 
     /// Tilt of the load of the patch, rad.
@@ -294,17 +278,22 @@ impl ImportedModes {
 
     /// Hash (FNV-1a) of all numbers that affect the motion.
     pub fn fingerprint(&self) -> u64 {
-        let vectors = [&self.positions, &self.normals, &self.shapes];
+        let PatchNodes {
+            positions,
+            normals,
+            areas,
+            pre_stress,
+        } = &self.patch;
+        let vectors = [positions, normals, &self.shapes];
         let vectors = vectors.into_iter().flat_map(|v| v.as_flattened());
-        let numbers = [&self.areas, &self.pre_stress, &self.stiffness, &self.omega];
-        let numbers = numbers.into_iter().flatten();
-        vectors
+        let numbers = [areas, pre_stress, &self.stiffness, &self.omega];
+        let numbers = numbers.into_iter().chain(&self.probe).flatten();
+        let bytes = vectors
             .chain(numbers)
-            .chain(self.probe.iter().flatten())
-            .flat_map(|x| x.to_bits().to_le_bytes())
-            .fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-            })
+            .flat_map(|x| x.to_bits().to_le_bytes());
+        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+        })
     }
 
     /// Checks that the contact nodes lie on a sphere about the origin with outward normals.
@@ -316,31 +305,32 @@ impl ImportedModes {
                  the centre of the ball (diameters of balls are 1 to 500 mm)"
             )));
         }
-        for (node, (x, normal)) in self.positions.iter().zip(&self.normals).enumerate() {
-            let length = norm(*normal);
-            if (length - 1.0).abs() > UNIT_TOLERANCE {
-                return Err(Content(format!(
+        let nodes = self.patch.positions.iter().zip(&self.patch.normals);
+        for (node, (x, normal)) in nodes.enumerate() {
+            let (length, distance) = (norm(*normal), norm(*x));
+            let angle = norm(cross(*x, *normal)).atan2(dot(*x, *normal));
+            let fault = if (length - 1.0).abs() > UNIT_TOLERANCE {
+                format!(
                     "`normals`[{node}] has the length {length:.6}; divide each normal by its length"
-                )));
-            }
-            let distance = norm(*x);
-            if (distance / radius - 1.0).abs() > SPHERE_TOLERANCE {
-                return Err(Content(format!(
+                )
+            } else if (distance / radius - 1.0).abs() > SPHERE_TOLERANCE {
+                format!(
                     "`positions`[{node}] has a distance of {distance:.6} m from the origin, but the mean of all \
                      contact nodes is {radius:.6} m; place the origin at the centre of the ball"
-                )));
-            }
-            let angle = norm(cross(*x, *normal)).atan2(dot(*x, *normal));
-            if angle > SPHERE_TOLERANCE {
-                return Err(Content(format!(
+                )
+            } else if angle > SPHERE_TOLERANCE {
+                format!(
                     "`normals`[{node}] deviates by {:.1} deg from the radial direction; normals must point out of the \
                      ball",
                     angle.to_degrees()
-                )));
-            }
+                )
+            } else {
+                continue;
+            };
+            return Err(Content(fault));
         }
-        let total: f64 = self.areas.iter().sum();
-        let ball = 4.0 * std::f64::consts::PI * radius * radius;
+        let total: f64 = self.patch.areas.iter().sum();
+        let ball = 4.0 * PI * radius * radius;
         if total > ball {
             return Err(Content(format!(
                 "the sum of `areas`, {total:.3e} m^2, exceeds the surface of the ball, {ball:.3e} m^2; give them in m^2"
@@ -348,31 +338,29 @@ impl ImportedModes {
         }
         Ok(())
     }
-}
 
-impl ImportedModes {
     /// Checks the frequency of each mode on the contact springs: they add `sum(stiffness * area *
-    /// |shape|^2)` to the
-    /// square of the angular frequency of a single mode.
+    /// |shape|^2)` to the square of the angular frequency of a single mode.
     fn check_contact(&self) -> Result<(), ImportedModesError> {
-        let springs: Vec<f64> = (self.stiffness.iter().zip(&self.areas))
-            .map(|(stiffness, area)| stiffness * area)
-            .collect();
-        for mode in 0..self.modes() {
-            let shapes = self.shapes[mode..].iter().step_by(self.modes());
-            let added = springs.iter().zip(shapes).map(|(k, x)| k * dot(*x, *x));
-            let hz = added.sum::<f64>().sqrt() / std::f64::consts::TAU;
-            // Also rejects an overflow.
-            if hz.is_nan() || hz > TOO_FAST {
-                return Err(Content(format!(
-                    "`stiffness` times `areas` times the square of `shapes` gives mode {} (from 1) a frequency of \
-                     {hz:.1e} Hz on the contact, above {TOO_FAST:.0e} Hz; check the units N/m^3 and m^2 and the mass \
-                     normalisation of the shapes, in 1/sqrt(kg)",
-                    mode + 1
-                )));
+        let nodes = self.stiffness.iter().zip(&self.patch.areas);
+        let mut added = vec![0.0; self.modes()];
+        for ((stiffness, area), shapes) in nodes.zip(self.shapes.chunks(self.modes())) {
+            for (added, shape) in added.iter_mut().zip(shapes) {
+                *added += stiffness * area * dot(*shape, *shape);
             }
         }
-        Ok(())
+        let hz = added.iter().map(|square: &f64| square.sqrt() / TAU);
+        // Also rejects an overflow.
+        let too_fast = hz.enumerate().find(|(_, hz)| hz.is_nan() || *hz > TOO_FAST);
+        let Some((mode, hz)) = too_fast else {
+            return Ok(());
+        };
+        Err(Content(format!(
+            "`stiffness` times `areas` times the square of `shapes` gives mode {} (from 1) a frequency of {hz:.1e} Hz on \
+             the contact, above {TOO_FAST:.0e} Hz; check the units N/m^3 and m^2 and the mass normalisation of the \
+             shapes, in 1/sqrt(kg)",
+            mode + 1
+        )))
     }
 
     /// Checks that the surface is that of a body with this ball.
@@ -384,8 +372,7 @@ impl ImportedModes {
         let nearest = distances().fold(f64::INFINITY, f64::min);
         let farthest = distances().fold(0.0, f64::max);
         let radius = self.ball_radius();
-        let near = nearest <= NEAREST * radius;
-        if near && (0.5 * radius..=FARTHEST).contains(&farthest) {
+        if nearest <= NEAREST * radius && (0.5 * radius..=FARTHEST).contains(&farthest) {
             return Ok(());
         }
         Err(Content(format!(
@@ -397,53 +384,52 @@ impl ImportedModes {
 
 /// Reads the natural frequencies, rad/s, in ascending order; all modes are elastic.
 fn frequencies(arrays: &mut Arrays<'_>) -> Result<Vec<f64>, ImportedModesError> {
-    let in_hertz = arrays.shape(&FREQUENCIES)?.is_some();
-    if in_hertz && arrays.shape(&OMEGA)?.is_some() {
+    let in_hertz = arrays.len(&FREQUENCIES)?.is_some();
+    if in_hertz && arrays.len(&OMEGA)?.is_some() {
         let text = "the file contains both `omega` and `frequencies_hz`; remove one of them";
         return Err(Content(text.to_owned()));
     }
     let (named, per_hertz) = if in_hertz {
         (&FREQUENCIES, 1.0)
     } else {
-        (&OMEGA, std::f64::consts::TAU)
+        (&OMEGA, TAU)
     };
     let stated = arrays.counted(named, MAX_MODES)?;
-    named.positive(&stated)?;
-    let array = named.name;
-    if let Some(before) = stated.windows(2).position(|pair| pair[1] < pair[0]) {
-        return Err(Content(format!(
-            "`{array}`[{}] is below the previous value; sort the modes by frequency, including their shapes",
-            before + 1
-        )));
-    }
-    let hz = stated[0] / per_hertz;
-    if hz < RIGID_BELOW {
-        return Err(Content(format!(
-            "`{array}`[0] is {hz:.3e} Hz, a rigid-body mode; remove rigid-body modes, so that the first mode is elastic"
-        )));
-    }
-    if let Some(at) = stated.iter().position(|x| x / per_hertz > TOO_FAST) {
-        return Err(Content(format!(
-            "`{array}`[{at}] is {:.3e} Hz, above the limit of {TOO_FAST:.0e} Hz: the step size follows the highest \
-             frequency; check the unit, and remove modes that are not excited",
-            stated[at] / per_hertz
-        )));
-    }
-    let omega = if in_hertz {
-        stated.iter().map(|hz| std::f64::consts::TAU * hz).collect()
-    } else {
-        stated
+    let fault = |at: usize, problem: &str| {
+        let hz = stated[at] / per_hertz;
+        Err(Content(format!(
+            "`{}`[{at}] is {hz:.3e} Hz, {problem}",
+            named.0
+        )))
     };
-    Ok(omega)
+    if let Some(before) = stated.windows(2).position(|pair| pair[1] < pair[0]) {
+        return fault(
+            before + 1,
+            "below the previous value; sort the modes by frequency, including their shapes",
+        );
+    }
+    if stated[0] < RIGID_BELOW * per_hertz {
+        return fault(
+            0,
+            "a rigid-body mode; remove rigid-body modes, so that the first mode is elastic",
+        );
+    }
+    if let Some(at) = stated.iter().position(|x| *x > TOO_FAST * per_hertz) {
+        return fault(
+            at,
+            "above the limit of 1e7 Hz: the step size follows the highest frequency; check the unit, and remove modes \
+             that are not excited",
+        );
+    }
+    Ok(stated.iter().map(|x| TAU / per_hertz * x).collect())
 }
 
 /// Converts `(points, 3, modes)` in the file to `points x modes` vectors.
 fn vectors(rows: &[f64], modes: usize) -> Vec<[f64; 3]> {
     let points = rows.chunks_exact(3 * modes);
+    let shape = |point: &[f64], i| [0, 1, 2].map(|axis| point[axis * modes + i]);
     points
-        .flat_map(|point| {
-            (0..modes).map(move |i| std::array::from_fn(|axis| point[axis * modes + i]))
-        })
+        .flat_map(|point| (0..modes).map(move |i| shape(point, i)))
         .collect()
 }
 
@@ -452,23 +438,13 @@ fn surface(
     arrays: &mut Arrays<'_>,
     modes: usize,
 ) -> Result<Option<SurfaceMesh>, ImportedModesError> {
-    let Some(shape) = arrays.shape(&VERTICES)? else {
+    let Some(count) = arrays.len(&VERTICES)? else {
         return Ok(None);
     };
-    let count = shape.first().copied().unwrap_or(0);
     let vertices = arrays.need(&VERTICES, &[count, 3])?;
-    let shape = arrays.shape(&TRIANGLES)?;
-    let shape = shape.ok_or_else(|| TRIANGLES.incomplete(VERTICES.name))?;
-    let triangles = shape.first().copied().unwrap_or(0);
-    let corners = arrays.need(&TRIANGLES, &[triangles, 3])?;
-    let is_vertex = |x: &f64| x.fract() == 0.0 && (0.0..count as f64).contains(x);
-    if let Some(wrong) = corners.iter().position(|corner| !is_vertex(corner)) {
-        return Err(Content(format!(
-            "`surface_triangles`[{}] refers to a vertex outside the {count} of `surface_vertices`; count vertices from 0",
-            wrong / 3
-        )));
-    }
-    let shapes = arrays.belonging(&SURFACE_SHAPES, VERTICES.name, &[count, 3, modes])?;
+    let triangles = arrays.len(&TRIANGLES)?.unwrap_or(0);
+    let corners = arrays.indices(&TRIANGLES, &[triangles, 3], count)?;
+    let shapes = arrays.need(&SURFACE_SHAPES, &[count, 3, modes])?;
     let corners: Vec<u32> = corners.iter().map(|corner| *corner as u32).collect();
     Ok(Some(SurfaceMesh {
         vertices: vertices.as_chunks().0.to_vec(),
