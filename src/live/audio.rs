@@ -1,10 +1,11 @@
 //! Audio of a live run.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use tokio::sync::broadcast;
 
+use super::lock;
 use crate::pipeline::message::{Frame, Record};
 use crate::pipeline::{Delivery, RunHandle, Sink, SinkError};
 use crate::sound::{Resampler, Source, SurfaceProbe};
@@ -56,11 +57,7 @@ impl AudioStream {
 
     /// Description of the audio signal of this run.
     pub fn description(&self) -> String {
-        let description = self
-            .description
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        description.clone()
+        lock(&self.description).clone()
     }
 
     /// Present time stretch: the sound is slower and lower by this factor.
@@ -70,7 +67,7 @@ impl AudioStream {
 
     /// Follows the playback speed of a run.
     pub(super) fn set_run(&self, handle: RunHandle) {
-        *self.handle.lock().unwrap_or_else(PoisonError::into_inner) = Some(handle);
+        *lock(&self.handle) = Some(handle);
     }
 
     /// Creates the sink for the samples of a run.
@@ -86,7 +83,7 @@ impl AudioStream {
 
     /// Present playback speed.
     fn speed(&self) -> f64 {
-        let handle = self.handle.lock().unwrap_or_else(PoisonError::into_inner);
+        let handle = lock(&self.handle);
         let status = handle.as_ref().map(RunHandle::status);
         status.map_or(1.0, |status| {
             status
@@ -144,8 +141,7 @@ impl Sink for AudioSink {
             Record::Header(header) => {
                 self.rate = header.sample_rate;
                 let probe = SurfaceProbe::with_fallback(self.stream.source, &header);
-                let description = self.stream.description.lock();
-                *description.unwrap_or_else(PoisonError::into_inner) = probe.description();
+                *lock(&self.stream.description) = probe.description();
                 self.probe = Some(probe);
             }
             // Without listeners there is nothing to compute.

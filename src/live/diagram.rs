@@ -1,9 +1,10 @@
 //! The branch diagram of the present scene, and an event for each bifurcation that the tilt passes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
+use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
@@ -24,17 +25,11 @@ struct Present {
     scene: Option<Scene>,
     /// Number of diagrams so far.
     count: u64,
-    shown: Option<Shown>,
+    /// The diagram, or the part of it that is computed so far.
+    shown: Option<Arc<TiltDiagram>>,
     /// What is computed at present, or why the scene has no diagram; empty for a complete one.
     note: String,
     computation: Option<Computation>,
-}
-
-/// A diagram, or the part of it that is computed so far.
-struct Shown {
-    /// As JSON.
-    text: Arc<str>,
-    diagram: Arc<TiltDiagram>,
 }
 
 /// The computation of a diagram on its own thread.
@@ -53,7 +48,7 @@ impl DiagramStore {
         interval: Option<[f64; 2]>,
         store: &Arc<StatusStore>,
     ) {
-        let mut present = self.present();
+        let mut present = lock(&self.present);
         if present.scene.as_ref() == Some(scene) {
             return;
         }
@@ -62,7 +57,8 @@ impl DiagramStore {
             before.stop.store(true, Ordering::Relaxed);
         }
         present.scene = Some(scene.clone());
-        present.set(shipped_diagram(scene).and_then(Shown::of_text));
+        let shipped = shipped_diagram(scene);
+        present.set(shipped.and_then(|text| serde_json::from_str(text).ok()));
         let interval = match interval.filter(|[low, high]| low < high) {
             _ if present.shown.is_some() => Err(String::new()),
             // A rotation that moves the patch changes the tilt itself.
@@ -101,7 +97,7 @@ impl DiagramStore {
     fn compute(&self, scene: &Scene, interval: [f64; 2], stop: &AtomicBool, store: &StatusStore) {
         // Unless another scene has taken its place.
         let change = |change: &mut dyn FnMut(&mut Present)| {
-            let mut present = self.present();
+            let mut present = lock(&self.present);
             if present.scene.as_ref() == Some(scene) {
                 change(&mut present);
             }
@@ -115,7 +111,7 @@ impl DiagramStore {
             Ok(())
         };
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
-            change(&mut |present| present.set(Shown::of(diagram.clone())));
+            change(&mut |present| present.set(Some(diagram.clone())));
         });
         let time = store.read(None, 0).time_s;
         let (note, message) = match found {
@@ -134,7 +130,7 @@ impl DiagramStore {
 
     /// Cancels a computation and waits for its end.
     pub fn cancel(&self) {
-        let computation = self.present().computation.take();
+        let computation = lock(&self.present).computation.take();
         if let Some(Computation { stop, thread }) = computation {
             stop.store(true, Ordering::Relaxed);
             // A panic there was printed; the session has its own result.
@@ -144,30 +140,19 @@ impl DiagramStore {
 
     /// What is computed at present, or why the scene has no diagram; `None` for a complete one.
     pub fn note(&self) -> Option<String> {
-        let note = self.present().note.clone();
+        let note = lock(&self.present).note.clone();
         (!note.is_empty()).then_some(note)
-    }
-
-    /// The diagram as JSON, as far as it is computed.
-    pub fn text(&self) -> Option<Arc<str>> {
-        let present = self.present();
-        present.shown.as_ref().map(|shown| Arc::clone(&shown.text))
     }
 
     /// The number of the diagram, from 1; a part that is new has another number.
     pub fn number(&self) -> Option<u64> {
-        let present = self.present();
+        let present = lock(&self.present);
         present.shown.is_some().then_some(present.count)
     }
 
-    fn diagram(&self) -> Option<Arc<TiltDiagram>> {
-        let present = self.present();
-        let shown = present.shown.as_ref();
-        shown.map(|shown| Arc::clone(&shown.diagram))
-    }
-
-    fn present(&self) -> MutexGuard<'_, Present> {
-        self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The diagram, as far as it is computed.
+    pub fn diagram(&self) -> Option<Arc<TiltDiagram>> {
+        lock(&self.present).shown.clone()
     }
 }
 
@@ -177,25 +162,9 @@ fn computing(what: &str) -> String {
 }
 
 impl Present {
-    fn set(&mut self, shown: Option<Shown>) {
-        self.count += u64::from(shown.is_some());
-        self.shown = shown;
-    }
-}
-
-impl Shown {
-    fn of_text(text: &str) -> Option<Self> {
-        Some(Self {
-            diagram: Arc::new(serde_json::from_str(text).ok()?),
-            text: Arc::from(text),
-        })
-    }
-
-    fn of(diagram: TiltDiagram) -> Option<Self> {
-        Some(Self {
-            text: serde_json::to_string(&diagram).ok()?.into(),
-            diagram: Arc::new(diagram),
-        })
+    fn set(&mut self, diagram: Option<TiltDiagram>) {
+        self.count += u64::from(diagram.is_some());
+        self.shown = diagram.map(Arc::new);
     }
 }
 
@@ -355,8 +324,7 @@ mod tests {
         let scene = Scene::load("doubled-torus-3deg").unwrap();
         for tilt in [0.0, 3.0, 7.5] {
             let diagrams = shown(&scene.clone().with_tilt(tilt).unwrap(), [0.0, 10.0]);
-            let text = diagrams.text().unwrap();
-            let diagram: TiltDiagram = serde_json::from_str(&text).unwrap();
+            let diagram = diagrams.diagram().unwrap();
             assert_eq!(diagram.parameter, "tilt_deg");
         }
         let own = own("doubled-torus-3deg");
@@ -384,7 +352,7 @@ mod tests {
         let squeaking = own("doubled-torus-3deg");
         let silent = own("printed-friction");
         let diagrams = shown(&squeaking, [0.0, 8.0]);
-        assert_eq!((diagrams.text(), diagrams.number()), (None, None));
+        assert_eq!((diagrams.diagram(), diagrams.number()), (None, None));
         let began = Instant::now();
         diagrams.show(&silent, Some([0.0, 1.0]), &Arc::default());
         let note = diagrams.note().unwrap();
@@ -404,6 +372,6 @@ mod tests {
         assert_eq!(diagram.responses.len(), 3);
         diagrams.show(&squeaking, Some([0.0, 8.0]), &Arc::default());
         diagrams.cancel();
-        assert_eq!(diagrams.text(), None);
+        assert_eq!(diagrams.diagram(), None);
     }
 }

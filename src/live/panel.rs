@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use serde::Serialize;
 
 use super::command::Promise;
+use super::lock;
 use super::tour::TourStep;
 use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
@@ -497,11 +498,6 @@ fn commentary(panel: &Panel, appearance: Option<Appearance>) -> String {
         .skip(if agrees && !panel.tilt_moves { 1 } else { 2 });
     let parts = std::iter::once(format!("## {verdict}")).chain(parts.map(str::to_owned));
     parts.collect::<Vec<_>>().join("\n\n")
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // After a panic the values may belong to two different instants, which is acceptable.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Sink that updates the values of the panel.

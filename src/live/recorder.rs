@@ -1,8 +1,9 @@
 //! Recording of a live run into files, started and stopped by commands.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::{Frame, Header, Record};
 use crate::pipeline::{Delivery, Sink, SinkError};
@@ -75,7 +76,7 @@ impl RecordingControl {
     /// # Errors
     /// If no file can be created in the folder.
     pub fn start(&self) -> Result<PathBuf, RecordError> {
-        let mut state = self.state();
+        let mut state = lock(&self.state);
         if let Some(requested) = &state.requested {
             return Ok(requested.file.clone());
         }
@@ -91,8 +92,7 @@ impl RecordingControl {
 
     /// Stops the recording.
     pub fn stop(&self) {
-        if let Some(reserved) = self
-            .state()
+        if let Some(reserved) = lock(&self.state)
             .requested
             .take()
             .and_then(|requested| requested.reserved)
@@ -103,7 +103,7 @@ impl RecordingControl {
 
     /// Stores the result for a file.
     pub fn store_result(&self, path: PathBuf, outcome: Result<(), SinkError>) {
-        self.state().saved.push(SavedFile {
+        lock(&self.state).saved.push(SavedFile {
             path,
             begun: true,
             outcome,
@@ -112,7 +112,7 @@ impl RecordingControl {
 
     /// Path of a complete recording with this file name.
     pub fn complete(&self, name: &str) -> Option<PathBuf> {
-        let state = self.state();
+        let state = lock(&self.state);
         let mut complete = state.saved.iter().filter(|file| file.outcome.is_ok());
         let found = complete.find(|file| file.path.file_name().is_some_and(|found| found == name));
         found.map(|file| file.path.clone())
@@ -120,7 +120,7 @@ impl RecordingControl {
 
     /// The results since the last call, after the end of the run.
     pub fn take_results(&self) -> Vec<SavedFile> {
-        let mut state = self.state();
+        let mut state = lock(&self.state);
         let mut saved = std::mem::take(&mut state.saved);
         let left = state
             .requested
@@ -134,18 +134,14 @@ impl RecordingControl {
     }
 
     fn requested(&self) -> Option<PathBuf> {
-        self.state()
+        lock(&self.state)
             .requested
             .as_ref()
             .map(|requested| requested.file.clone())
     }
 
     fn take_reserved(&self) -> Option<PartFile> {
-        self.state().requested.as_mut()?.reserved.take()
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state).requested.as_mut()?.reserved.take()
     }
 }
 

@@ -268,9 +268,8 @@ fn run_routes(session: &Arc<Session>) -> Router<Arc<Shared>> {
 }
 
 async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
-    let kind = (header::CONTENT_TYPE, "application/json");
     match shared.session.diagram() {
-        Some(text) => ([kind], text.to_string()).into_response(),
+        Some(diagram) => json(&*diagram),
         None => StatusCode::NO_CONTENT.into_response(),
     }
 }

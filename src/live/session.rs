@@ -6,12 +6,13 @@ mod tests;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 pub(super) use self::commands::{check_state, preset_scene, start_commands};
 use super::audio::AudioStream;
 use super::command::Promise;
 use super::diagram::{BifurcationEvents, DiagramStore};
+use super::lock;
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
 use super::tour::{Tour, TourStep};
@@ -25,6 +26,7 @@ use crate::pipeline::{
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
 use crate::sound::{Source, WavSink};
+use crate::study::branch::TiltDiagram;
 
 /// Options of a session.
 #[derive(Debug)]
@@ -55,12 +57,7 @@ pub struct SessionOptions {
 
 /// A session, shared by all clients that control it.
 pub struct Session {
-    first: Scene,
-    command: String,
-    viewer: Option<Output>,
-    computes_diagram: bool,
-    source: Source,
-    tour: Option<Tour>,
+    options: SessionOptions,
     /// Data for the views of the page.
     pub views: Arc<ViewStore>,
     /// Audio for the listeners of the page.
@@ -100,34 +97,32 @@ struct Current {
 
 impl Session {
     /// Creates a session that has not started.
-    pub fn new(plan: SessionOptions) -> Self {
+    pub fn new(options: SessionOptions) -> Self {
         Self {
             views: Arc::default(),
-            audio: Arc::new(AudioStream::new(plan.source)),
+            audio: Arc::new(AudioStream::new(options.source)),
             store: Arc::default(),
-            recording: Arc::new(RecordingControl::new(plan.folder, plan.save)),
+            recording: Arc::new(RecordingControl::new(
+                options.folder.clone(),
+                options.save.clone(),
+            )),
             diagrams: Arc::default(),
             current: Mutex::new(Current {
-                scene: plan.scene.clone(),
-                speed: plan.speed,
-                lyapunov: plan.lyapunov,
+                scene: options.scene.clone(),
+                speed: options.speed,
+                lyapunov: options.lyapunov,
                 handle: None,
-                present: plan.scene.clone(),
+                present: options.scene.clone(),
                 early: PendingCommands::default(),
                 restarts: false,
                 stopped: false,
                 step: None,
                 blank: false,
-                opening: TourStep::of_scene(&plan.scene.name),
+                opening: TourStep::of_scene(&options.scene.name),
                 promise: None,
-                wav: plan.wav,
+                wav: options.wav.clone(),
             }),
-            first: plan.scene,
-            command: plan.command,
-            viewer: plan.viewer,
-            computes_diagram: plan.computes_diagram,
-            source: plan.source,
-            tour: plan.tour,
+            options,
             kicks: AtomicU64::new(0),
             stop: Arc::default(),
         }
@@ -144,11 +139,11 @@ impl Session {
     }
 
     fn run_all(&self) -> Result<Option<Summary>, PipelineError> {
-        let mut viewer = self.viewer.clone();
+        let mut viewer = self.options.viewer.clone();
         let mut last = None;
         loop {
             let (scene, speed, wav, lyapunov) = {
-                let mut current = self.current();
+                let mut current = lock(&self.current);
                 if current.stopped {
                     return Ok(last);
                 }
@@ -162,8 +157,8 @@ impl Session {
                 (scene, current.speed, current.wav.take(), lyapunov)
             };
             let (run, handle) = InteractiveSource::new(Simulation::new(&scene)?, speed);
-            let header = run.header(&self.command);
-            if self.computes_diagram {
+            let header = run.header(&self.options.command);
+            if self.options.computes_diagram {
                 let interval = header.tilt_slider();
                 self.diagrams.show(&scene, interval, &self.store);
             }
@@ -173,13 +168,13 @@ impl Session {
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
-                let wav_sink = WavSink::new(wav, self.source, &header, 1.0);
+                let wav_sink = WavSink::new(wav, self.options.source, &header, 1.0);
                 sinks.push(Box::new(wav_sink.map_err(sink)?));
             }
             // The last sink: a file then contains every record that the panel has shown.
             sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
             {
-                let mut current = self.current();
+                let mut current = lock(&self.current);
                 if current.restarts || current.stopped {
                     end(&handle);
                 } else {
@@ -193,8 +188,8 @@ impl Session {
                 stop: &self.stop,
                 ..Monitor::default()
             };
-            let ran = drive(run, &self.command, &mut tee, monitor);
-            self.current().handle = None;
+            let ran = drive(run, &self.options.command, &mut tee, monitor);
+            lock(&self.current).handle = None;
             if let Some(wav) = wav {
                 let outcome = ran.as_ref().map(|_| ());
                 let outcome =
@@ -232,7 +227,7 @@ impl Session {
 
     /// Stops the session.
     pub fn end(&self) {
-        let mut current = self.current();
+        let mut current = lock(&self.current);
         current.stopped = true;
         self.stop.store(true, Ordering::Relaxed);
         if let Some(handle) = &current.handle {
@@ -243,7 +238,7 @@ impl Session {
     /// Results for the requested files, after the end of the session.
     pub fn saved(&self) -> Vec<SavedFile> {
         let mut saved = self.recording.take_results();
-        let wav = self.current().wav.take();
+        let wav = lock(&self.current).wav.take();
         saved.extend(wav.map(SavedFile::never_started));
         saved
     }
@@ -256,7 +251,7 @@ impl Session {
     /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
         let (status, tour_step, blank, promise) = {
-            let current = self.current();
+            let current = lock(&self.current);
             let status = current.handle.as_ref().map(RunHandle::status);
             // Between two runs the panel is still that of the former one.
             let promise = status.and(current.promise.clone());
@@ -276,37 +271,36 @@ impl Session {
     /// A bookmark of the present motion, without a name and views.
     pub fn bookmark(&self) -> TourStep {
         TourStep {
-            speed_ms_per_s: Some(1e3 * self.current().speed),
+            speed_ms_per_s: Some(1e3 * lock(&self.current).speed),
             ..self.store.bookmark()
         }
     }
 
-    /// The branch diagram of the present scene as JSON; `None` if it has none, or none yet.
-    pub fn diagram(&self) -> Option<Arc<str>> {
-        self.diagrams.text()
+    /// The branch diagram of the present scene; `None` if it has none, or none yet.
+    pub fn diagram(&self) -> Option<Arc<TiltDiagram>> {
+        self.diagrams.diagram()
     }
 
     /// The guided tour.
     pub fn tour(&self) -> Option<&Tour> {
-        self.tour.as_ref()
+        self.options.tour.as_ref()
     }
 
     /// The available scenes: name and title.
     pub fn scenes(&self) -> Vec<[String; 2]> {
         let mut scenes: Vec<[String; 2]> = Vec::new();
-        if PRESETS.iter().all(|preset| preset.name != self.first.name) {
-            let title = escape::line(&self.first.title).into_owned();
-            scenes.push([self.first.name.clone(), title]);
+        if PRESETS
+            .iter()
+            .all(|preset| preset.name != self.options.scene.name)
+        {
+            let title = escape::line(&self.options.scene.title).into_owned();
+            scenes.push([self.options.scene.name.clone(), title]);
         }
         scenes.extend(PRESETS.iter().map(|preset| {
             let title = preset.scene().map(|scene| scene.title);
             [preset.name.to_owned(), title.unwrap_or_default()]
         }));
         scenes
-    }
-
-    fn current(&self) -> MutexGuard<'_, Current> {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

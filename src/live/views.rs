@@ -7,12 +7,13 @@
 mod encode;
 mod store;
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use tokio::sync::watch;
 
 use self::encode::Message;
 use self::store::State;
+use super::lock;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::plot::Panel;
@@ -49,13 +50,13 @@ impl ViewStore {
     /// The message with everything that is new since the last one of a client; `None` without news.
     pub fn next(&self, cursor: &mut ViewCursor) -> Option<Vec<u8>> {
         let mut message = Message::default();
-        self.state().write(cursor, &mut message);
+        lock(&self.state).write(cursor, &mut message);
         (!message.is_empty()).then(|| message.finish())
     }
 
     /// The pictures of the lesson; empty for a scene without one.
     pub fn lesson(&self) -> Vec<Panel> {
-        self.state().lesson()
+        lock(&self.state).lesson()
     }
 
     /// Creates the sink of a run. `magnification` is that of the displacements of the body.
@@ -65,10 +66,6 @@ impl ViewStore {
             magnification,
             changed: false,
         }
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -91,7 +88,7 @@ impl ViewSink {
 impl Sink for ViewSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let is_frame = matches!(record, Record::Samples(_) | Record::Header(_));
-        self.store.state().update(record, self.magnification);
+        lock(&self.store.state).update(record, self.magnification);
         self.changed = true;
         // Once per frame: the results of an analysis follow with the next one.
         if is_frame {

@@ -1,7 +1,8 @@
 //! A second run next to the first one, for comparison. It starts when a client first asks for it.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use crate::live::lock;
 use crate::live::session::Session;
 use crate::live::session_thread::SessionThread;
 
@@ -25,7 +26,7 @@ impl SecondRun {
     /// # Errors
     /// If the thread cannot be started.
     pub fn start(&self) -> Result<(), crate::pipeline::PipelineError> {
-        let mut thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut thread = lock(&self.thread);
         if thread.is_none() {
             *thread = Some(SessionThread::start(&self.session)?);
         }
@@ -38,11 +39,7 @@ impl SecondRun {
     /// The error of the run.
     pub fn end(&self) -> std::io::Result<()> {
         self.session.end();
-        let thread = self
-            .thread
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let thread = lock(&self.thread).take();
         let ended = thread.map_or(Ok(None), SessionThread::end);
         ended.map(drop).map_err(std::io::Error::other)
     }

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 
 use super::{Current, Session, end};
 use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
+use crate::live::lock;
 use crate::live::tour::TourStep;
 use crate::pipeline::{PendingCommands, RunCommand, RunHandle, RunState, prepare};
 use crate::scene::{PRESETS, Scene, SceneError};
@@ -22,7 +23,7 @@ impl Session {
             // Before the lock: it takes a moment.
             check_state(&self.named(&step.scene)?, step.state.as_ref())?;
         }
-        let mut current = self.current();
+        let mut current = lock(&self.current);
         let current = &mut *current;
         let run_command = match command {
             Command::Set { key, value } => {
@@ -113,7 +114,11 @@ impl Session {
 
     /// Shows a step of the tour.
     fn show_step(&self, current: &mut Current, number: usize) -> Result<(), Rejected> {
-        let steps = self.tour.as_ref().map_or(&[][..], |tour| &tour.steps);
+        let steps = self
+            .options
+            .tour
+            .as_ref()
+            .map_or(&[][..], |tour| &tour.steps);
         let step = steps.get(number).ok_or_else(|| {
             Rejected(format!(
                 "the tour has {} steps, no step {}",
@@ -127,8 +132,8 @@ impl Session {
     }
 
     fn named(&self, name: &str) -> Result<Scene, Rejected> {
-        if name == self.first.name {
-            return Ok(self.first.clone());
+        if name == self.options.scene.name {
+            return Ok(self.options.scene.clone());
         }
         preset_scene(name)
     }
