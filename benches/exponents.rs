@@ -49,10 +49,11 @@ fn kicked(kick: f64) -> (Joint, Vec<f64>) {
 fn grown() -> (Joint, Vec<f64>) {
     let (joint, start) = kicked(5e-3);
     let mut integrator = Integrator::new(METHOD, &joint).expect("a sound method");
-    let started = integrator.start(&joint, 0.0, &start);
+    let started = integrator.start(0.0, &start);
     started.expect("a sound state");
-    integrator.integrate_to(&joint, GROWN).expect("a sound run");
+    integrator.integrate_to(GROWN).expect("a sound run");
     let state = integrator.state().to_vec();
+    drop(integrator);
     (joint, state)
 }
 
@@ -93,23 +94,23 @@ enum Mode {
 }
 
 /// Integrator of one line of the table.
-fn integrator(joint: &Joint, mode: Mode, width: usize) -> Integrator {
+fn integrator(joint: &Joint, mode: Mode, width: usize) -> Integrator<'_> {
     let mut integrator = Integrator::new(METHOD, joint).expect("a sound method");
     if mode == Mode::Exact {
-        integrator = integrator.with_events(joint).expect("the joint's guards");
+        integrator = integrator.with_events().expect("the joint's guards");
     }
     if width > 0 {
-        let followed = integrator.with_tangents(joint, width, 1);
+        let followed = integrator.with_tangents(width, 1);
         integrator = followed.expect("no more vectors than dimensions");
     }
     integrator
 }
 
 /// Times one run of an integrator over the span.
-fn run(joint: &Joint, start: &[f64], integrator: &mut Integrator) -> Duration {
+fn run(start: &[f64], integrator: &mut Integrator<'_>) -> Duration {
     let begin = Instant::now();
-    integrator.start(joint, 0.0, start).expect("a sound state");
-    integrator.integrate_to(joint, SPAN).expect("a sound run");
+    integrator.start(0.0, start).expect("a sound state");
+    integrator.integrate_to(SPAN).expect("a sound run");
     begin.elapsed()
 }
 
@@ -124,7 +125,7 @@ fn shortest(times: &[f64]) -> f64 {
 
 /// Prints a table of ratios.
 fn ratios(title: &str, (joint, start): &(Joint, Vec<f64>)) {
-    let mut lines: Vec<(Mode, usize, Integrator)> = Vec::new();
+    let mut lines: Vec<(Mode, usize, Integrator<'_>)> = Vec::new();
     for mode in [Mode::Through, Mode::Exact] {
         for width in [0].into_iter().chain(WIDTHS) {
             lines.push((mode, width, integrator(joint, mode, width)));
@@ -133,7 +134,7 @@ fn ratios(title: &str, (joint, start): &(Joint, Vec<f64>)) {
     let mut times = vec![Vec::new(); lines.len()];
     for _ in 0..ROUNDS {
         for ((_, _, integrator), times) in lines.iter_mut().zip(&mut times) {
-            times.push(run(joint, start, integrator).as_secs_f64());
+            times.push(run(start, integrator).as_secs_f64());
         }
     }
     println!("\n{title}");

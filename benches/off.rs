@@ -26,7 +26,7 @@ const ROUNDS: usize = 61;
 const NODES: usize = 100;
 
 /// A friction law `mu(V)/V`, s/m.
-trait Law: Copy {
+trait Law: Copy + Send + Sync {
     const HAS_FRICTION: bool = true;
     fn ratio(self, speed: f64) -> f64;
 }
@@ -122,11 +122,9 @@ impl<L: Law, const UNILATERAL: bool, const RADIAL: bool> System
 fn time(system: &impl System, start: &[f64]) -> f64 {
     let method = MethodName::Rk4.with(Accuracy::relative(1e-6), STEP);
     let mut integrator = Integrator::new(method, system).expect("a step");
-    integrator
-        .start(system, 0.0, start)
-        .expect("a finite state");
+    integrator.start(0.0, start).expect("a finite state");
     let begin = Instant::now();
-    integrator.integrate_to(system, SPAN).expect("a sound run");
+    integrator.integrate_to(SPAN).expect("a sound run");
     black_box(integrator.state());
     begin.elapsed().as_secs_f64()
 }

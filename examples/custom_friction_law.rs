@@ -112,10 +112,10 @@ fn settled(joint: &Joint, scene: &Scene) -> Result<f64, Box<dyn Error>> {
     let method = MethodName::Lawson54.with(accuracy, scene.integrator.max_step);
     let mut integrator = Integrator::new(method, joint)?;
     let mut z = initial_state(scene, joint.modes());
-    integrator.start(joint, 0.0, &z)?;
+    integrator.start(0.0, &z)?;
     let (mut low, mut high) = (f64::MAX, f64::MIN);
     for k in 16_000..20_000 {
-        integrator.sample(joint, f64::from(k) / 200e3, &mut z)?;
+        integrator.sample(f64::from(k) / 200e3, &mut z)?;
         let u = joint.probe_value(&z[..z.len() / 2]);
         (low, high) = (low.min(u), high.max(u));
     }

@@ -68,10 +68,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Integrates to [`END`].
-fn integrate(joint: &Joint, start: &[f64], method: Method) -> Result<Integrator, DynamicsError> {
+fn integrate<'a>(
+    joint: &'a Joint,
+    start: &[f64],
+    method: Method,
+) -> Result<Integrator<'a>, DynamicsError> {
     let mut integrator = Integrator::new(method, joint)?;
-    integrator.start(joint, 0.0, start)?;
-    integrator.integrate_to(joint, END)?;
+    integrator.start(0.0, start)?;
+    integrator.integrate_to(END)?;
     Ok(integrator)
 }
 
@@ -91,12 +95,12 @@ fn max_separated(joint: &Joint, start: &[f64]) -> Result<u32, DynamicsError> {
         MethodName::Rk4.with(Accuracy::relative(1e-6), 0.5e-6),
         joint,
     )?;
-    integrator.start(joint, 0.0, start)?;
+    integrator.start(0.0, start)?;
     let mut z = start.to_vec();
     let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
     let mut max_separated_nodes = 0;
     for k in 0..800 {
-        integrator.sample(joint, f64::from(k) * END / 800.0, &mut z)?;
+        integrator.sample(f64::from(k) * END / 800.0, &mut z)?;
         joint.separated_nodes(&z[..joint.modes()], &mut open);
         max_separated_nodes =
             max_separated_nodes.max(open.iter().map(|byte| byte.count_ones()).sum());

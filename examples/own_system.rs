@@ -43,21 +43,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let duffing = duffing.damped([0.15]).driven(TAU / 1.2);
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-8), 0.5);
-    let mut run = Integrator::new(method, &duffing)?.with_tangents(&duffing, 2, 1)?;
-    run.start(&duffing, 0.0, &[1.0, 0.0])?;
-    run.integrate_to(&duffing, 100.0)?;
+    let mut run = Integrator::new(method, &duffing)?.with_tangents(2, 1)?;
+    run.start(0.0, &[1.0, 0.0])?;
+    run.integrate_to(100.0)?;
     run.reset_growth();
-    run.integrate_to(&duffing, 3000.0)?;
+    run.integrate_to(3000.0)?;
     let spectrum = run.exponents().ok_or("without tangent vectors")?;
     for exponent in &spectrum.exponents {
         println!("{:7.4} +- {:.4} 1/s", exponent.value, exponent.half_width);
     }
 
     let on_belt = stick_slip(0.2);
-    let mut run = Integrator::new(method, &on_belt)?.with_events(&on_belt)?;
-    run.start(&on_belt, 0.0, &[0.0, 0.2])?;
+    let mut run = Integrator::new(method, &on_belt)?.with_events()?;
+    run.start(0.0, &[0.0, 0.2])?;
     for _ in 0..4 {
-        run.next_event(&on_belt, 100.0)?;
+        run.next_event(100.0)?;
         println!("status {:?} from {:.6} s on", run.status(), run.time());
     }
 

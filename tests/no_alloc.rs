@@ -139,18 +139,14 @@ fn integration_does_not_allocate() {
         let mut integrator = Integrator::new(method, &springs).expect("valid parameters");
         let mut estimates = 0;
         let count = requests(|| {
-            integrator
-                .start(&springs, 0.0, &start)
-                .expect("finite initial state");
+            integrator.start(0.0, &start).expect("finite initial state");
             for frame in 1..=10 {
                 let frame_end = f64::from(frame);
                 for k in 0..20 {
                     let t = frame_end - 1.0 + 0.05 * f64::from(k);
-                    integrator.sample(&springs, t, &mut z).expect("a sample");
+                    integrator.sample(t, &mut z).expect("a sample");
                 }
-                integrator
-                    .integrate_to(&springs, frame_end)
-                    .expect("a step end");
+                integrator.integrate_to(frame_end).expect("a step end");
                 integrator.restart(&springs).expect("the same system again");
                 estimates += u32::from(integrator.take_error_estimate().is_some());
             }
@@ -173,23 +169,21 @@ fn count_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
     for method in methods {
         let integrator = Integrator::new(method, sys).expect("valid parameters");
         let mut integrator = integrator
-            .with_events(sys)
-            .and_then(|new| new.with_tangents(sys, 2, 1))
+            .with_events()
+            .and_then(|new| new.with_tangents(2, 1))
             .expect("the system has guards and a derivative");
         let mut z = start;
         let count = requests(|| {
-            integrator
-                .start(sys, 0.0, &start)
-                .expect("finite initial state");
+            integrator.start(0.0, &start).expect("finite initial state");
             for k in 0..400 {
                 let t = 0.1 * f64::from(k);
-                integrator.sample(sys, t, &mut z).expect("a sample");
+                integrator.sample(t, &mut z).expect("a sample");
             }
-            integrator.integrate_to(sys, 40.0).expect("a step end");
+            integrator.integrate_to(40.0).expect("a step end");
             integrator.restart(sys).expect("the same system again");
             integrator.reset_growth();
             while integrator.time() < 60.0 {
-                integrator.next_event(sys, 60.0).expect("an event");
+                integrator.next_event(60.0).expect("an event");
             }
         });
         assert_eq!(count, 0, "{name}: {method:?} allocated");
@@ -370,16 +364,14 @@ fn integrating_the_joint_does_not_allocate() {
         let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
         let mut separated = 0;
         let count = requests(|| {
-            integrator
-                .start(&joint, 0.0, &start)
-                .expect("finite initial state");
+            integrator.start(0.0, &start).expect("finite initial state");
             for k in 0..200 {
                 let t = 5e-6 * f64::from(k);
-                integrator.sample(&joint, t, &mut z).expect("a sample");
+                integrator.sample(t, &mut z).expect("a sample");
                 joint.separated_nodes(&z[..m], &mut open);
                 separated += open.iter().map(|byte| byte.count_ones()).sum::<u32>();
             }
-            integrator.integrate_to(&joint, 1e-3).expect("a step end");
+            integrator.integrate_to(1e-3).expect("a step end");
             integrator.restart(&joint).expect("the same joint again");
         });
         let stats = integrator.stats();

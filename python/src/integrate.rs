@@ -88,7 +88,7 @@ impl System {
         calls: Arc<Calls>,
         (t, span): (f64, f64),
         (window, max_step): (f64, Option<f64>),
-    ) -> PyResult<(OwnSystem, Integrator)> {
+    ) -> PyResult<(Arc<OwnSystem>, Integrator<'static>)> {
         let (options, z) = (&self.options, &self.z0[..]);
         let law = |name, function: &Option<Py<PyAny>>| {
             let function = function.as_ref();
@@ -151,15 +151,16 @@ impl System {
         let max_step = positive("max_step", max_step.unwrap_or(span))?;
         let method = name.with(Accuracy::relative(options.tolerance), max_step);
         let crossings = whole("max_crossings", options.max_crossings, 1)?;
+        let system = Arc::new(system);
         let start = || {
-            let mut integrator = Integrator::new(method, &system)?;
+            let mut integrator = Integrator::new(method, Arc::clone(&system))?;
             if system.guards > 0 {
                 integrator = integrator
-                    .with_events(&system)?
+                    .with_events()?
                     .with_crossing_limit(crossings, window);
             }
             integrator.set_stop_flag(Arc::clone(&system.calls.watch.stop));
-            integrator.start(&system, t, z)?;
+            integrator.start(t, z)?;
             Ok(integrator)
         };
         let started = system.run(py, start);
@@ -322,7 +323,7 @@ pub fn integrate<'py>(
             // Earlier times than an event cannot be sampled after it.
             while system.guards > 0 && integrator.time() < time {
                 let before = integrator.status().to_vec();
-                let crossed = integrator.next_event(&system, time)?.to_vec();
+                let crossed = integrator.next_event(time)?.to_vec();
                 for guard in crossed {
                     let (guard, direction) = system.event(guard, &before);
                     if [0, direction].contains(&directions[guard]) {
@@ -335,7 +336,7 @@ pub fn integrate<'py>(
                     }
                 }
             }
-            integrator.sample(&system, time, &mut row)?;
+            integrator.sample(time, &mut row)?;
             found.states.extend_from_slice(&row);
             system.calls.watch.show((time - from) / (to - from));
         }
@@ -422,9 +423,9 @@ pub fn exponents<'py>(
         optional("exponents", exponents, 1)?.map_or(state.len(), |count| count.min(state.len()));
     let seed = whole("seed", seed, 0)? as u64;
     let done = system.run(py, || {
-        let mut integrator = integrator.with_tangents(&system, width, seed)?;
-        integrator.start(&system, 0.0, state)?;
-        lyapunov(&system, &mut integrator, &plan, &mut |share, _| {
+        let mut integrator = integrator.with_tangents(width, seed)?;
+        integrator.start(0.0, state)?;
+        lyapunov(&mut integrator, &plan, &mut |share, _| {
             system.calls.watch.report(share)
         })
     });

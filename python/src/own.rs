@@ -107,7 +107,6 @@ impl OwnSystems {
             silence: SILENT * size(&state),
             seed: 1,
             prepared: Prepared {
-                system: Box::new(system),
                 probe: vec![1.0],
                 integrator,
                 state,

@@ -22,7 +22,7 @@ pub(super) struct JointBody {
     /// The joint under the present load and rotation.
     pub ball: BallJoint,
     /// The joint under the present tilt, load and rotation.
-    pub joint: Joint,
+    pub joint: Arc<Joint>,
     /// Tilt, load and rotation over time.
     pub clock: LoadingClock,
     patch: ShownPatch,
@@ -65,7 +65,7 @@ impl JointBody {
     pub fn new(
         scene: &Scene,
         tilted: &LoadedJoint,
-    ) -> Result<(Self, Integrator, Vec<f64>), PipelineError> {
+    ) -> Result<(Self, Integrator<'static>, Vec<f64>), PipelineError> {
         let clock = LoadingClock::new(tilted.clone(), scene.frame_samples as u64);
         let tilt = clock.now.tilt;
         let mut ball = BallJoint::new(&tilted.spec)?;
@@ -76,7 +76,7 @@ impl JointBody {
             check_reach(&ball, tilted, scene.duration)?;
         }
         let energy_every = stride(scene.sample_rate, scene.record.energy_rate);
-        let joint = joint_of(&ball.model(tilt)?, energy_every.is_some());
+        let joint = Arc::new(joint_of(&ball.model(tilt)?, energy_every.is_some()));
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let integrator = joint_integrator(scene, &joint)?;
@@ -205,7 +205,7 @@ impl JointBody {
     ) -> Result<(), PipelineError> {
         let integrator = &mut motion.integrator;
         if time > 0.0 {
-            integrator.integrate_to(&self.joint, time)?;
+            integrator.integrate_to(time)?;
         }
         let joint = joint_of(model, self.energy_every.is_some());
         let mut z = integrator.state().to_vec();
@@ -214,7 +214,7 @@ impl JointBody {
             new.iter().zip(old).map(|(new, old)| new - old).collect()
         };
         if self.clock.tilted.carry == Carry::Displacement {
-            let [old, new] = [&self.joint, &joint].map(|joint| &joint.equilibrium().q);
+            let [old, new] = [&*self.joint, &joint].map(|joint| &joint.equilibrium().q);
             integrator.translate(&difference(new, old))?;
         }
         if joint.friction_states() > 0 {
@@ -223,8 +223,8 @@ impl JointBody {
             integrator.translate(&difference(&start, &z))?;
         }
         self.audit.added += joint.energy(integrator.state()).total() - before;
-        self.joint = joint;
-        integrator.restart(&self.joint)?;
+        self.joint = Arc::new(joint);
+        integrator.restart(Arc::clone(&self.joint))?;
         self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.clock.now.tilt)?);
         motion.sensitivity.parameters_changed(time);
         Ok(())
@@ -241,7 +241,7 @@ impl JointBody {
         while let Some(jump) = self.clock.take_jump(time) {
             loaded = loaded.max(jump);
         }
-        motion.integrator.start(&self.joint, loaded, &motion.z)?;
+        motion.integrator.start(loaded, &motion.z)?;
         self.apply_loading(loaded, motion)
     }
 

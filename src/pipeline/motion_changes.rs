@@ -8,7 +8,7 @@ use crate::analysis::{
     change_point::{Channel, MAX_CHANNELS, change_points},
     stats::BlockMeans,
 };
-use crate::dynamics::{Integrator, LyapunovSpectrum, System};
+use crate::dynamics::{Integrator, LyapunovSpectrum};
 
 /// Maximum number of exponents that are tested; the largest ones determine the attractor.
 const EXPONENTS: usize = 3;
@@ -62,7 +62,8 @@ pub struct ChangeDetector {
 impl ChangeDetector {
     /// Starts when the growth of the tangent vectors of an integrator has just been reset, at time `start`
     /// (s). Samples follow at intervals of `interval` (s).
-    pub fn new(sys: &dyn System, integrator: &Integrator, start: f64, interval: f64) -> Self {
+    pub fn new(integrator: &Integrator<'_>, start: f64, interval: f64) -> Self {
+        let sys = integrator.system();
         let known = integrator.exponents().map_or(0, |s| s.exponents.len());
         let exponents = known.min(EXPONENTS);
         let modes = sys.modes();
@@ -87,7 +88,8 @@ impl ChangeDetector {
     }
 
     /// Adds the state `z` at a sample.
-    pub fn push(&mut self, sys: &dyn System, integrator: &Integrator, z: &[f64]) {
+    pub fn push(&mut self, integrator: &Integrator<'_>, z: &[f64]) {
+        let sys = integrator.system();
         let (q, rest) = z.split_at(self.modes);
         let (modal, other) = self.sums.split_at_mut(self.modes);
         for (sum, ((q, v), omega)) in modal.iter_mut().zip(q.iter().zip(rest).zip(sys.omega())) {
@@ -160,9 +162,9 @@ impl ChangeDetector {
 
     /// The motions since the start, each with the exponents averaged within it; at least one. The averages
     /// leave out a block on each side of a change, and then the time in which the vectors align.
-    pub fn segments(&mut self, sys: &dyn System, integrator: &Integrator) -> Vec<MotionSegment> {
+    pub fn segments(&mut self, integrator: &Integrator<'_>) -> Vec<MotionSegment> {
         let now = integrator.time();
-        let motion = integrator.motion(sys);
+        let motion = integrator.motion();
         let block = self.block();
         // Results are requested more often than blocks are completed.
         let blocks = [self.blocks.count(), self.blocks.length()];

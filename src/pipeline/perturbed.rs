@@ -37,27 +37,27 @@ impl PerturbedTrajectory {
     /// `None` before its start.
     pub fn sample(
         &mut self,
-        sys: &dyn System,
-        first: &mut Integrator,
+        first: &mut Integrator<'_>,
         time: f64,
         z: &[f64],
     ) -> Result<Option<(&[f64], f64)>, DynamicsError> {
-        self.size = self.size.max(norm(sys, z.iter().copied()));
+        self.size = self.size.max(norm(first.system(), z.iter().copied()));
         if first.perturbed_since().is_none() && time >= self.spec.start {
-            self.start(sys, first)?;
+            self.start(first)?;
         }
         // The integrator is past the sample, and the perturbed trajectory starts at the integrator's time.
         if first.perturbed_since().is_none_or(|start| time < start) {
             return Ok(None);
         }
-        first.sample_perturbed(sys, time, &mut self.z)?;
+        first.sample_perturbed(time, &mut self.z)?;
         let apart = self.z.iter().zip(z).map(|(a, b)| a - b);
-        let distance = norm(sys, apart) / self.size.max(f64::MIN_POSITIVE);
+        let distance = norm(first.system(), apart) / self.size.max(f64::MIN_POSITIVE);
         Ok(Some((&self.z, distance)))
     }
 
     /// Starts the perturbed trajectory at the state of the simulation plus a random displacement.
-    fn start(&mut self, sys: &dyn System, first: &mut Integrator) -> Result<(), DynamicsError> {
+    fn start(&mut self, first: &mut Integrator<'_>) -> Result<(), DynamicsError> {
+        let sys = first.system();
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(STREAM);
         let omega = sys.omega();
@@ -72,7 +72,7 @@ impl PerturbedTrajectory {
         for (z, by) in self.z.iter_mut().zip(by) {
             *z += scale * by;
         }
-        first.add_perturbed(sys, &self.z)
+        first.add_perturbed(&self.z)
     }
 }
 

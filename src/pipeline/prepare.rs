@@ -1,6 +1,7 @@
 //! From a scene to a system, its integrator and its initial state.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -17,15 +18,12 @@ pub(super) const FLOOR: f64 = 1e-12;
 
 /// A prepared run: a system with its integrator and initial state.
 pub struct Prepared {
-    /// The system: the small system, or the joint at its initial tilt without the quadrature of the energy
-    /// audit.
-    pub system: Box<dyn System + Send>,
     /// Row that maps modal coordinates to the probe: its displacement is this row times `q` (Eq. (24)), its
     /// velocity this row times `dq/dt`.
     pub probe: Vec<f64>,
-    /// The integrator, not started yet. It stops at events if the scene requests it, and always for a small
-    /// system.
-    pub integrator: Integrator,
+    /// The integrator, not started yet, of the small system, or of the joint at its initial tilt without the quadrature of
+    /// the energy audit. It stops at events if the scene requests it, and always for a small system.
+    pub integrator: Integrator<'static>,
     /// Initial state at time 0, length [`System::dim`].
     pub state: Vec<f64>,
 }
@@ -57,7 +55,7 @@ pub fn prepare_reusing_body(
     scene: &Scene,
     ball: &mut Option<BallJoint>,
 ) -> Result<Prepared, PipelineError> {
-    let (system, integrator, probe): (Box<dyn System + Send>, _, _) = match &scene.subject {
+    let (integrator, probe) = match &scene.subject {
         SystemSpec::Joint(tilted) => {
             let next = match ball.take() {
                 Some(before) => before.with_spec(&tilted.spec)?,
@@ -68,20 +66,15 @@ pub fn prepare_reusing_body(
                 ball.set_probe_rotation(rotation.rad_s);
             }
             let model = ball.model(tilted.tilt.at(0.0))?;
-            let joint = Joint::new(&model);
-            let (integrator, probe) = (joint_integrator(scene, &joint)?, joint.probe().to_vec());
-            (Box::new(joint), integrator, probe)
+            let joint = Arc::new(Joint::new(&model));
+            (joint_integrator(scene, &joint)?, joint.probe().to_vec())
         }
-        SystemSpec::Small(small) => {
-            let system = boxed(small);
-            let integrator = small_integrator(scene, system.as_ref())?;
-            (system, integrator, small_probe(small))
-        }
+        SystemSpec::Small(small) => (small_integrator(scene, boxed(small))?, small_probe(small)),
     };
+    let system = integrator.system();
     let mut state = initial_state(scene, system.modes());
     state.resize(system.dim(), 0.0);
     Ok(Prepared {
-        system,
         probe,
         integrator,
         state,
@@ -89,7 +82,7 @@ pub fn prepare_reusing_body(
 }
 
 /// A small system as a trait object.
-pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
+pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System> {
     match *small {
         SmallSystem::ImpactOscillator(system) => Box::new(system),
         SmallSystem::MassOnBelt(system) => Box::new(system),
@@ -110,7 +103,10 @@ pub(super) fn small_probe(small: &SmallSystem) -> Vec<f64> {
 
 /// The integrator of a scene for its joint. A contact with dashpots has a discontinuous force, and its
 /// integrator must stop at events.
-pub(super) fn joint_integrator(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
+pub(super) fn joint_integrator(
+    scene: &Scene,
+    joint: &Arc<Joint>,
+) -> Result<Integrator<'static>, PipelineError> {
     if scene.integrator.method.has_fixed_step() {
         // Contact and friction limit the step, too.
         let rates: Vec<[f64; 2]> = match joint.linear_modes() {
@@ -122,10 +118,10 @@ pub(super) fn joint_integrator(scene: &Scene, joint: &Joint) -> Result<Integrato
         };
         check_step(&scene.integrator, rates)?;
     }
-    let integrator = Integrator::new(method(&scene.integrator), joint)?;
-    let jumps = !Switching::is_continuous(joint);
+    let integrator = Integrator::new(method(&scene.integrator), Arc::clone(joint))?;
+    let jumps = !joint.is_continuous();
     if jumps || scene.integrator.events == Events::Exact {
-        Ok(integrator.with_events(joint)?)
+        Ok(integrator.with_events()?)
     } else {
         Ok(integrator)
     }
@@ -133,10 +129,13 @@ pub(super) fn joint_integrator(scene: &Scene, joint: &Joint) -> Result<Integrato
 
 /// The integrator of a scene for its small system. Small systems are discontinuous, and their integrator must
 /// stop at events.
-fn small_integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
+fn small_integrator(
+    scene: &Scene,
+    system: Box<dyn System>,
+) -> Result<Integrator<'static>, PipelineError> {
     let rates = system.omega().iter().map(|&omega| [0.0, omega]);
     check_step(&scene.integrator, rates)?;
-    Ok(Integrator::new(method(&scene.integrator), system)?.with_events(system)?)
+    Ok(Integrator::new(method(&scene.integrator), system)?.with_events()?)
 }
 
 /// The initial `[q | dq/dt]`: the initial state of the scene plus a seeded Gaussian kick of the velocities.

@@ -3,7 +3,7 @@
 use super::message::{Exponents, Frame, MotionSegment};
 use super::motion_changes::ChangeDetector;
 use super::perturbed::PerturbedTrajectory;
-use crate::dynamics::{DynamicsError, Integrator, System};
+use crate::dynamics::{DynamicsError, Integrator};
 use crate::scene::{Scene, SystemSpec};
 
 /// Computes exponents and the perturbed trajectory at the samples of a simulation.
@@ -68,8 +68,7 @@ impl SensitivityTracker {
     /// state to displacement (m) and velocity (m/s).
     pub fn follow(
         &mut self,
-        sys: &dyn System,
-        integrator: &mut Integrator,
+        integrator: &mut Integrator<'_>,
         reached: Reached<'_>,
         probe: impl Fn(&[f64]) -> [f64; 2],
         frame: &mut Frame,
@@ -77,7 +76,7 @@ impl SensitivityTracker {
         if let Some(due) = self.exponents {
             frame
                 .exponents
-                .extend(self.exponents(due, sys, integrator, reached));
+                .extend(self.exponents(due, integrator, reached));
         }
         let Some(perturbed) = &mut self.perturbed else {
             return Ok(());
@@ -85,9 +84,7 @@ impl SensitivityTracker {
         let k = frame.len() - 1;
         let samples = frame.perturbed.get_or_insert_default();
         samples.floor = self.floor;
-        if let Some((state, distance)) =
-            perturbed.sample(sys, integrator, reached.time, reached.z)?
-        {
+        if let Some((state, distance)) = perturbed.sample(integrator, reached.time, reached.z)? {
             if samples.distance.is_empty() {
                 samples.first = k;
             }
@@ -108,29 +105,33 @@ impl SensitivityTracker {
     fn exponents(
         &mut self,
         due: ExponentSchedule,
-        sys: &dyn System,
-        integrator: &mut Integrator,
+        integrator: &mut Integrator<'_>,
         reached: Reached<'_>,
     ) -> Option<Exponents> {
         let since = reached.index.checked_sub(due.from)?;
         if self.detector.is_none() {
             integrator.reset_growth();
-            let detector = ChangeDetector::new(sys, integrator, reached.time, self.interval);
+            let detector = ChangeDetector::new(integrator, reached.time, self.interval);
             self.detector = Some(detector);
             return None;
         }
         let detector = self.detector.as_mut()?;
-        detector.push(sys, integrator, reached.z);
+        detector.push(integrator, reached.z);
         if since % due.every != 0 {
             return None;
         }
-        let segments = detector.segments(sys, integrator);
+        let segments = detector.segments(integrator);
         let spectrum = segments.last()?.spectrum.clone();
         (spectrum.time > 0.0).then(|| Exponents {
             time: reached.time,
             spectrum,
-            motion: integrator.motion(sys),
-            omega_1: sys.omega().iter().copied().fold(f64::NAN, f64::min),
+            motion: integrator.motion(),
+            omega_1: integrator
+                .system()
+                .omega()
+                .iter()
+                .copied()
+                .fold(f64::NAN, f64::min),
             chaotic_transient: MotionSegment::chaotic_transient(&segments, self.constant_since),
             segments,
         })
@@ -153,13 +154,12 @@ fn floor(scene: &Scene) -> f64 {
 ///
 /// # Errors
 /// [`DynamicsError`] if the system has no derivative, or fewer dimensions than vectors.
-pub(super) fn with_tangents(
+pub(super) fn with_tangents<'a>(
     scene: &Scene,
-    sys: &dyn System,
-    integrator: Integrator,
-) -> Result<Integrator, DynamicsError> {
+    integrator: Integrator<'a>,
+) -> Result<Integrator<'a>, DynamicsError> {
     match scene.analysis.exponents {
-        Some(spec) => integrator.with_tangents(sys, spec.count, scene.start.seed),
+        Some(spec) => integrator.with_tangents(spec.count, scene.start.seed),
         None => Ok(integrator),
     }
 }

@@ -47,7 +47,7 @@ enum Body {
 /// The motion of a body.
 pub(super) struct Motion {
     /// The integrator, which is at the last sample or slightly past it.
-    pub integrator: Integrator,
+    pub integrator: Integrator<'static>,
     /// State at the last sample.
     pub z: Vec<f64>,
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
@@ -55,20 +55,13 @@ pub(super) struct Motion {
 }
 
 impl Body {
-    fn system(&self) -> &dyn System {
-        match self {
-            Self::Joint(body) => &body.joint,
-            Self::Small(body) => &*body.system,
-        }
-    }
-
     /// Displacement (m) and velocity (m/s) of the probe at a state.
     fn observe(&self, z: &[f64]) -> [f64; 2] {
         let probe: &[f64] = match self {
             Self::Joint(body) => body.joint.probe(),
             Self::Small(body) => &body.probe,
         };
-        let (q, rest) = z.split_at(self.system().modes());
+        let (q, rest) = z.split_at(probe.len());
         [q, rest].map(|part| probe.iter().zip(part).map(|(p, x)| p * x).sum())
     }
 }
@@ -93,8 +86,8 @@ impl Simulation {
                 (body, integrator, state, computed::for_small(scene))
             }
         };
-        let mut integrator = with_tangents(scene, body.system(), integrator)?;
-        integrator.start(body.system(), 0.0, &z)?;
+        let mut integrator = with_tangents(scene, integrator)?;
+        integrator.start(0.0, &z)?;
         Ok(Self {
             body,
             motion: Motion {
@@ -116,11 +109,11 @@ impl Simulation {
 
     /// The system under the present numbers.
     pub fn system(&self) -> &dyn System {
-        self.body.system()
+        self.motion.integrator.system()
     }
 
     /// The integrator, which is at the last sample or slightly past it.
-    pub fn integrator(&self) -> &Integrator {
+    pub fn integrator(&self) -> &Integrator<'static> {
         &self.motion.integrator
     }
 
@@ -132,13 +125,9 @@ impl Simulation {
         }
     }
 
-    /// The system and the integrator, to continue the integration without the pipeline.
-    pub fn into_parts(self) -> (Box<dyn System + Send>, Integrator) {
-        let integrator = self.motion.integrator;
-        match self.body {
-            Body::Joint(body) => (Box::new(body.joint), integrator),
-            Body::Small(body) => (body.system, integrator),
-        }
+    /// The integrator, to continue the integration without the pipeline.
+    pub fn into_integrator(self) -> Integrator<'static> {
+        self.motion.integrator
     }
 
     /// Integrates to the end of the run and applies the tilt, load and rotation scheduled there. A frame has
@@ -188,10 +177,7 @@ impl Simulation {
         let now = self.time();
         match &mut self.body {
             Body::Joint(body) => body.seek(self.next_sample, [now, rate], &mut self.motion),
-            Body::Small(body) => {
-                let Motion { integrator, z, .. } = &mut self.motion;
-                Ok(integrator.start(&*body.system, now, z)?)
-            }
+            Body::Small(_) => Ok(self.motion.integrator.start(now, &self.motion.z)?),
         }
     }
 
@@ -205,10 +191,10 @@ impl Simulation {
         if let (Body::Small(body), SystemSpec::Small(small)) =
             (&mut self.body, &mut self.scene.subject)
         {
-            body.set_phase(small, state.drive_phase);
+            body.set_phase(small, state.drive_phase, &mut self.motion)?;
         }
         let time = self.time();
-        self.motion.integrator.start(self.body.system(), time, &z)?;
+        self.motion.integrator.start(time, &z)?;
         if let Body::Joint(body) = &mut self.body {
             body.begin_at(&z);
         }
@@ -250,15 +236,14 @@ impl Simulation {
         self.advance_loading()?;
         let time = self.time();
         let integrator = &mut self.motion.integrator;
-        let system = self.body.system();
-        integrator.integrate_to(system, time)?;
+        integrator.integrate_to(time)?;
         let mut z = integrator.state().to_vec();
-        let modes = system.modes();
+        let modes = integrator.system().modes();
         kick(&mut z[modes..2 * modes], size, seed);
         if let Body::Joint(body) = &mut self.body {
             body.add_kick(integrator.state(), &z);
         }
-        Ok(integrator.start(self.body.system(), time, &z)?)
+        Ok(integrator.start(time, &z)?)
     }
 
     /// Sets the number of samples per frame and the display rates from the next frame on.
@@ -379,7 +364,7 @@ impl Source for Simulation {
         let (body, motion) = (&mut self.body, &mut self.motion);
         for index in first..first + count {
             let time = index as f64 / rate;
-            match motion.integrator.sample(body.system(), time, &mut motion.z) {
+            match motion.integrator.sample(time, &mut motion.z) {
                 Err(DynamicsError::Stopped { .. }) => break,
                 other => other?,
             }
@@ -402,7 +387,7 @@ impl Source for Simulation {
             } = motion;
             let reached = Reached { index, time, z };
             let observe = |z: &[f64]| body.observe(z);
-            sensitivity.follow(body.system(), integrator, reached, observe, &mut frame)?;
+            sensitivity.follow(integrator, reached, observe, &mut frame)?;
         }
         // A stopped run yields fewer samples than planned.
         if frame.is_empty() {

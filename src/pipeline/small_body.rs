@@ -6,7 +6,7 @@ use super::PipelineError;
 use super::message::{Frame, SmallInfo, StatusInfo, StatusKind};
 use super::prepare::{boxed, small_probe};
 use super::simulate::Motion;
-use crate::dynamics::{Integrator, System};
+use crate::dynamics::Integrator;
 use crate::scene::SmallSystem;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
@@ -18,8 +18,6 @@ const HARMONICS: f64 = 8.0;
 pub(super) struct SmallBody {
     /// Description at the start.
     pub info: SmallInfo,
-    /// The system with the present numbers.
-    pub system: Box<dyn System + Send>,
     /// Row that maps the modal coordinates to the displacement of the observed mass.
     pub probe: Vec<f64>,
     /// Number of events up to the last sample.
@@ -31,25 +29,29 @@ impl SmallBody {
     pub fn new(small: &SmallSystem, rate: f64) -> Self {
         Self {
             info: info(small, rate),
-            system: boxed(small),
             probe: small_probe(small),
             crossings: 0,
         }
     }
 
     /// Adds the discrete state during the step that contains the sample to a frame, and the events since the previous one.
-    pub fn sample(&mut self, integrator: &Integrator, frame: &mut Frame) {
+    pub fn sample(&mut self, integrator: &Integrator<'_>, frame: &mut Frame) {
         let crossings = integrator.stats().crossings;
         frame.transitions += crossings - std::mem::replace(&mut self.crossings, crossings);
         frame.status.extend(integrator.status());
     }
 
     /// Sets the phase of the drive at the time 0, rad.
-    pub fn set_phase(&mut self, small: &mut SmallSystem, phase: f64) {
+    pub fn set_phase(
+        &self,
+        small: &mut SmallSystem,
+        phase: f64,
+        motion: &mut Motion,
+    ) -> Result<(), PipelineError> {
         if let Some((_, present)) = small.drive() {
             *present = phase;
         }
-        self.system = boxed(small);
+        Ok(motion.integrator.restart(boxed(small))?)
     }
 
     /// Continues with other numbers from a time (s) on. The angle of the drive goes on.
@@ -64,14 +66,14 @@ impl SmallBody {
             *shifted = (*phase + (old - new) * time).rem_euclid(TAU);
         }
         let integrator = &mut motion.integrator;
-        integrator.integrate_to(&*self.system, time)?;
-        (self.system, self.probe) = (boxed(small), small_probe(small));
+        integrator.integrate_to(time)?;
+        self.probe = small_probe(small);
         if let SmallSystem::ImpactOscillator(oscillator) = small {
             // A wall that moves takes a mass that it reaches along.
             let position = integrator.state()[0];
             integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
         }
-        integrator.restart(&*self.system)?;
+        integrator.restart(boxed(small))?;
         motion.sensitivity.parameters_changed(time);
         Ok(())
     }

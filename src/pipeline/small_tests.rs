@@ -97,17 +97,10 @@ fn impacts_reverse_the_velocity() {
     };
     // Counts the impacts with the integrator's own events.
     let mut prepared = prepare(&scene).unwrap();
-    let system_run = prepared.system.as_ref();
-    prepared
-        .integrator
-        .start(system_run, 0.0, &prepared.state)
-        .unwrap();
+    prepared.integrator.start(0.0, &prepared.state).unwrap();
     let mut impacts = 0;
     while prepared.integrator.time() < scene.duration {
-        let crossed = prepared
-            .integrator
-            .next_event(system_run, scene.duration)
-            .unwrap();
+        let crossed = prepared.integrator.next_event(scene.duration).unwrap();
         if crossed.is_empty() {
             break;
         }
@@ -158,16 +151,13 @@ fn the_force_is_discontinuous_at_separation() {
         panic!("a damped contact");
     };
     let mut prepared = prepare(&scene).unwrap();
-    let run = prepared.system.as_ref();
+    let run = prepared.integrator.clone().into_system();
     let switching = run.switching().expect("guards");
-    prepared
-        .integrator
-        .start(run, 0.0, &prepared.state)
-        .unwrap();
+    prepared.integrator.start(0.0, &prepared.state).unwrap();
     let mut jumps = 0;
     while !prepared
         .integrator
-        .next_event(run, scene.duration)
+        .next_event(scene.duration)
         .unwrap()
         .is_empty()
     {
@@ -187,15 +177,11 @@ fn the_force_is_discontinuous_at_separation() {
 fn a_prepared_joint_starts_like_its_simulation() {
     let scene = load("periodic-2deg").with_duration(1.0).unwrap();
     let mut prepared = prepare(&scene).unwrap();
-    let system = prepared.system.as_ref();
-    prepared
-        .integrator
-        .start(system, 0.0, &prepared.state)
-        .unwrap();
-    let modes = system.modes();
+    prepared.integrator.start(0.0, &prepared.state).unwrap();
+    let modes = prepared.integrator.system().modes();
     let frames = frames(&scene);
     let mut z = prepared.state.clone();
-    prepared.integrator.sample(system, 1e-4, &mut z).unwrap();
+    prepared.integrator.sample(1e-4, &mut z).unwrap();
     let k = (1e-4 * scene.sample_rate).round() as usize;
     // The simulation audits its energy, which may shorten its steps: the motions agree within the tolerance,
     // 1e-5.

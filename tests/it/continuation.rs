@@ -35,7 +35,7 @@ impl TiltFamily {
 }
 
 impl Family for TiltFamily {
-    fn system(&self, tilt_deg: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+    fn system(&self, tilt_deg: f64) -> Result<Box<dyn System>, FamilyError> {
         let joint = Joint::new(&self.ball.model(tilt_deg.to_radians())?);
         let mut probe = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
         *probe = joint.probe().to_vec();
@@ -77,8 +77,8 @@ fn tone(
     }
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-5), 1e-4);
     let mut run = Integrator::new(method, sys.as_ref()).unwrap();
-    run.start(sys.as_ref(), 0.0, &z).unwrap();
-    run.integrate_to(sys.as_ref(), 0.3).unwrap();
+    run.start(0.0, &z).unwrap();
+    run.integrate_to(0.3).unwrap();
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: 2e-3,
@@ -101,8 +101,8 @@ fn distance_from_differences(family: &TiltFamily, orbit: &PeriodicOrbit) -> f64 
     let method = MethodName::Dop853.with(Accuracy::relative(1e-12), 1e-5);
     let end = |z: &[f64]| {
         let mut run = Integrator::new(method, sys).unwrap();
-        run.start(sys, 0.0, z).unwrap();
-        run.integrate_to(sys, orbit.period_s).unwrap();
+        run.start(0.0, z).unwrap();
+        run.integrate_to(orbit.period_s).unwrap();
         run.state().to_vec()
     };
     let speed = orbit.component_amplitudes[m..]
@@ -169,12 +169,12 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
     let sys = family.system(2.0).unwrap();
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-7), 1e-4);
     let mut run = Integrator::new(method, sys.as_ref())
-        .and_then(|run| run.with_tangents(sys.as_ref(), 3, 1))
+        .and_then(|run| run.with_tangents(3, 1))
         .unwrap();
-    run.start(sys.as_ref(), 0.0, &orbit.state).unwrap();
-    run.integrate_to(sys.as_ref(), 0.1).unwrap();
+    run.start(0.0, &orbit.state).unwrap();
+    run.integrate_to(0.1).unwrap();
     run.reset_growth();
-    run.integrate_to(sys.as_ref(), 0.3).unwrap();
+    run.integrate_to(0.3).unwrap();
     let spectrum = run.exponents().unwrap();
     for (exponent, multiplier) in spectrum.exponents.iter().zip(&orbit.multipliers) {
         let growth = multiplier.growth_per_s(orbit.period_s);

@@ -41,7 +41,7 @@ fn cycle(joint: &Joint) -> Cycle {
     // The errors must be small compared with the creep speed, not only with the motion.
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-9), 0.01);
     let mut integrator = Integrator::new(method, joint).unwrap();
-    integrator.start(joint, 0.0, &[0.0, 0.2]).unwrap();
+    integrator.start(0.0, &[0.0, 0.2]).unwrap();
     let dt = 1e-3;
     let mut z = [0.0; 2];
     let (mut low, mut high, mut stuck) = (f64::MAX, f64::MIN, 0.0);
@@ -49,7 +49,7 @@ fn cycle(joint: &Joint) -> Cycle {
     let mut before = 0.0;
     for k in 1..=30_000 {
         let t = f64::from(k) * dt;
-        integrator.sample(joint, t, &mut z).unwrap();
+        integrator.sample(t, &mut z).unwrap();
         // A stick phase removes the dependence on the initial state: the cycle after the first crossing
         // is periodic.
         if before < 0.0 && z[0] >= 0.0 {

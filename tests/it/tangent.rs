@@ -1,7 +1,7 @@
 //! Tangent vectors of the joint with hundreds of contact changes, compared with finite differences of
 //! the flow and with Liouville's theorem.
 
-use std::cell::RefCell;
+use std::sync::Mutex;
 
 use squeakscope::dynamics::{
     Accuracy, Differentiable, Integrator, Method, MethodName, Switching, System,
@@ -35,19 +35,19 @@ fn lawson(tolerance: f64) -> Method {
     MethodName::Lawson54.with(Accuracy::relative(tolerance), 20e-6)
 }
 
-fn integrator<Y: System>(sys: &Y, changes: ContactChanges, method: Method) -> Integrator {
+fn integrator<Y: System>(sys: &Y, changes: ContactChanges, method: Method) -> Integrator<'_> {
     let integrator = Integrator::new(method, sys).unwrap();
     match changes {
         ContactChanges::Through => integrator,
-        ContactChanges::Located => integrator.with_events(sys).unwrap(),
+        ContactChanges::Located => integrator.with_events().unwrap(),
     }
 }
 
 /// The state after `span` (s).
 fn flow(joint: &Joint, changes: ContactChanges, method: Method, z: &[f64], span: f64) -> Vec<f64> {
     let mut integrator = integrator(joint, changes, method);
-    integrator.start(joint, 0.0, z).unwrap();
-    integrator.integrate_to(joint, span).unwrap();
+    integrator.start(0.0, z).unwrap();
+    integrator.integrate_to(span).unwrap();
     integrator.state().to_vec()
 }
 
@@ -95,11 +95,11 @@ fn tangent_error(
     const WIDTH: usize = 3;
     let vectors = directions(joint, WIDTH);
     let mut followed = integrator(joint, changes, method)
-        .with_tangents(joint, WIDTH, 1)
+        .with_tangents(WIDTH, 1)
         .unwrap();
-    followed.start(joint, 0.0, z).unwrap();
+    followed.start(0.0, z).unwrap();
     followed.set_tangent_vectors(&vectors).unwrap();
-    followed.integrate_to(joint, span).unwrap();
+    followed.integrate_to(span).unwrap();
     let got = followed.tangent_vectors().unwrap();
     let mut worst = 0.0_f64;
     for l in 0..WIDTH {
@@ -160,11 +160,11 @@ fn tangents_through_kinks_converge_to_the_derivative_of_the_flow() {
     let vectors = directions(&joint, 3);
     let after = |changes, tolerance| {
         let mut run = integrator(&joint, changes, lawson(tolerance))
-            .with_tangents(&joint, 3, 1)
+            .with_tangents(3, 1)
             .unwrap();
-        run.start(&joint, 0.0, &z).unwrap();
+        run.start(0.0, &z).unwrap();
         run.set_tangent_vectors(&vectors).unwrap();
-        run.integrate_to(&joint, 1e-3).unwrap();
+        run.integrate_to(1e-3).unwrap();
         run.tangent_vectors().unwrap().to_vec()
     };
     let exact = after(ContactChanges::Located, 1e-13);
@@ -193,13 +193,13 @@ fn tangents_through_kinks_converge_to_the_derivative_of_the_flow() {
 fn the_saltation_correction_vanishes_at_contact_changes() {
     let (joint, z) = kicked(100, 30e-3);
     let mut run = integrator(&joint, ContactChanges::Located, lawson(1e-10));
-    run.start(&joint, 0.0, &z).unwrap();
+    run.start(0.0, &z).unwrap();
     let m = joint.modes();
     let (mut before, mut after) = (vec![0.0; m], vec![0.0; m]);
     let (mut slope, mut gradient) = (vec![0.0; 2 * m], vec![0.0; 2 * m]);
     let (mut worst, mut grazing, mut events) = (0.0_f64, f64::INFINITY, 0);
     loop {
-        let crossed = run.next_event(&joint, 4e-3).unwrap().to_vec();
+        let crossed = run.next_event(4e-3).unwrap().to_vec();
         if crossed.is_empty() {
             break;
         }
@@ -238,7 +238,7 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// A joint with an additional component: the integral of the trace of `dF/dz`.
 struct Traced {
     joint: Joint,
-    scratch: RefCell<Scratch>,
+    scratch: Mutex<Scratch>,
 }
 
 /// Workspace of the trace.
@@ -251,7 +251,7 @@ struct Scratch {
 impl Traced {
     fn new(joint: Joint) -> Self {
         let m = joint.modes();
-        let scratch = RefCell::new(Scratch {
+        let scratch = Mutex::new(Scratch {
             record: vec![0.0; joint.record_len()],
             identity: (0..4 * m * m)
                 .map(|k| f64::from(u8::from(k % (2 * m + 1) == 0)))
@@ -264,7 +264,7 @@ impl Traced {
     /// The force, followed by the trace (the presets have no damping).
     fn both(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
         let m = self.joint.modes();
-        let mut scratch = self.scratch.borrow_mut();
+        let mut scratch = self.scratch.lock().unwrap();
         let Scratch {
             record,
             identity,
@@ -364,7 +364,7 @@ impl Differentiable for Traced {
         record: &mut [f64],
     ) {
         self.both(status, t, z, out);
-        record.copy_from_slice(&self.scratch.borrow().record);
+        record.copy_from_slice(&self.scratch.lock().unwrap().record);
     }
 
     fn product(
@@ -390,11 +390,11 @@ fn the_sum_of_all_exponents_is_the_mean_trace() {
         let width = traced.tangent_dim();
         assert_eq!(width, 22);
         let mut run = integrator(&traced, changes, lawson(1e-10))
-            .with_tangents(&traced, width, 1)
+            .with_tangents(width, 1)
             .unwrap();
         let start = [z, vec![0.0]].concat();
-        run.start(&traced, 0.0, &start).unwrap();
-        run.integrate_to(&traced, span).unwrap();
+        run.start(0.0, &start).unwrap();
+        run.integrate_to(span).unwrap();
         let spectrum = run.exponents().unwrap();
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
         let mean = run.state()[22] / spectrum.time;
@@ -415,8 +415,8 @@ fn thousands_of_crossings_per_millisecond() {
     let span = 0.5e-3;
     let (joint, z) = kicked(400, 30e-3);
     let mut exact = integrator(&joint, ContactChanges::Located, lawson(1e-11));
-    exact.start(&joint, 0.0, &z).unwrap();
-    exact.integrate_to(&joint, span).unwrap();
+    exact.start(0.0, &z).unwrap();
+    exact.integrate_to(span).unwrap();
     let stats = exact.stats();
     let through = flow(&joint, ContactChanges::Through, lawson(1e-13), &z, span);
     let distance = length(&joint, difference(exact.state(), &through)) / length(&joint, through);

@@ -61,20 +61,17 @@ fn integrate(
     setting: f64,
     starts: &[f64],
 ) -> Result<Value, Box<dyn Error>> {
-    let Prepared {
-        system,
-        mut integrator,
-        ..
-    } = prepared(scene, method, setting)?;
-    let system = system.as_ref();
+    let mut integrator = prepared(scene, method, setting)?.integrator;
+    let dim = integrator.state().len();
     let mut ends = starts.to_vec();
     let began = cpu_seconds();
-    for end in ends.chunks_exact_mut(system.dim()) {
-        integrator.start(system, 0.0, end)?;
-        integrator.integrate_to(system, HORIZON)?;
+    for end in ends.chunks_exact_mut(dim) {
+        integrator.start(0.0, end)?;
+        integrator.integrate_to(HORIZON)?;
         end.copy_from_slice(integrator.state());
     }
     let seconds = cpu_seconds() - began;
+    let system = integrator.system();
     for end in ends.chunks_exact_mut(system.dim()) {
         for (q, omega) in end.iter_mut().zip(system.omega()) {
             *q *= omega;
@@ -99,7 +96,7 @@ fn serve(folder: &Path, start: &str) -> Result<(), Box<dyn Error>> {
     let scene = Scene::parse("scene.toml", fs::read_to_string(folder.join("scene.toml"))?)?;
     let file = File::open(folder.join(start).with_extension("npy"))?;
     let starts: Vec<f64> = NpyFile::new(BufReader::new(file))?.into_vec()?;
-    let system = prepare(&scene)?.system;
+    let system = prepare(&scene)?.integrator.into_system();
     for line in stdin().lock().lines() {
         let line = line?;
         let (what, number) = line

@@ -53,11 +53,11 @@ impl Differentiable for Duffing {
 
 fn main() -> Result<(), DynamicsError> {
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-8), 0.5);
-    let mut integrator = Integrator::new(method, &Duffing)?.with_tangents(&Duffing, 2, 1)?;
-    integrator.start(&Duffing, 0.0, &[1.0, 0.0])?;
-    integrator.integrate_to(&Duffing, 100.0)?;
+    let mut integrator = Integrator::new(method, &Duffing)?.with_tangents(2, 1)?;
+    integrator.start(0.0, &[1.0, 0.0])?;
+    integrator.integrate_to(100.0)?;
     integrator.reset_growth();
-    integrator.integrate_to(&Duffing, 5000.0)?;
+    integrator.integrate_to(5000.0)?;
     let spectrum = integrator.exponents().expect("vectors are followed");
     for exponent in &spectrum.exponents {
         println!("{:7.4} ± {:.4} 1/s", exponent.value, exponent.half_width);

@@ -27,11 +27,12 @@
 //!
 //! A switch costs one evaluation of the right-hand side. Both methods have dense output of order 4.
 
-use super::error_control::{MethodTraits, StateNorm};
+use std::ops::{Deref, DerefMut};
+
+use super::error_control::StateNorm;
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
-use super::stepper::{Step, Stepper};
-use super::tangents::TangentBlock;
+use super::stepper::Stepper;
 use super::{SolverStats, System};
 
 /// Stability limit `h rho` of the pair of Tsitouras on the negative real axis.
@@ -70,15 +71,17 @@ const IMPLICIT_COST: f64 = 3.0;
 /// the vibration.
 const MIN_EXPLICIT_PHASE: f64 = 1e-3;
 
-/// Both methods, one of which is active.
+/// The methods of an integration, one of which is active.
 #[derive(Clone, Debug)]
-pub(super) struct Auto {
-    explicit: RungeKutta<7>,
-    implicit: Rosenbrock,
-    is_implicit: bool,
-    detector: StiffnessDetector,
+pub(super) struct Steppers {
+    explicit: RungeKutta,
+    implicit: Option<Rosenbrock>,
+    /// Whether the implicit method is active.
+    pub is_implicit: bool,
+    /// The choice between both methods; `None` without one.
+    detector: Option<StiffnessDetector>,
     /// The prescribed choice (`true` for implicit), which overrides the detector.
-    prescribed: Option<bool>,
+    pub prescribed: Option<bool>,
     /// Scratch: a difference of two states or slopes, without quadratures.
     difference: Vec<f64>,
 }
@@ -184,59 +187,107 @@ impl StiffnessDetector {
     }
 }
 
-impl Auto {
-    pub fn new(explicit: RungeKutta<7>, implicit: Rosenbrock, n: usize) -> Self {
+impl Steppers {
+    /// Methods for a system without quadratures of length `n`; of two methods, `auto` chooses, starting with the explicit one.
+    pub fn new(explicit: RungeKutta, implicit: Option<Rosenbrock>, auto: bool, n: usize) -> Self {
         Self {
             explicit,
+            is_implicit: implicit.is_some() && !auto,
             implicit,
-            is_implicit: false,
-            detector: StiffnessDetector::new(),
+            detector: auto.then(StiffnessDetector::new),
             prescribed: None,
             difference: vec![0.0; n],
         }
     }
 
-    /// The active method.
-    fn active_ref(&self) -> &dyn Stepper {
-        if self.is_implicit {
-            &self.implicit
-        } else {
-            &self.explicit
-        }
+    /// Updates the linear part for a changed system with the same number of modes.
+    pub fn update_linear_part(&mut self, sys: &dyn System) {
+        self.explicit.form.update_linear_part(sys);
     }
 
-    /// The active method.
-    fn active(&mut self) -> &mut dyn Stepper {
-        if self.is_implicit {
-            &mut self.implicit
-        } else {
-            &mut self.explicit
-        }
+    /// Maximum step that the linear part allows, s.
+    pub fn max_step_of_linear_part(&self) -> f64 {
+        self.explicit.form.max_step_of_linear_part()
     }
 
-    /// Activates the inactive method.
-    fn switch(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
-        let (from, to) = (&mut self.explicit.step, &mut self.implicit.step);
+    /// Chooses the method of the next step, if there is a choice, and activates it.
+    pub fn choose(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
+        let (Some(detector), Some(implicit)) = (&mut self.detector, &mut self.implicit) else {
+            return;
+        };
+        let (from, to) = (&mut self.explicit.step, &mut implicit.step);
         let (from, to) = if self.is_implicit {
             (to, from)
         } else {
             (from, to)
         };
+        let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
+        let due = detector.should_switch(self.is_implicit, from.length(), fastest);
+        if self
+            .prescribed
+            .map_or(!due, |prescribed| prescribed == self.is_implicit)
+        {
+            return;
+        }
         to.end_time = from.end_time;
         to.end.copy_from_slice(&from.end);
-        self.detector.reset(self.is_implicit);
+        detector.reset(self.is_implicit);
         self.is_implicit = !self.is_implicit;
         stats.switches += 1;
-        self.active().reinitialise(sys, status, stats);
+        self.reinitialise(sys, status, stats);
+    }
+
+    /// As [`Stepper::attempt`], with an estimate of the stiffness.
+    pub fn attempt(
+        &mut self,
+        sys: &dyn System,
+        status: Option<&[u8]>,
+        end_time: f64,
+        stats: &mut SolverStats,
+    ) {
+        (**self).attempt(sys, status, end_time, stats);
+        if self.detector.is_none() {
+            return;
+        }
+        let rate = match &self.implicit {
+            Some(implicit) if self.is_implicit => implicit.step.length() * implicit.fastest_rate,
+            _ => self.explicit_rate(sys),
+        };
+        if let Some(detector) = &mut self.detector {
+            detector.last = Some(rate);
+        }
+    }
+
+    /// As [`Stepper::reject_step`].
+    pub fn reject_step(&mut self) {
+        if let Some(detector) = &mut self.detector {
+            detector.last = None;
+        }
+        (**self).reject_step();
+    }
+
+    /// Enables tangent vectors; returns the number of slopes that each of them needs.
+    pub fn enable_tangents(&mut self, sys: &dyn System) -> usize {
+        let implicit = self.implicit.as_mut();
+        let stages = implicit.map_or(0, |implicit| implicit.enable_tangents(sys));
+        self.explicit.enable_tangents(sys).max(stages)
+    }
+
+    /// Disables tangent vectors.
+    pub fn disable_tangents(&mut self) {
+        self.explicit.disable_tangents();
+        if let Some(implicit) = &mut self.implicit {
+            implicit.disable_tangents();
+        }
     }
 
     /// `h rho` of the last attempted explicit step.
-    fn explicit_rate(&mut self, omega: &[f64]) -> f64 {
+    fn explicit_rate(&mut self, sys: &dyn System) -> f64 {
         let (step, out) = (&self.explicit.step, &mut self.difference);
         let (h, end) = (step.length(), self.explicit.tableau.end);
         let size = |z: &[f64]| {
-            let size = StateNorm::of(z, omega, 0);
-            size.vibration + size.first_order
+            let [vibration, first_order, _] = StateNorm::of(z, sys).0;
+            vibration + first_order
         };
         self.explicit.slope_change([end - 1, end], out);
         let change = size(out);
@@ -251,113 +302,23 @@ impl Auto {
     }
 }
 
-impl Stepper for Auto {
-    fn boxed(&self) -> Box<dyn Stepper> {
-        Box::new(self.clone())
-    }
+/// The active method.
+impl Deref for Steppers {
+    type Target = dyn Stepper;
 
-    fn step(&self) -> &Step {
-        self.active_ref().step()
-    }
-
-    fn step_mut(&mut self) -> &mut Step {
-        self.active().step_mut()
-    }
-
-    fn traits(&self) -> &'static MethodTraits {
-        self.active_ref().traits()
-    }
-
-    fn update_linear_part(&mut self, sys: &dyn System) {
-        self.explicit.update_linear_part(sys);
-    }
-
-    fn max_step_of_linear_part(&self) -> f64 {
-        self.explicit.max_step_of_linear_part()
-    }
-
-    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
-        self.active().reinitialise(sys, status, stats);
-    }
-
-    fn is_implicit(&self) -> bool {
-        self.is_implicit
-    }
-
-    fn prescribe(&mut self, is_implicit: bool) {
-        self.prescribed = Some(is_implicit);
-    }
-
-    fn choose(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
-        let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
-        let h = self.step().length();
-        let due = self.detector.should_switch(self.is_implicit, h, fastest);
-        if self
-            .prescribed
-            .map_or(due, |prescribed| prescribed != self.is_implicit)
-        {
-            self.switch(sys, status, stats);
+    fn deref(&self) -> &Self::Target {
+        match &self.implicit {
+            Some(implicit) if self.is_implicit => implicit,
+            _ => &self.explicit,
         }
     }
+}
 
-    fn begin_step(&mut self) {
-        self.active().begin_step();
-    }
-
-    fn reject_step(&mut self) {
-        self.detector.last = None;
-        self.active().reject_step();
-    }
-
-    fn attempt(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        end_time: f64,
-        stats: &mut SolverStats,
-    ) {
-        self.active().attempt(sys, status, end_time, stats);
-        self.detector.last = Some(if self.is_implicit {
-            self.implicit.step.length() * self.implicit.fastest_rate
-        } else {
-            self.explicit_rate(sys.omega())
-        });
-    }
-
-    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
-        self.active_ref().error(omega, quadratures)
-    }
-
-    fn prepare_dense_output(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
-        self.active().prepare_dense_output(sys, status, stats);
-    }
-
-    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
-        self.active().interpolate(t, out);
-    }
-
-    fn enable_tangents(&mut self, sys: &dyn System) -> usize {
-        self.explicit
-            .enable_tangents(sys)
-            .max(self.implicit.enable_tangents(sys))
-    }
-
-    fn disable_tangents(&mut self) {
-        self.explicit.disable_tangents();
-    }
-
-    fn propagate_tangents(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        block: &mut TangentBlock,
-        stats: &mut SolverStats,
-    ) {
-        self.active().propagate_tangents(sys, status, block, stats);
+impl DerefMut for Steppers {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match &mut self.implicit {
+            Some(implicit) if self.is_implicit => implicit,
+            _ => &mut self.explicit,
+        }
     }
 }

@@ -16,7 +16,7 @@
 //! A step is accepted if each of the errors is at most `relative * (size + floor)`. At rest without
 //! a force the error is exactly zero, and the step is accepted.
 //!
-//! # PiController
+//! # Controller
 //!
 //! A proportional-integral (PI) controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
 //! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
@@ -25,7 +25,7 @@
 //! order 5(4) ([`Gain`]). A small change of the step is not applied, because an unchanged step lets the
 //! exponential methods reuse their tables.
 
-use super::DynamicsError;
+use super::{DynamicsError, System};
 
 /// Error tolerance per step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,39 +91,28 @@ pub(super) struct Gain {
     pub rejection: f64,
 }
 
-/// Norms of the parts of a state or of an error.
+/// Norms of the parts of a state or of an error: of the modal part, in the unit of a modal velocity, of the first-order
+/// components without the quadratures, and of the quadratures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct StateNorm {
-    /// Norm of the modal part, in the unit of a modal velocity.
-    pub vibration: f64,
-    /// Norm of the first-order components without the quadratures.
-    pub first_order: f64,
-    /// Norm of the quadratures.
-    pub quadratures: f64,
-}
+pub(super) struct StateNorm(pub [f64; 3]);
 
 impl StateNorm {
-    /// The norm of `z = [q | q' | w]`, the last components of which are quadratures, or of a difference of two states.
-    pub fn of(z: &[f64], omega: &[f64], quadratures: usize) -> Self {
+    /// The norm of a state `z = [q | q' | w]` of a system, or of a difference of two states, with or without the quadratures,
+    /// which come last.
+    pub fn of(z: &[f64], sys: &dyn System) -> Self {
+        let omega = sys.omega();
         let (q, rest) = z.split_at(omega.len());
         let (v, w) = rest.split_at(omega.len());
         let modes = q.iter().zip(v).zip(omega);
-        let (w, quadratures) = w.split_at(w.len() - quadratures);
+        let (w, quadratures) = w.split_at(sys.tangent_dim() - 2 * omega.len());
         let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum();
-        Self {
-            vibration: modes.map(|((q, v), omega)| omega * q.abs() + v.abs()).sum(),
-            first_order: sum(w),
-            quadratures: sum(quadratures),
-        }
+        let vibration = modes.map(|((q, v), omega)| omega * q.abs() + v.abs()).sum();
+        Self([vibration, sum(w), sum(quadratures)])
     }
 
     /// Combines each part with that of another norm.
     fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            vibration: combine(self.vibration, other.vibration),
-            first_order: combine(self.first_order, other.first_order),
-            quadratures: combine(self.quadratures, other.quadratures),
-        }
+        Self(std::array::from_fn(|k| combine(self.0[k], other.0[k])))
     }
 
     /// Maximum of each part.
@@ -146,47 +135,15 @@ impl StateNorm {
 
     /// Whether all norms are finite.
     pub fn is_finite(self) -> bool {
-        self.parts().iter().all(|part| part.is_finite())
-    }
-
-    /// The norms of vibration, first-order components and quadratures.
-    fn parts(self) -> [f64; 3] {
-        [self.vibration, self.first_order, self.quadratures]
+        self.0.iter().all(|part| part.is_finite())
     }
 }
 
-/// Step-size control of a method.
+/// Control of the step: constant, or by a proportional-integral controller.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum StepSizeControl {
-    /// Constant step, s.
-    Fixed(f64),
-    /// Step adapted to the error estimate.
-    Adaptive(PiController),
-}
-
-impl StepSizeControl {
-    /// Length of the next step, s.
-    pub fn step(&self) -> f64 {
-        match self {
-            Self::Fixed(step) => *step,
-            Self::Adaptive(controller) => controller.step,
-        }
-    }
-
-    /// Stores the actual length of the step, s, which differs from the requested one by the rounding of
-    /// the end time. The stored value stays bitwise constant from step to step, which keeps the tables
-    /// for that step valid.
-    pub fn set_actual_step(&mut self, h: f64) {
-        if let Self::Adaptive(controller) = self {
-            controller.step = h;
-        }
-    }
-}
-
-/// Proportional-integral controller of the step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PiController {
-    accuracy: Accuracy,
+pub(super) struct StepControl {
+    /// Tolerance; `None` for constant steps.
+    accuracy: Option<Accuracy>,
     max_step: f64,
     /// Length of the next step, s.
     pub step: f64,
@@ -196,7 +153,7 @@ pub(super) struct PiController {
     rejected: bool,
 }
 
-impl PiController {
+impl StepControl {
     /// Minimum factor between successive steps.
     const SHRINK: f64 = 0.2;
     /// Maximum factor between successive steps.
@@ -204,8 +161,8 @@ impl PiController {
     /// A factor within this range leaves the step unchanged: new tables would cost more than it saves.
     const KEEP: std::ops::Range<f64> = 0.95..1.15;
 
-    /// A controller whose first step is the maximum step.
-    pub fn new(accuracy: Accuracy, max_step: f64) -> Self {
+    /// A control whose first step is the maximum step.
+    pub fn new(accuracy: Option<Accuracy>, max_step: f64) -> Self {
         Self {
             accuracy,
             max_step,
@@ -218,68 +175,76 @@ impl PiController {
     /// Initialises the controller at time `t` (s). The first step changes the state by about 1 % of its
     /// norm; if the norm or the slope is zero it is the maximum step. `rate` is the norm of the slope.
     pub fn start(&mut self, t: f64, size: StateNorm, rate: StateNorm) {
-        let time = |size: f64, rate: f64| {
-            if size > 0.0 && rate > 0.0 {
-                size / rate
-            } else {
-                f64::INFINITY
-            }
-        };
-        let times = size.parts().into_iter().zip(rate.parts());
-        let change = times.fold(f64::INFINITY, |least, (size, rate)| {
-            least.min(time(size, rate))
-        });
         *self = Self::new(self.accuracy, self.max_step);
-        self.step = (0.01 * change).min(self.max_step).max(self.min_step(t));
+        if self.accuracy.is_some() {
+            let parts = size.0.into_iter().zip(rate.0);
+            let times = parts
+                .filter(|(size, rate)| *size > 0.0 && *rate > 0.0)
+                .map(|(size, rate)| size / rate);
+            let change = times.fold(f64::INFINITY, f64::min);
+            self.step = (0.01 * change).min(self.max_step).max(self.min_step(t));
+        }
     }
 
     /// The minimum step at time `t` (s): resolvable in floating-point time, and not below 1e-10 of the
     /// maximum step.
-    pub fn min_step(&self, t: f64) -> f64 {
+    fn min_step(&self, t: f64) -> f64 {
         (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
     }
 
     /// The mean step (s) below which an integration counts as stalled: a million such steps cover at
-    /// most ten maximum steps.
+    /// most ten maximum steps. Zero for constant steps.
     pub fn stall_step(&self) -> f64 {
-        1e-5 * self.max_step
+        self.accuracy.map_or(0.0, |_| 1e-5 * self.max_step)
     }
 
-    /// Relative tolerance per step.
-    pub fn tolerance(&self) -> f64 {
-        self.accuracy.relative
+    /// Relative tolerance per step; `None` for constant steps.
+    pub fn tolerance(&self) -> Option<f64> {
+        self.accuracy.map(|accuracy| accuracy.relative)
     }
 
-    /// Sets the relative tolerance per step.
+    /// Sets the relative tolerance per step; without effect on constant steps.
     pub fn set_tolerance(&mut self, relative: f64) -> Result<(), DynamicsError> {
-        let accuracy = Accuracy {
-            relative,
-            ..self.accuracy
-        };
-        accuracy.check()?;
-        self.accuracy = accuracy;
+        if let Some(accuracy) = &mut self.accuracy {
+            accuracy.relative = relative;
+            accuracy.check()?;
+        }
         Ok(())
     }
 
-    /// Sets the maximum step (s).
+    /// Limits adaptive steps (s).
     pub fn set_max_step(&mut self, max_step: f64) {
-        self.max_step = max_step;
-        self.step = self.step.min(max_step);
+        if self.accuracy.is_some() {
+            self.max_step = max_step;
+            self.step = self.step.min(max_step);
+        }
     }
 
-    /// The error relative to the tolerance at the given norm of the state. Values up to 1 are
+    /// Stores the actual length of an adaptive step, s, which differs from the requested one by the rounding of
+    /// the end time. The stored value stays bitwise constant from step to step, which keeps the tables
+    /// for that step valid.
+    pub fn set_actual_step(&mut self, h: f64) {
+        if self.accuracy.is_some() {
+            self.step = h;
+        }
+    }
+
+    /// The error relative to the tolerance at the given norm of the state, zero for constant steps. Values up to 1 are
     /// acceptable.
     pub fn ratio(&self, error: StateNorm, size: StateNorm) -> f64 {
-        let part =
-            |error: f64, size: f64| error / (self.accuracy.relative * (size + self.accuracy.floor));
-        let parts = error.parts().into_iter().zip(size.parts());
-        parts
-            .map(|(error, size)| part(error, size))
-            .fold(0.0, f64::max)
+        self.accuracy.map_or(0.0, |accuracy| {
+            let parts = error.0.into_iter().zip(size.0);
+            parts
+                .map(|(error, size)| error / (accuracy.relative * (size + accuracy.floor)))
+                .fold(0.0, f64::max)
+        })
     }
 
     /// Updates the step after an accepted step of full length.
     pub fn accept(&mut self, ratio: f64, gain: Gain) {
+        if self.accuracy.is_none() {
+            return;
+        }
         let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
             .clamp(Self::SHRINK, Self::GROW);
         if self.rejected {
@@ -293,8 +258,12 @@ impl PiController {
         self.rejected = false;
     }
 
-    /// Reduces the step after a rejected step of length `h` (s). The ratio may be infinite or NaN.
-    pub fn reject(&mut self, h: f64, ratio: f64, gain: Gain) {
+    /// Reduces the step after a rejected step of length `h` (s) from time `t` (s). The ratio may be infinite or NaN. Returns
+    /// whether it can be reduced.
+    pub fn reject(&mut self, t: f64, h: f64, ratio: f64, gain: Gain) -> bool {
+        if self.accuracy.is_none() {
+            return false;
+        }
         let factor = 0.9 * ratio.powf(-gain.rejection);
         self.step = h * if factor > Self::SHRINK {
             factor
@@ -302,6 +271,7 @@ impl PiController {
             Self::SHRINK
         };
         self.rejected = true;
+        self.step >= self.min_step(t)
     }
 }
 

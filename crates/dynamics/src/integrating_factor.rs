@@ -270,12 +270,6 @@ impl IntegratingFactor {
         self.stages[stage].map(y, self.modes, width, forward);
     }
 
-    /// Transforms vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
-    pub fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
-        self.prepare_sample(offset);
-        self.push_forward(self.stages.len() - 1, y, width);
-    }
-
     /// Updates the linear part for a changed system with the same number of modes.
     pub fn update_linear_part(&mut self, sys: &dyn System) {
         self.linear.read(sys, self.modes);

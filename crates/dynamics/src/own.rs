@@ -206,7 +206,7 @@ impl Switching for OwnSystem {
 
 /// The systems that a closure returns for values of the parameter.
 impl<F: Fn(f64) -> OwnSystem> Family for F {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
         Ok(Box::new(self(parameter)))
     }
 

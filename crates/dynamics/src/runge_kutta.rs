@@ -9,7 +9,8 @@
 
 use super::error_control::{MethodTraits, StateNorm};
 use super::integrating_factor::{IntegratingFactor, LANES};
-use super::stepper::{Step, Stepper, differentiable, force, switching};
+use super::stepper::{Step, Stepper, differentiable, switching};
+use super::system::force;
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
@@ -17,9 +18,9 @@ use crate::simd::vectorised;
 
 /// A tableau in a form.
 #[derive(Clone, Debug)]
-pub(super) struct RungeKutta<const S: usize> {
+pub(super) struct RungeKutta {
     /// The method's coefficients.
-    pub tableau: &'static Tableau<S>,
+    pub tableau: &'static Tableau,
     /// Coordinates of the method.
     pub form: IntegratingFactor,
     pub step: Step,
@@ -35,15 +36,15 @@ pub(super) struct RungeKutta<const S: usize> {
     records: Vec<Vec<f64>>,
 }
 
-impl<const S: usize> RungeKutta<S> {
+impl RungeKutta {
     /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
-    pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
-        let dim = sys.dim();
+    pub fn new(tableau: &'static Tableau, sys: &dyn System, modes: usize) -> Self {
+        let (dim, stages) = (sys.dim(), tableau.nodes.len());
         Self {
             tableau,
-            form: IntegratingFactor::new(sys, S, modes),
+            form: IntegratingFactor::new(sys, stages, modes),
             step: Step::new(dim),
-            slopes: vec![0.0; S * dim],
+            slopes: vec![0.0; stages * dim],
             state: vec![0.0; dim],
             coarse_error: vec![0.0; dim],
             is_dense: false,
@@ -61,10 +62,14 @@ impl<const S: usize> RungeKutta<S> {
 
     /// The change of `y`, divided by the step, from one stage to another.
     pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let stages = &self.tableau.stages;
+        let dim = self.step.dim();
+        let sum = |stage: usize, c: usize| -> f64 {
+            let slopes = self.slopes[c..].iter().step_by(dim);
+            let terms = self.tableau.stages[stage].iter().zip(slopes);
+            terms.map(|(weight, slope)| weight * slope).sum()
+        };
         for (c, out) in out.iter_mut().enumerate() {
-            let weights = stages[to].iter().zip(&stages[from]).enumerate();
-            *out = weights.map(|(j, (b, a))| (b - a) * self.slope(j)[c]).sum();
+            *out = sum(to, c) - sum(from, c);
         }
     }
 
@@ -85,7 +90,7 @@ impl<const S: usize> RungeKutta<S> {
         self.combine(&self.tableau.stages[stage][..stage], stage);
     }
 
-    /// Adds a combination of slopes to `y` in `state`, and transforms it to a state: at a stage, or, for `stage` `S`, at
+    /// Adds a combination of slopes to `y` in `state`, and transforms it to a state: at a stage, or, after the last one, at
     /// the sample for which the form is prepared.
     fn combine(&mut self, weights: &[f64], stage: usize) {
         accumulate(&mut self.state, self.step.length(), &self.slopes, weights);
@@ -122,11 +127,7 @@ impl<const S: usize> RungeKutta<S> {
     }
 }
 
-impl<const S: usize> Stepper for RungeKutta<S> {
-    fn boxed(&self) -> Box<dyn Stepper> {
-        Box::new(self.clone())
-    }
-
+impl Stepper for RungeKutta {
     fn step(&self) -> &Step {
         &self.step
     }
@@ -137,14 +138,6 @@ impl<const S: usize> Stepper for RungeKutta<S> {
 
     fn traits(&self) -> &'static MethodTraits {
         &self.tableau.traits
-    }
-
-    fn update_linear_part(&mut self, sys: &dyn System) {
-        self.form.update_linear_part(sys);
-    }
-
-    fn max_step_of_linear_part(&self) -> f64 {
-        self.form.max_step_of_linear_part()
     }
 
     fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
@@ -182,7 +175,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.step.full_end_time = end_time;
         self.is_dense = false;
         let (tableau, end) = (self.tableau, self.tableau.end);
-        self.form.prepare(&tableau.nodes, self.step.length());
+        self.form.prepare(tableau.nodes, self.step.length());
         for stage in 1..=end {
             self.advance(stage);
             if let (true, Some(status)) = (stage == end, status) {
@@ -194,19 +187,18 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.step.end.copy_from_slice(&self.state);
         self.difference(&tableau.error[..=end]);
         self.step.error.copy_from_slice(&self.state);
-        if let Some(weights) = &tableau.coarse_error {
+        if let Some(weights) = tableau.coarse_error {
             self.difference(&weights[..=end]);
             self.coarse_error.copy_from_slice(&self.state);
         }
         stats.rhs_evals += end as u64;
     }
 
-    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
-        let norm = |of: &[f64]| StateNorm::of(of, omega, quadratures);
-        let error = norm(&self.step.error);
+    fn error(&self, sys: &dyn System) -> StateNorm {
+        let error = StateNorm::of(&self.step.error, sys);
         match self.tableau.coarse_error {
             None => error,
-            Some(_) => error.sharpened(norm(&self.coarse_error)),
+            Some(_) => error.sharpened(StateNorm::of(&self.coarse_error, sys)),
         }
     }
 
@@ -221,12 +213,12 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             return;
         }
         self.is_dense = true;
-        for stage in tableau.end + 1..S {
+        for stage in tableau.end + 1..tableau.nodes.len() {
             self.advance(stage);
             self.evaluate(sys, status, stage);
             self.pull_back(stage);
         }
-        stats.rhs_evals += (S - 1 - tableau.end) as u64;
+        stats.rhs_evals += (tableau.nodes.len() - 1 - tableau.end) as u64;
     }
 
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
@@ -238,13 +230,15 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         let offset = t - self.step.start_time;
         self.form.prepare_sample(offset);
         self.state.copy_from_slice(&self.step.start);
-        self.combine(&self.tableau.weights(offset / h), S);
+        let weights = self.tableau.weights(offset / h);
+        self.combine(&weights, self.tableau.nodes.len());
         out.copy_from_slice(&self.state);
     }
 
     fn enable_tangents(&mut self, sys: &dyn System) -> usize {
-        self.records = vec![vec![0.0; differentiable(sys).record_len()]; S];
-        S
+        let stages = self.tableau.nodes.len();
+        self.records = vec![vec![0.0; differentiable(sys).record_len()]; stages];
+        stages
     }
 
     fn disable_tangents(&mut self) {
@@ -267,7 +261,11 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         let h = self.step.length();
         let is_shortened = self.step.is_shortened();
         // The last stage of the step and later ones are needed only for dense output.
-        let stages = if is_shortened { S } else { tableau.end };
+        let stages = if is_shortened {
+            tableau.nodes.len()
+        } else {
+            tableau.end
+        };
         for stage in 0..stages {
             block.stage.copy_from_slice(&block.start);
             if stage > 0 {
@@ -293,7 +291,8 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             let offset = self.step.end_time - self.step.start_time;
             let weights = tableau.weights(offset / h);
             accumulate(&mut block.end, h, &block.slopes, &weights);
-            self.form.push_forward_by(offset, &mut block.end, width);
+            self.form.prepare_sample(offset);
+            self.form.push_forward(stages, &mut block.end, width);
         } else {
             let weights = &tableau.stages[tableau.end][..tableau.end];
             accumulate(&mut block.end, h, &block.slopes, weights);

@@ -1,6 +1,7 @@
 //! Step acceptance: attempt a step, compare its error with the tolerance, accept or shorten it.
 
-use super::error_control::{StateNorm, StepSizeControl};
+use super::auto::Steppers;
+use super::error_control::{StateNorm, StepControl};
 use super::stepper::{Step, Stepper};
 use super::{DynamicsError, SolverStats, System};
 
@@ -9,7 +10,7 @@ use super::{DynamicsError, SolverStats, System};
 const MAX_STRETCH: f64 = 1.0 + 1e-6;
 
 /// Interval of steps between checks for a stall, a few seconds of computation. If the mean step over the
-/// interval is below [`PiController::stall_step`](super::error_control::PiController::stall_step), the integration ends. The
+/// interval is below [`StepControl::stall_step`], the integration ends. The
 /// mean is used because single longer steps, such as implicit ones among explicit ones, do not make a
 /// stalled integration progress.
 const PROGRESS_INTERVAL: u64 = 500_000;
@@ -18,11 +19,7 @@ const PROGRESS_INTERVAL: u64 = 500_000;
 #[derive(Clone, Debug)]
 pub(super) struct StepController {
     /// Step-size control.
-    pub control: StepSizeControl,
-    /// Natural circular frequencies of the system, rad/s.
-    pub omega: Vec<f64>,
-    /// Number of quadratures of the system.
-    pub quadratures: usize,
+    pub control: StepControl,
     /// Norm of the present state. For the quadratures, and for the first-order components of a system without modes,
     /// it is the maximum since the start.
     pub size: StateNorm,
@@ -32,8 +29,7 @@ pub(super) struct StepController {
     pub progress: Progress,
     /// Work done.
     pub stats: SolverStats,
-    /// Largest error ratio of the accepted steps since it was last read; `None` without steps or for
-    /// fixed steps, which have no estimate.
+    /// Largest error ratio of the accepted steps since it was last read; `None` without steps.
     pub largest_ratio: Option<f64>,
 }
 
@@ -54,28 +50,19 @@ impl StepController {
         status: Option<&[u8]>,
     ) -> Result<(), DynamicsError> {
         stepper.reinitialise(sys, status, &mut self.stats);
-        let size = self.norm(&stepper.step().end);
-        if !(size.is_finite() && self.rate(stepper).is_finite()) {
+        let size = StateNorm::of(&stepper.step().end, sys);
+        if !(size.is_finite() && rate(stepper, sys).is_finite()) {
             return Err(non_finite(stepper, sys, stepper.step().end_time));
         }
-        self.set_norm(size);
+        self.set_norm(size, sys);
         Ok(())
-    }
-
-    fn norm(&self, z: &[f64]) -> StateNorm {
-        StateNorm::of(z, &self.omega, self.quadratures)
-    }
-
-    /// Norm of the slope at the present state.
-    pub fn rate(&self, stepper: &dyn Stepper) -> StateNorm {
-        self.norm(&stepper.step().end_slope)
     }
 
     /// Takes one step from the present state, which ends at `limit` (s) at the latest. The status, if
     /// any, is frozen.
     pub fn step(
         &mut self,
-        stepper: &mut dyn Stepper,
+        stepper: &mut Steppers,
         sys: &dyn System,
         status: Option<&[u8]>,
         limit: f64,
@@ -85,7 +72,7 @@ impl StepController {
         let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
         let start_size = self.size;
         loop {
-            let wanted = self.control.step();
+            let wanted = self.control.step;
             let ends_at_limit = limit - start <= wanted * MAX_STRETCH;
             let end = if ends_at_limit { limit } else { start + wanted };
             if end <= start {
@@ -102,38 +89,28 @@ impl StepController {
             }
             stepper.attempt(sys, status, end, &mut self.stats);
 
-            let size = self.norm(&stepper.step().end);
-            let error = stepper.error(&self.omega, self.quadratures);
-            let finite = size.is_finite() && error.is_finite() && self.rate(stepper).is_finite();
-            let ratio = match &self.control {
-                _ if !finite => f64::INFINITY,
-                StepSizeControl::Fixed(_) => 0.0,
-                StepSizeControl::Adaptive(controller) => {
-                    controller.ratio(error, start_size.max(size))
-                }
+            let size = StateNorm::of(&stepper.step().end, sys);
+            let error = stepper.error(sys);
+            let norms = [size, error, rate(&**stepper, sys)];
+            let finite = norms.into_iter().all(StateNorm::is_finite);
+            let ratio = if finite {
+                self.control.ratio(error, start_size.max(size))
+            } else {
+                f64::INFINITY
             };
             if ratio <= 1.0 {
-                if let StepSizeControl::Adaptive(controller) = &mut self.control {
-                    if !ends_at_limit {
-                        controller.accept(ratio, gain);
-                    }
-                    let before = self.largest_ratio.unwrap_or(0.0);
-                    self.largest_ratio = Some(before.max(ratio));
+                if !ends_at_limit {
+                    self.control.accept(ratio, gain);
                 }
+                let before = self.largest_ratio.unwrap_or(0.0);
+                self.largest_ratio = Some(before.max(ratio));
                 self.stats.steps += 1;
-                self.set_norm(size);
+                self.set_norm(size, sys);
                 return self.check_stall(end, end - start);
             }
 
             self.stats.rejections += 1;
-            let shorter = match &mut self.control {
-                StepSizeControl::Fixed(_) => None,
-                StepSizeControl::Adaptive(controller) => {
-                    controller.reject(end - start, ratio, gain);
-                    Some(controller.step).filter(|&step| step >= controller.min_step(start))
-                }
-            };
-            if shorter.is_none() {
+            if !self.control.reject(start, end - start, ratio, gain) {
                 let failure = if finite {
                     DynamicsError::StepUnderflow {
                         time: start,
@@ -142,7 +119,7 @@ impl StepController {
                         implicit: self.implicit,
                     }
                 } else {
-                    non_finite(stepper, sys, start)
+                    non_finite(&**stepper, sys, start)
                 };
                 stepper.reject_step();
                 return Err(failure);
@@ -153,9 +130,6 @@ impl StepController {
     /// Checks at intervals whether the integration has stalled. The last step had length `h` (s) and
     /// ended at time `t` (s).
     fn check_stall(&mut self, t: f64, h: f64) -> Result<(), DynamicsError> {
-        let StepSizeControl::Adaptive(controller) = &self.control else {
-            return Ok(());
-        };
         self.progress.steps += 1;
         self.progress.covered += h;
         if self.progress.steps < PROGRESS_INTERVAL {
@@ -163,7 +137,7 @@ impl StepController {
         }
         let Progress { steps, covered } = std::mem::take(&mut self.progress);
         let mean = covered / steps as f64;
-        if mean >= controller.stall_step() {
+        if mean >= self.control.stall_step() {
             return Ok(());
         }
         Err(DynamicsError::Stalled {
@@ -175,29 +149,30 @@ impl StepController {
     }
 
     /// Reverts the last step.
-    pub fn reject_step(&mut self, stepper: &mut dyn Stepper) {
+    pub fn reject_step(&mut self, stepper: &mut Steppers, sys: &dyn System) {
         stepper.reject_step();
-        self.update_norm(stepper);
+        self.update_norm(&**stepper, sys);
     }
 
     /// Updates the norm after the state has changed without a step.
-    pub fn update_norm(&mut self, stepper: &dyn Stepper) {
-        self.set_norm(self.norm(&stepper.step().end));
+    pub fn update_norm(&mut self, stepper: &dyn Stepper, sys: &dyn System) {
+        self.set_norm(StateNorm::of(&stepper.step().end, sys), sys);
     }
 
     /// Stores the norm of an accepted state.
-    fn set_norm(&mut self, size: StateNorm) {
-        let largest = self.size.max(size);
-        self.size = StateNorm {
-            vibration: size.vibration,
-            first_order: if self.omega.is_empty() {
-                largest.first_order
-            } else {
-                size.first_order
-            },
-            quadratures: largest.quadratures,
-        };
+    fn set_norm(&mut self, size: StateNorm, sys: &dyn System) {
+        let [vibration, mut first_order, _] = size.0;
+        let [_, largest, quadratures] = self.size.max(size).0;
+        if sys.modes() == 0 {
+            first_order = largest;
+        }
+        self.size = StateNorm([vibration, first_order, quadratures]);
     }
+}
+
+/// Norm of the slope at the present state.
+pub(super) fn rate(stepper: &dyn Stepper, sys: &dyn System) -> StateNorm {
+    StateNorm::of(&stepper.step().end_slope, sys)
 }
 
 /// The error for a step with a non-finite number.

@@ -1,7 +1,5 @@
 //! The interface of a single step, common to all methods.
 
-use std::fmt::Debug;
-
 use super::error_control::{MethodTraits, StateNorm};
 use super::tangents::TangentBlock;
 use super::{Differentiable, SolverStats, Switching, System};
@@ -81,10 +79,7 @@ impl Step {
 /// A single-step method with its workspace. Steps do not allocate.
 ///
 /// The work is counted in the given counters.
-pub(super) trait Stepper: Debug + Send + Sync {
-    /// A copy of the workspace.
-    fn boxed(&self) -> Box<dyn Stepper>;
-
+pub(super) trait Stepper {
     /// The last step.
     fn step(&self) -> &Step;
 
@@ -94,27 +89,8 @@ pub(super) trait Stepper: Debug + Send + Sync {
     /// Properties of the method.
     fn traits(&self) -> &'static MethodTraits;
 
-    /// Updates the linear part for a changed system with the same number of modes.
-    fn update_linear_part(&mut self, _sys: &dyn System) {}
-
-    /// Maximum step that the linear part allows, s.
-    fn max_step_of_linear_part(&self) -> f64 {
-        f64::INFINITY
-    }
-
     /// Evaluates the right-hand side at the present state and discards the last step.
     fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats);
-
-    /// Whether the last step was implicit.
-    fn is_implicit(&self) -> bool {
-        false
-    }
-
-    /// Prescribes explicit or implicit steps to a method that otherwise chooses itself.
-    fn prescribe(&mut self, _is_implicit: bool) {}
-
-    /// Chooses the method of the next step, if there is a choice.
-    fn choose(&mut self, _sys: &dyn System, _status: Option<&[u8]>, _stats: &mut SolverStats) {}
 
     /// Moves the start of the next step to the end of the last one.
     fn begin_step(&mut self);
@@ -132,8 +108,8 @@ pub(super) trait Stepper: Debug + Send + Sync {
         stats: &mut SolverStats,
     );
 
-    /// Error norm of the attempted step of a system with these frequencies (rad/s) and number of quadratures.
-    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm;
+    /// Error norm of the attempted step.
+    fn error(&self, sys: &dyn System) -> StateNorm;
 
     /// Evaluates the additional stages that the dense output needs.
     fn prepare_dense_output(
@@ -163,7 +139,7 @@ pub(super) trait Stepper: Debug + Send + Sync {
     fn enable_tangents(&mut self, sys: &dyn System) -> usize;
 
     /// Disables tangent vectors.
-    fn disable_tangents(&mut self) {}
+    fn disable_tangents(&mut self);
 
     /// Propagates tangent vectors from the start of the step to its end, shortened or not.
     fn propagate_tangents(
@@ -173,20 +149,6 @@ pub(super) trait Stepper: Debug + Send + Sync {
         block: &mut TangentBlock,
         stats: &mut SolverStats,
     );
-}
-
-impl Clone for Box<dyn Stepper> {
-    fn clone(&self) -> Self {
-        (**self).boxed()
-    }
-}
-
-/// Writes `[f | g]` of a system, for a frozen status if there is one.
-pub(super) fn force(sys: &dyn System, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
-    match status {
-        None => sys.force(t, z, out),
-        Some(status) => switching(sys).force_in(status, t, z, out),
-    }
 }
 
 /// The switching interface of a system that is known to have one.

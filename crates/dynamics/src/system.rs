@@ -1,5 +1,8 @@
 //! The interface between an integrator and the system that it integrates.
 
+use std::fmt;
+use std::ops::Deref;
+
 use super::Switching;
 
 /// Oscillators with a nonlinear force, and additional first-order components:
@@ -15,7 +18,7 @@ use super::Switching;
 ///
 /// A system advertises optional capabilities by returning itself from [`System::switching`] and
 /// [`System::differentiable`].
-pub trait System {
+pub trait System: Send + Sync {
     /// Natural circular frequencies `omega_i`, rad/s, one per mode.
     fn omega(&self) -> &[f64];
 
@@ -81,6 +84,51 @@ pub trait System {
     }
 }
 
+/// A reference to a system, or a pointer that owns one, is a system, too.
+impl<P: Deref<Target: System> + Send + Sync> System for P {
+    fn omega(&self) -> &[f64] {
+        (**self).omega()
+    }
+
+    fn damping(&self) -> &[f64] {
+        (**self).damping()
+    }
+
+    fn first_order(&self) -> usize {
+        (**self).first_order()
+    }
+
+    fn quadratures(&self) -> usize {
+        (**self).quadratures()
+    }
+
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        (**self).force(t, z, out);
+    }
+
+    fn switching(&self) -> Option<&dyn Switching> {
+        (**self).switching()
+    }
+
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        (**self).differentiable()
+    }
+
+    fn non_finite_part(&self, t: f64, z: &[f64]) -> Option<String> {
+        (**self).non_finite_part(t, z)
+    }
+
+    fn is_autonomous(&self) -> bool {
+        (**self).is_autonomous()
+    }
+}
+
+impl fmt::Debug for dyn System + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a system with {} components", self.dim())
+    }
+}
+
 /// A system with a known derivative of the force.
 ///
 /// At each stage of a step the integrator calls [`Differentiable::force_recorded`], which stores a
@@ -105,10 +153,7 @@ pub trait Differentiable: System {
     ) {
         record[0] = t;
         record[1..].copy_from_slice(z);
-        match (status, self.switching()) {
-            (Some(status), Some(switching)) => switching.force_in(status, t, z, out),
-            _ => self.force(t, z, out),
-        }
+        force(self, status, t, z, out);
     }
 
     /// Eq. (20): the nonlinear part of `d(delta z)/dt = dF/dz . delta z`, for `width` tangent vectors at
@@ -134,10 +179,7 @@ pub trait Differentiable: System {
             vector.resize(self.dim(), 0.0);
             let at = (record[0], &record[1..]);
             central_difference(at, (&vector, 0.0), &mut derivative, |t, z, out| {
-                match (status, self.switching()) {
-                    (Some(status), Some(switching)) => switching.force_in(status, t, z, out),
-                    _ => self.force(t, z, out),
-                }
+                force(self, status, t, z, out);
             });
             for (out, x) in out.iter_mut().skip(l).step_by(width).zip(&derivative) {
                 *out = *x;
@@ -153,16 +195,27 @@ pub trait Differentiable: System {
         self.rhs(t, z, &mut slope);
         let step = difference_step(z, &slope, Some(t));
         let [ahead, behind] = [t + step, t - step].map(|t| {
-            let mut force = vec![0.0; self.dim() - self.modes()];
-            match (status, self.switching()) {
-                (Some(status), Some(switching)) => switching.force_in(status, t, z, &mut force),
-                _ => self.force(t, z, &mut force),
-            }
-            force
+            let mut values = vec![0.0; self.dim() - self.modes()];
+            force(self, status, t, z, &mut values);
+            values
         });
         for (out, (ahead, behind)) in out.iter_mut().zip(ahead.iter().zip(&behind)) {
             *out = (ahead - behind) / (2.0 * step);
         }
+    }
+}
+
+/// Writes `[f | g]` of a system, for a frozen status if there is one.
+pub(super) fn force<S: System + ?Sized>(
+    sys: &S,
+    status: Option<&[u8]>,
+    t: f64,
+    z: &[f64],
+    out: &mut [f64],
+) {
+    match (status, sys.switching()) {
+        (Some(status), Some(switching)) => switching.force_in(status, t, z, out),
+        _ => sys.force(t, z, out),
     }
 }
 

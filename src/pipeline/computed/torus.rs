@@ -2,6 +2,7 @@
 //! of the periodic motion.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use crate::dynamics::System;
 use crate::dynamics::continuation::{
@@ -27,7 +28,7 @@ const RETURN: f64 = 0.02;
 struct OverTilt<'a>(&'a BallJoint);
 
 impl Family for OverTilt<'_> {
-    fn system(&self, tilt: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+    fn system(&self, tilt: f64) -> Result<Box<dyn System>, FamilyError> {
         Ok(Box::new(self.0.joint(tilt)?))
     }
 
@@ -45,12 +46,12 @@ pub fn birth(
     ball: &BallJoint,
 ) -> Result<(), PipelineError> {
     let tilt = tilted.tilt.at(0.0);
-    let joint = ball.joint(tilt)?;
+    let joint = Arc::new(ball.joint(tilt)?);
     let mut integrator = joint_integrator(scene, &joint)?;
     let mut state = initial_state(scene, joint.modes());
     state.resize(joint.dim(), 0.0);
-    integrator.start(&joint, 0.0, &state)?;
-    integrator.integrate_to(&joint, SETTLE)?;
+    integrator.start(0.0, &state)?;
+    integrator.integrate_to(SETTLE)?;
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: MAX_PERIOD / computed.natural_hz,

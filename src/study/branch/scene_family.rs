@@ -59,8 +59,8 @@ impl SubjectFamily {
 }
 
 impl Family for SubjectFamily {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
-        Ok(self.built(parameter)?.system)
+    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
+        Ok(Box::new(self.built(parameter)?.integrator.into_system()))
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
@@ -87,18 +87,18 @@ pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>
     let portraits = result.points.iter().map(|point| {
         let orbit = &point.orbit;
         let prepared = family.built(orbit.parameter)?;
-        let system = prepared.system.as_ref();
+        let system = prepared.integrator.system();
         let mut integrator = Integrator::new(options.method, system)?;
         if system.switching().is_some_and(|s| !s.is_continuous()) {
-            integrator = integrator.with_events(system)?;
+            integrator = integrator.with_events()?;
         }
         let mut z = orbit.state.clone();
         z.resize(system.dim(), 0.0);
-        integrator.start(system, 0.0, &z)?;
+        integrator.start(0.0, &z)?;
         let modes = system.modes();
         let samples = (0..=PORTRAIT).map(|k| {
             let time = orbit.period_s * k as f64 / PORTRAIT as f64;
-            integrator.sample(system, time, &mut z)?;
+            integrator.sample(time, &mut z)?;
             let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
             Ok([row(&z[..modes]), row(&z[modes..])])
         });

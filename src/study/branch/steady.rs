@@ -26,7 +26,7 @@ pub struct SteadyFamily {
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
 pub struct SteadyState {
     /// The system.
-    pub system: Box<dyn System + Send>,
+    pub system: Arc<dyn System>,
     /// Row that maps modal coordinates to the displacement of the probe.
     pub probe: Vec<f64>,
     /// The system linearised at the equilibrium.
@@ -83,12 +83,12 @@ impl SteadyFamily {
 
     fn linearised(&mut self, trial: Trial) -> Result<SteadyState, StudyError> {
         let prepared = trial.prepared;
-        let (system, dim) = (prepared.system, prepared.state.len());
+        let (system, dim) = (prepared.integrator.into_system(), prepared.state.len());
         if system.modes() == 0 && self.guess.is_empty() {
             self.guess = prepared.state;
         }
         self.guess.resize(dim, 0.0);
-        let linearised = Linearised::new(system.as_ref(), &self.guess)?;
+        let linearised = Linearised::new(&*system, &self.guess)?;
         self.guess[..linearised.dim()].copy_from_slice(&linearised.state);
         let families = match &self.ball {
             Some(ball) => ball.family_labels(),

@@ -340,21 +340,21 @@ impl TorusStudy<'_> {
     ) -> Result<Vec<f64>, DynamicsError> {
         let mut integrator = Integrator::new(self.method, sys)?;
         if sys.switching().is_some_and(|s| !s.is_continuous()) {
-            integrator = integrator.with_events(sys)?;
+            integrator = integrator.with_events()?;
         }
         let n = sys.tangent_dim();
         let mut z = state.clone();
         z.resize(sys.dim(), 0.0);
-        integrator.start(sys, 0.0, &z)?;
+        integrator.start(0.0, &z)?;
         let mut signal = Vec::with_capacity(count);
         for k in 1..=count {
-            integrator.sample(sys, k as f64 / rate, &mut z)?;
+            integrator.sample(k as f64 / rate, &mut z)?;
             signal.push(self.family.observable(value, &z[..n]));
         }
         let end = count as f64 / rate;
         let drive = self.family.drive_period(value);
         let end = drive.map_or(end, |drive| (end / drive).ceil() * drive);
-        integrator.integrate_to(sys, end)?;
+        integrator.integrate_to(end)?;
         *state = integrator.state()[..n].to_vec();
         Ok(signal)
     }

@@ -74,7 +74,7 @@ struct OverFrequency {
 }
 
 impl Family for OverFrequency {
-    fn system(&self, omega: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+    fn system(&self, omega: f64) -> Result<Box<dyn System>, FamilyError> {
         let drive = self.drive;
         Ok(Box::new(Driven { omega, drive }))
     }

@@ -105,7 +105,9 @@ impl Runner {
     pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, StudyError> {
         let scene = &scene.clone().without_analyses();
         let mut ball = None;
-        let system = prepare_reusing_body(scene, &mut ball)?.system;
+        let system = prepare_reusing_body(scene, &mut ball)?
+            .integrator
+            .into_system();
         let slowest = system.omega().iter().copied().filter(|omega| *omega > 0.0);
         let period = std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(1e9);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
@@ -180,15 +182,14 @@ impl Runner {
     /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
     pub fn time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<[f64; 2], StudyError> {
         let Prepared {
-            system,
             mut integrator,
             state,
             ..
         } = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
         let simulated = TIMED * self.measurement;
         let seconds = shortest(watch, || {
-            integrator.start(&*system, 0.0, &state)?;
-            Ok(integrator.integrate_to(&*system, simulated)?)
+            integrator.start(0.0, &state)?;
+            Ok(integrator.integrate_to(simulated)?)
         })?;
         let rhs_evals = integrator.stats().rhs_evals as f64 / REPEATS as f64;
         Ok([seconds / simulated, rhs_evals / simulated])

@@ -217,8 +217,7 @@ const FIRST: f64 = 16.0;
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
 pub fn lyapunov(
-    sys: &dyn System,
-    integrator: &mut Integrator,
+    integrator: &mut Integrator<'_>,
     plan: &LyapunovPlan,
     progress: OnProgress<'_>,
 ) -> Result<LyapunovStudy, DynamicsError> {
@@ -232,12 +231,12 @@ pub fn lyapunov(
     }
     let (start, before) = (integrator.time(), integrator.stats());
     let mut run = StudyRun {
-        sys,
+        trace: MeanTrace::new(integrator.system(), width),
+        z: integrator.state().to_vec(),
         integrator,
         plan,
         start,
         samples: 0,
-        z: vec![0.0; sys.dim()],
         progress,
         timer: PollTimer::default(),
         largest: None,
@@ -246,7 +245,6 @@ pub fn lyapunov(
         detector: None,
         segments: Vec::new(),
         begun: 0.0,
-        trace: MeanTrace::new(sys, width),
     };
     let stopped = run.settle()?;
     let settled = run.time() - start;
@@ -273,7 +271,7 @@ pub fn lyapunov(
     let mean_trace = trace.and_then(|trace| trace.mean());
     Ok(LyapunovStudy {
         mean_trace: mean_trace.filter(|_| !spectrum.exponents.is_empty() && segments.len() == 1),
-        motion: integrator.motion(sys),
+        motion: integrator.motion(),
         spectrum,
         running,
         segments,
@@ -349,9 +347,8 @@ fn widest(spectrum: &LyapunovSpectrum) -> f64 {
 }
 
 /// A Lyapunov study in progress.
-struct StudyRun<'a> {
-    sys: &'a dyn System,
-    integrator: &'a mut Integrator,
+struct StudyRun<'a, 's> {
+    integrator: &'a mut Integrator<'s>,
     plan: &'a LyapunovPlan,
     start: f64,
     samples: u64,
@@ -372,12 +369,12 @@ struct StudyRun<'a> {
     trace: Option<MeanTrace>,
 }
 
-impl StudyRun<'_> {
+impl StudyRun<'_, '_> {
     /// Advances to the next sample.
     fn advance(&mut self) -> Result<(), DynamicsError> {
         self.samples += 1;
         let time = self.time();
-        self.integrator.sample(self.sys, time, &mut self.z)
+        self.integrator.sample(time, &mut self.z)
     }
 
     /// Time of the last sample, s.
@@ -414,23 +411,18 @@ impl StudyRun<'_> {
     /// Averages the growth until the goal is reached.
     fn average(&mut self) -> Result<Ending, DynamicsError> {
         let plan = self.plan;
-        let detector = ChangeDetector::new(
-            self.sys,
-            self.integrator,
-            self.integrator.time(),
-            plan.sample_interval,
-        );
-        self.detector = Some(detector);
+        let (start, interval) = (self.integrator.time(), plan.sample_interval);
+        self.detector = Some(ChangeDetector::new(self.integrator, start, interval));
         let (mut sample, mut kept) = (0, FIRST);
         loop {
             self.advance()?;
             if let Some(detector) = &mut self.detector {
-                detector.push(self.sys, self.integrator, &self.z);
+                detector.push(self.integrator, &self.z);
             }
             sample += 1;
             let now = self.time();
             if let Some(trace) = &mut self.trace {
-                trace.add(self.sys, self.integrator.status(), now, &self.z);
+                trace.add(self.integrator, now, &self.z);
             }
             let time = sample as f64 * plan.sample_interval;
             let mut ending = None;
@@ -474,7 +466,7 @@ impl StudyRun<'_> {
         self.largest = spectrum.exponents.first().copied();
         keep(&mut self.running, spectrum);
         self.needed = self.begun + self.plan.needed(spectrum, averaged);
-        let motion = self.integrator.motion(self.sys);
+        let motion = self.integrator.motion();
         self.plan.reached(spectrum, motion, averaged)
     }
 
@@ -483,7 +475,7 @@ impl StudyRun<'_> {
         let Some(detector) = &mut self.detector else {
             return;
         };
-        let segments = detector.segments(self.sys, self.integrator);
+        let segments = detector.segments(self.integrator);
         if segments.len() != self.segments.len() {
             self.running.clear();
         }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{ExponentCount, Goal, LyapunovPlan, LyapunovStudy, lyapunov};
-use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
+use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO};
 use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{PipelineError, Simulation, Source as _};
 use crate::scene::{FixedAt, Scene};
@@ -92,7 +92,7 @@ pub fn scene_lyapunov(
     let width = request.count.width(run.system());
     // Checked now, so that too many exponents fail before the transient.
     let all = width == run.system().tangent_dim();
-    let with_tangents = |integrator: Integrator, system: &dyn System| {
+    let with_tangents = |integrator: Integrator<'static>| {
         let own = integrator.tolerance().unwrap_or(scene.integrator.tolerance);
         let largest = if all {
             FULL_SPECTRUM_TOLERANCE
@@ -102,9 +102,9 @@ pub fn scene_lyapunov(
         let tolerance = request.tolerance.unwrap_or(own.min(largest));
         integrator
             .with_tolerance(tolerance)?
-            .with_tangents(system, width, scene.start.seed)
+            .with_tangents(width, scene.start.seed)
     };
-    with_tangents(run.integrator().clone(), run.system())?;
+    with_tangents(run.integrator().clone())?;
 
     let slowest = run.system().omega().iter().copied();
     let omega_1 = slowest.fold(f64::INFINITY, f64::min);
@@ -141,16 +141,16 @@ pub fn scene_lyapunov(
         (Ok(joint), Some(loading)) => joint.fixed_at(loading),
         _ => FixedAt::default(),
     };
-    let (system, integrator) = run.into_parts();
+    let integrator = run.into_integrator();
     let mut tolerance = integrator.tolerance();
     let study = if stopped {
-        LyapunovStudy::stopped(system.tangent_dim())
+        LyapunovStudy::stopped(integrator.system().tangent_dim())
     } else {
         let (time, state) = (integrator.time(), integrator.state().to_vec());
-        let mut integrator = with_tangents(integrator, &*system)?;
-        integrator.start(&*system, time, &state)?;
+        let mut integrator = with_tangents(integrator)?;
+        integrator.start(time, &state)?;
         tolerance = integrator.tolerance();
-        lyapunov(&*system, &mut integrator, &plan, &mut |share, task| {
+        lyapunov(&mut integrator, &plan, &mut |share, task| {
             progress(before + (1.0 - before) * share, task)
         })?
     };

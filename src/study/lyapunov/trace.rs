@@ -1,6 +1,6 @@
 //! Time average of the trace of the Jacobian, which equals the sum of all exponents.
 
-use crate::dynamics::{Differentiable, System};
+use crate::dynamics::{Differentiable, Integrator, System};
 
 /// Average of the trace of `dF/dz` over states at constant time intervals. By Liouville's theorem,
 /// phase-space volume grows at this rate.
@@ -36,8 +36,9 @@ impl MeanTrace {
         })
     }
 
-    /// Adds the trace at a state `z` at time `t` (s); `status` is empty for a system without contact states.
-    pub fn add(&mut self, sys: &dyn System, status: &[u8], t: f64, z: &[f64]) {
+    /// Adds the trace at a state `z` at time `t` (s) within the last step.
+    pub fn add(&mut self, integrator: &Integrator<'_>, t: f64, z: &[f64]) {
+        let (sys, status) = (integrator.system(), integrator.status());
         let Some(derivative) = sys.differentiable() else {
             return;
         };

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::{regime::Regime, tones::Bases};
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, System};
+use crate::dynamics::{Integrator, LyapunovSpectrum, Sign};
 use crate::joint::BallJoint;
 use crate::pipeline::ChangeDetector;
 use crate::scene::Scene;
@@ -128,7 +128,14 @@ pub fn response(
     };
     let find_orbit = |run: &Run<'_>| {
         let motion = [&run.z[..], &run.probe[..]];
-        orbit::stable_orbit(scene, ball, &*run.system, motion, run.period, SILENCE)
+        orbit::stable_orbit(
+            scene,
+            ball,
+            run.integrator.system(),
+            motion,
+            run.period,
+            SILENCE,
+        )
     };
     let found = respond(trial, from, plan, find_orbit, progress)?;
     Ok(SettledResponse { linear, ..found })
@@ -185,7 +192,7 @@ pub(super) fn respond(
         settled: settled && !measured.changed,
         exponents: measured.exponents,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
-        state: run.z[..run.system.tangent_dim()].to_vec(),
+        state: run.z[..run.integrator.system().tangent_dim()].to_vec(),
         stats: run.integrator.stats(),
         ..by_samples
     })
@@ -193,7 +200,6 @@ pub(super) fn respond(
 
 /// One simulation in progress.
 pub(super) struct Run<'a> {
-    system: Box<dyn System + Send>,
     probe: Vec<f64>,
     /// Sample rate, Hz.
     rate: f64,
@@ -202,7 +208,7 @@ pub(super) struct Run<'a> {
     /// Period of the slowest motion, s.
     period: f64,
     drive_period: Option<f64>,
-    integrator: Integrator,
+    integrator: Integrator<'static>,
     /// State at the last sample.
     z: Vec<f64>,
     samples: u64,
@@ -233,13 +239,18 @@ impl<'a> Run<'a> {
         progress: OnProgress<'a>,
     ) -> Result<Self, StudyError> {
         let prepared = trial.prepared;
-        let slowest = prepared.system.omega().iter().copied().filter(|w| *w > 0.0);
+        let slowest = prepared
+            .integrator
+            .system()
+            .omega()
+            .iter()
+            .copied()
+            .filter(|w| *w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min).min(f64::MAX);
         let mut run = Self {
             period: trial.period.unwrap_or(std::f64::consts::TAU / slowest),
             drive_period: trial.drive_period,
             silence: trial.silence,
-            system: prepared.system,
             probe: prepared.probe,
             rate: trial.sample_rate,
             integrator: prepared.integrator,
@@ -250,7 +261,7 @@ impl<'a> Run<'a> {
             expected: plan.min_transient + plan.measurement_time,
             plan,
         };
-        run.integrator.start(&*run.system, 0.0, &run.z)?;
+        run.integrator.start(0.0, &run.z)?;
         Ok(run)
     }
 
@@ -268,7 +279,7 @@ impl<'a> Run<'a> {
     fn advance(&mut self) -> Result<(), StudyError> {
         self.samples += 1;
         let time = self.time();
-        self.integrator.sample(&*self.system, time, &mut self.z)?;
+        self.integrator.sample(time, &mut self.z)?;
         let rhs_evals = self.integrator.stats().rhs_evals;
         if self.plan.max_rhs_evals.is_some_and(|max| rhs_evals > max) {
             return Err(StudyError::TooManyEvaluations { rhs_evals, time });
@@ -287,10 +298,12 @@ impl<'a> Run<'a> {
     /// Velocity of the probe, m/s.
     fn velocity(&self) -> f64 {
         let along = |rates: &[f64]| self.probe.iter().zip(rates).map(|(a, b)| a * b).sum();
-        match self.system.modes() {
+        match self.integrator.system().modes() {
             0 => {
                 let mut rates = vec![0.0; self.z.len()];
-                self.system.rhs(self.time(), &self.z, &mut rates);
+                self.integrator
+                    .system()
+                    .rhs(self.time(), &self.z, &mut rates);
                 along(&rates)
             }
             modes => along(&self.z[modes..]),
@@ -299,7 +312,7 @@ impl<'a> Run<'a> {
 
     /// Energies of the modes, or the squares of the components of a system without modes.
     fn energies(&self) -> impl Iterator<Item = f64> {
-        let omega = self.system.omega();
+        let omega = self.integrator.system().omega();
         let count = if omega.is_empty() {
             self.z.len()
         } else {
@@ -321,7 +334,7 @@ impl<'a> Run<'a> {
     fn end_a_period(&mut self) -> Result<(), StudyError> {
         if let Some(drive) = self.drive_period {
             let count = (self.time() / drive - 1e-9).ceil();
-            self.integrator.integrate_to(&*self.system, count * drive)?;
+            self.integrator.integrate_to(count * drive)?;
             self.z.copy_from_slice(self.integrator.state());
         }
         Ok(())
@@ -357,20 +370,17 @@ impl<'a> Run<'a> {
     /// Adds tangent vectors at the current state and lets them align.
     fn start_tangents(&mut self, width: usize, seed: u64) -> Result<(), StudyError> {
         let time = self.time();
-        self.integrator.integrate_to(&*self.system, time)?;
+        self.integrator.integrate_to(time)?;
         let start = self.integrator.state().to_vec();
-        let mut with = self
-            .integrator
-            .clone()
-            .with_tangents(&*self.system, width, seed)?;
-        with.start(&*self.system, time, &start)?;
+        let mut with = self.integrator.clone().with_tangents(width, seed)?;
+        with.start(time, &start)?;
         self.integrator = with;
         let align = (ALIGN * self.period * self.rate).min(1e9) as u64;
         for _ in 0..align {
             self.advance()?;
         }
         let time = self.time();
-        self.integrator.integrate_to(&*self.system, time)?;
+        self.integrator.integrate_to(time)?;
         self.integrator.reset_growth();
         Ok(())
     }
@@ -384,7 +394,7 @@ impl<'a> Run<'a> {
         seed: u64,
     ) -> Result<Measured, StudyError> {
         let plan = self.plan;
-        let width = plan.exponents.min(self.system.tangent_dim());
+        let width = plan.exponents.min(self.integrator.system().tangent_dim());
         if let Some(orbit) = orbit {
             let window = PERIODIC_SHARE * plan.measurement_time;
             let window = window.max(PERIODIC_PERIODS * orbit.period_s);
@@ -427,14 +437,14 @@ impl<'a> Run<'a> {
         let mut samples = Samples::new(self.rate, count);
         let mut detector = self.detector();
         let interval = 1.0 / self.rate;
-        let changes = ChangeDetector::new(&*self.system, &self.integrator, self.time(), interval);
+        let changes = ChangeDetector::new(&self.integrator, self.time(), interval);
         let with_tangents = self.integrator.exponents().is_some();
         let mut changes = with_tangents.then_some(changes);
         let mut largest: f64 = 0.0;
         for _ in 0..count {
             self.advance()?;
             if let Some(changes) = &mut changes {
-                changes.push(&*self.system, &self.integrator, &self.z);
+                changes.push(&self.integrator, &self.z);
             }
             let displacement = self.displacement();
             samples.push([displacement, self.velocity()]);
@@ -442,9 +452,9 @@ impl<'a> Run<'a> {
             largest = largest.max(displacement.abs());
         }
         let time = self.time();
-        self.integrator.integrate_to(&*self.system, time)?;
+        self.integrator.integrate_to(time)?;
         self.z.copy_from_slice(self.integrator.state());
-        let motions = changes.map(|mut changes| changes.segments(&*self.system, &self.integrator));
+        let motions = changes.map(|mut changes| changes.segments(&self.integrator));
         let mut motions = motions.unwrap_or_default();
         let changed = largest >= self.silence && (motions.len() > 1 || detector.has_changed());
         let exponents = motions.pop().map(|motion| motion.spectrum);

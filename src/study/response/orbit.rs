@@ -35,8 +35,9 @@ struct OneScene<'a> {
 }
 
 impl Family for OneScene<'_> {
-    fn system(&self, _parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
-        Ok(prepare_reusing_body(self.scene, &mut self.ball.borrow_mut())?.system)
+    fn system(&self, _parameter: f64) -> Result<Box<dyn System>, FamilyError> {
+        let prepared = prepare_reusing_body(self.scene, &mut self.ball.borrow_mut())?;
+        Ok(Box::new(prepared.integrator.into_system()))
     }
 
     /// The motion of a driven system is no orbit of this search: see [`stable_orbit`].

@@ -227,9 +227,9 @@ fn load_azimuths_of_a_full_turn() {
             let method = MethodName::Auto.with(Accuracy::relative(1e-9), 20e-6);
             let mut integrator = Integrator::new(method, &joint).unwrap();
             integrator
-                .start(&joint, 0.0, &rotated_state(&start, angle))
+                .start(0.0, &rotated_state(&start, angle))
                 .unwrap();
-            integrator.integrate_to(&joint, 3e-3).unwrap();
+            integrator.integrate_to(3e-3).unwrap();
             let state = rotated_state(integrator.state(), -angle);
             let probe = joint.probe_value(&integrator.state()[m..]);
             (state, probe)

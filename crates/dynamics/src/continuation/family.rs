@@ -14,7 +14,7 @@ pub trait Family {
     ///
     /// # Errors
     /// If the family has no system there.
-    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError>;
+    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError>;
 
     /// Period of the drive at a value of the parameter, s; `None` for autonomous systems, whose period is unknown.
     fn drive_period(&self, parameter: f64) -> Option<f64>;

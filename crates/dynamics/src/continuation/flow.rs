@@ -5,20 +5,16 @@ use nalgebra::{DMatrix, DVector};
 use super::shooting::ShootingPoint;
 use super::{BranchStats, ContinuationError, ContinuationOptions, Family};
 use crate::system::add_linear;
-use crate::{Integrator, System};
+use crate::{DynamicsError, Integrator, System};
 
 /// A system of the family.
-pub(super) type Member = Box<dyn System + Send>;
+pub(super) type Member = Box<dyn System>;
 
 /// Integrates the systems of a family and counts the work.
 pub(super) struct Flow<'a> {
     pub family: &'a dyn Family,
     pub options: ContinuationOptions,
     pub stats: BranchStats,
-    /// Whether the state or the law of the systems jumps at events.
-    has_jumps: bool,
-    /// Integrators without and with tangent vectors, created when first needed.
-    integrators: [Option<Integrator>; 2],
 }
 
 /// The ends of the segments.
@@ -37,7 +33,7 @@ pub(super) struct SegmentEnds {
 
 /// A function that is called with the integrator during a segment.
 pub(super) type Observer<'a> =
-    &'a mut dyn FnMut(&mut Integrator, &dyn System, usize) -> Result<(), ContinuationError>;
+    &'a mut dyn FnMut(&mut Integrator<'_>, usize) -> Result<(), ContinuationError>;
 
 impl<'a> Flow<'a> {
     pub fn new(
@@ -49,8 +45,6 @@ impl<'a> Flow<'a> {
             family,
             options: *options,
             stats: BranchStats::default(),
-            has_jumps: false,
-            integrators: [None, None],
         })
     }
 
@@ -77,12 +71,7 @@ impl<'a> Flow<'a> {
 
     /// Relative tolerance of the integration.
     pub fn tolerance(&self) -> f64 {
-        let relative = |integrator: &Integrator| integrator.tolerance();
-        self.integrators
-            .iter()
-            .flatten()
-            .find_map(relative)
-            .unwrap_or(1e-9)
+        self.options.method.accuracy.relative
     }
 
     /// Integrates the segments, with the derivatives of their maps if `with_maps`.
@@ -92,7 +81,7 @@ impl<'a> Flow<'a> {
         shot: &ShootingPoint,
         with_maps: bool,
     ) -> Result<SegmentEnds, ContinuationError> {
-        self.observed_segments(sys, shot, with_maps, &mut |_, _, _| Ok(()))
+        self.observed_segments(sys, shot, with_maps, &mut |_, _| Ok(()))
     }
 
     /// As [`Flow::segments`]; the observer may advance the integrator within each segment, up to its end.
@@ -106,7 +95,7 @@ impl<'a> Flow<'a> {
         let parameter = shot.parameter;
         let failed = |source| ContinuationError::Integration { parameter, source };
         let (n, period) = (sys.tangent_dim(), self.period(shot));
-        let mut integrator = self.take_integrator(sys, with_maps).map_err(failed)?;
+        let mut integrator = self.integrator(sys, with_maps).map_err(failed)?;
         let mut found = SegmentEnds {
             ends: Vec::with_capacity(shot.len()),
             slopes: Vec::with_capacity(shot.len()),
@@ -122,14 +111,14 @@ impl<'a> Flow<'a> {
                 let tangents = (directions.as_mut_slice(), n);
                 switching.settle(status, from, &mut state, tangents);
             }
-            integrator.start(sys, from, &state).map_err(failed)?;
+            integrator.start(from, &state).map_err(failed)?;
             if with_maps {
                 integrator
                     .set_tangent_vectors(directions.as_slice())
                     .map_err(failed)?;
             }
-            observer(&mut integrator, sys, k)?;
-            integrator.integrate_to(sys, to).map_err(failed)?;
+            observer(&mut integrator, k)?;
+            integrator.integrate_to(to).map_err(failed)?;
             let state = integrator.state();
             found
                 .slopes
@@ -140,31 +129,23 @@ impl<'a> Flow<'a> {
                 found.maps.push(DMatrix::from_row_slice(n, n, vectors));
             }
         }
-        let stats = integrator.take_stats();
-        found.crossings = stats.crossings;
-        self.stats.solver += stats;
-        self.integrators[usize::from(with_maps)] = Some(integrator);
+        found.crossings = integrator.stats().crossings;
+        self.stats.solver += integrator.stats();
         Ok(found)
     }
 
     /// An integrator, with tangent vectors for all directions or without.
-    fn take_integrator(
-        &mut self,
-        sys: &dyn System,
+    fn integrator<'s>(
+        &self,
+        sys: &'s dyn System,
         with_maps: bool,
-    ) -> Result<Integrator, crate::DynamicsError> {
-        if let Some(integrator) = self.integrators[usize::from(with_maps)].take() {
-            return Ok(integrator);
-        }
+    ) -> Result<Integrator<'s>, DynamicsError> {
         let mut integrator = Integrator::new(self.options.method, sys)?;
-        if let Some(switching) = sys.switching() {
-            self.has_jumps = !switching.is_continuous();
-            if self.has_jumps || switching.guards() > 0 {
-                integrator = integrator.with_events(sys)?;
-            }
+        if sys.switching().is_some_and(|s| s.guards() > 0) {
+            integrator = integrator.with_events()?;
         }
         if with_maps {
-            integrator.with_tangents(sys, sys.tangent_dim(), 0)
+            integrator.with_tangents(sys.tangent_dim(), 0)
         } else {
             Ok(integrator)
         }
@@ -175,12 +156,12 @@ impl<'a> Flow<'a> {
     /// the parameter, too.
     pub fn parameter_slopes(
         &mut self,
+        sys: &dyn System,
         shot: &ShootingPoint,
         ends: &SegmentEnds,
     ) -> Result<Vec<DVector<f64>>, ContinuationError> {
         // Balances the error of the difference, of second order, with that of the integration.
         let step = self.width() * self.tolerance().powf(0.4);
-        let has_jumps = self.has_jumps;
         let mut ends_at = |parameter: f64| {
             let sys = self.system(parameter)?;
             let shifted = ShootingPoint {
@@ -192,7 +173,7 @@ impl<'a> Flow<'a> {
         // Beyond a grazing the flow has other events, and another derivative.
         let is_like = |side: &Result<SegmentEnds, _>| {
             side.as_ref()
-                .is_ok_and(|side| !has_jumps || side.crossings == ends.crossings)
+                .is_ok_and(|side| !jumps(sys) || side.crossings == ends.crossings)
         };
         let ahead = ends_at(shot.parameter + step);
         let behind = ends_at(shot.parameter - step);
@@ -207,6 +188,12 @@ impl<'a> Flow<'a> {
         let pairs = ahead.into_iter().zip(behind);
         Ok(pairs.map(|(a, b)| (a - b) / distance).collect())
     }
+}
+
+/// Whether the state or the law of a system jumps at events.
+pub fn jumps(sys: &dyn System) -> bool {
+    sys.switching()
+        .is_some_and(|switching| !switching.is_continuous())
 }
 
 /// The full state, with quadratures that start at zero.

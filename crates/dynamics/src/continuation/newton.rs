@@ -62,7 +62,7 @@ pub(super) struct Corrected {
 /// The state of an iteration.
 struct Iterate {
     shot: ShootingPoint,
-    sys: Box<dyn System + Send>,
+    sys: Box<dyn System>,
     ends: SegmentEnds,
     /// Largest scaled residual of a segment.
     residual: f64,
@@ -87,7 +87,7 @@ impl Flow<'_> {
         let mut first = None;
         for iteration in 1..=MAX_ITERATIONS {
             if (iteration - 1) % RENEWAL == 0 {
-                slopes = self.parameter_slopes(&now.shot, &now.ends)?;
+                slopes = self.parameter_slopes(now.sys.as_ref(), &now.shot, &now.ends)?;
             }
             let equations = Equations {
                 scale,

@@ -87,7 +87,7 @@ impl Flow<'_> {
         let mut crossings = Vec::with_capacity(count);
         let mut z = vec![0.0; sys.dim()];
         let n = sys.tangent_dim();
-        let ends = self.observed_segments(sys, shot, with_maps, &mut |integrator, sys, k| {
+        let ends = self.observed_segments(sys, shot, with_maps, &mut |integrator, k| {
             let end = shot.span(k)[1];
             while samples.len() < count {
                 let phase = samples.len() as f64 / count as f64;
@@ -96,7 +96,7 @@ impl Flow<'_> {
                 }
                 let time_s = phase * period;
                 integrator
-                    .sample(sys, time_s, &mut z)
+                    .sample(time_s, &mut z)
                     .map_err(|source| ContinuationError::Integration { parameter, source })?;
                 samples.push(OrbitSample {
                     time_s,

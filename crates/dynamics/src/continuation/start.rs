@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::cyclic::{Segment, eigenvector, singular_direction};
-use super::flow::{Flow, slope_in};
+use super::flow::{Flow, jumps, slope_in};
 use super::newton::{Constraint, Precision};
 use super::shooting::{Direction, Scale, ShootingPoint, sizes_of};
 use super::{
@@ -78,16 +78,8 @@ pub fn settled_orbit(
 ) -> Result<PeriodicOrbit, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
     let sys = flow.system(parameter)?;
-    let found = find_return(family, sys.as_ref(), parameter, state, search, options)?;
-    let guess = ShootingPoint {
-        parameter,
-        period: found.period,
-        drive_periods: found.drive_periods,
-        phases: vec![0.0],
-        states: vec![found.state],
-        statuses: Vec::new(),
-    };
-    let scale = Scale::new(sys.as_ref(), found.sizes, found.period, flow.width());
+    let (guess, sizes) = find_return(family, sys.as_ref(), parameter, state, search, options)?;
+    let scale = Scale::new(sys.as_ref(), sizes, guess.period, flow.width());
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
     let scale = flow.scale(&guess)?;
     let precision = Precision::Location;
@@ -95,15 +87,8 @@ pub fn settled_orbit(
     Ok(point.orbit)
 }
 
-/// A motion that returns.
-struct Return {
-    state: DVector<f64>,
-    period: f64,
-    drive_periods: Option<u32>,
-    sizes: [f64; 2],
-}
-
-/// Simulates a motion until it returns to its state after the settling time.
+/// Simulates a motion until it returns to its state after the settling time. Returns the orbit in one segment, and the sizes of
+/// its vibration and first-order components.
 fn find_return(
     family: &dyn Family,
     sys: &dyn System,
@@ -111,22 +96,22 @@ fn find_return(
     state: &[f64],
     search: &ReturnSearch,
     options: &ContinuationOptions,
-) -> Result<Return, ContinuationError> {
+) -> Result<(ShootingPoint, [f64; 2]), ContinuationError> {
     let failed = |source| ContinuationError::Integration { parameter, source };
     let n = sys.tangent_dim();
     let drive = family.drive_period(parameter);
     let mut integrator = Integrator::new(options.method, sys).map_err(failed)?;
-    if sys.switching().is_some_and(|s| !s.is_continuous()) {
-        integrator = integrator.with_events(sys).map_err(failed)?;
+    if jumps(sys) {
+        integrator = integrator.with_events().map_err(failed)?;
     }
     let mut full = state.to_vec();
     full.resize(sys.dim(), 0.0);
-    integrator.start(sys, 0.0, &full).map_err(failed)?;
+    integrator.start(0.0, &full).map_err(failed)?;
     // A forced motion is needed at phase zero of its drive.
     let settle = drive.map_or(search.settle_s, |drive| {
         (search.settle_s / drive).ceil() * drive
     });
-    integrator.integrate_to(sys, settle).map_err(failed)?;
+    integrator.integrate_to(settle).map_err(failed)?;
     let start = DVector::from_column_slice(&integrator.state()[..n]);
     let slope = slope_in(sys, integrator.status(), settle, integrator.state());
     let mut returns = ReturnTest {
@@ -146,14 +131,19 @@ fn find_return(
         let next = t + integrator.step_size();
         let due = drive.map(|drive| settle + f64::from(count) * drive);
         t = due.map_or(next, |due| next.min(due));
-        integrator.sample(sys, t, &mut z).map_err(failed)?;
+        integrator.sample(t, &mut z).map_err(failed)?;
         returns.widen(&z);
         let sizes = returns.sizes.map(|size| 0.5 * size);
-        let found = |period, drive_periods| Return {
-            state: start.clone(),
-            period,
-            drive_periods,
-            sizes,
+        let found = |period, drive_periods| {
+            let orbit = ShootingPoint {
+                parameter,
+                period,
+                drive_periods,
+                phases: vec![0.0],
+                states: vec![start.clone()],
+                statuses: Vec::new(),
+            };
+            (orbit, sizes)
         };
         match due {
             Some(due) if t >= due => {

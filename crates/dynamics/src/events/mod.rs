@@ -68,7 +68,7 @@ pub(super) struct Events {
 
 impl Events {
     /// Workspace for a system, without a status yet, with a window (s) for chattering.
-    pub fn new(switching: &dyn Switching, dim: usize, window: f64) -> Self {
+    pub fn new(switching: &dyn Switching, window: f64) -> Self {
         let values = vec![0.0; switching.guards()];
         Self {
             status: vec![0; switching.status_len()],
@@ -80,7 +80,7 @@ impl Events {
             above: values.clone(),
             below: values.clone(),
             between: values,
-            state: vec![0.0; dim],
+            state: vec![0.0; switching.dim()],
             limit: MAX_EVENTS,
             window,
             events_in_window: 0,

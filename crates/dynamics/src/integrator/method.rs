@@ -2,11 +2,10 @@
 
 use strum::VariantArray;
 
-use crate::auto::Auto;
-use crate::error_control::{Accuracy, PiController, StepSizeControl};
+use crate::auto::Steppers;
+use crate::error_control::{Accuracy, StepControl};
 use crate::rosenbrock::Rosenbrock;
 use crate::runge_kutta::RungeKutta;
-use crate::stepper::Stepper;
 use crate::tableau::{DOP853, RK4, TSIT5};
 use crate::{DynamicsError, System};
 
@@ -88,27 +87,28 @@ impl Method {
     }
 
     /// The workspace of the method for a system.
-    pub(super) fn stepper(self, sys: &dyn System) -> Result<Box<dyn Stepper>, DynamicsError> {
-        let implicit = || {
+    pub(super) fn steppers(self, sys: &dyn System) -> Result<Steppers, DynamicsError> {
+        let (tableau, modes) = match self.name {
+            MethodName::Lawson54 | MethodName::Auto => (&TSIT5, sys.modes()),
+            MethodName::Lawson853 => (&DOP853, sys.modes()),
+            MethodName::Tsit5 | MethodName::Rodas5P => (&TSIT5, 0),
+            MethodName::Dop853 => (&DOP853, 0),
+            MethodName::Rk4 => (&RK4, 0),
+        };
+        let implicit = self.needs_derivative().then(|| {
             let derivative = sys.differentiable().ok_or(NO_DERIVATIVE)?;
             Ok(Rosenbrock::new(sys, derivative))
-        };
-        let modes = sys.modes();
-        let order5 = |modes| RungeKutta::new(&TSIT5, sys, modes);
-        let order8 = |modes| RungeKutta::new(&DOP853, sys, modes);
-        Ok(match self.name {
-            MethodName::Lawson54 => Box::new(order5(modes)),
-            MethodName::Tsit5 => Box::new(order5(0)),
-            MethodName::Lawson853 => Box::new(order8(modes)),
-            MethodName::Dop853 => Box::new(order8(0)),
-            MethodName::Rk4 => Box::new(RungeKutta::new(&RK4, sys, 0)),
-            MethodName::Rodas5P => Box::new(implicit()?),
-            MethodName::Auto => Box::new(Auto::new(order5(modes), implicit()?, sys.tangent_dim())),
-        })
+        });
+        Ok(Steppers::new(
+            RungeKutta::new(tableau, sys, modes),
+            implicit.transpose()?,
+            self.name == MethodName::Auto,
+            sys.tangent_dim(),
+        ))
     }
 
     /// The step-size control, with checked parameters.
-    pub(super) fn control(self) -> Result<StepSizeControl, DynamicsError> {
+    pub(super) fn control(self) -> Result<StepControl, DynamicsError> {
         let is_fixed = self.name.has_fixed_step();
         if !is_fixed {
             self.accuracy.check()?;
@@ -124,11 +124,8 @@ impl Method {
                 allowed: "positive and finite",
             });
         }
-        Ok(if is_fixed {
-            StepSizeControl::Fixed(self.max_step)
-        } else {
-            StepSizeControl::Adaptive(PiController::new(self.accuracy, self.max_step))
-        })
+        let accuracy = (!is_fixed).then_some(self.accuracy);
+        Ok(StepControl::new(accuracy, self.max_step))
     }
 }
 

@@ -10,10 +10,11 @@ use nearby::PerturbedTrajectory;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::error_control::{StateNorm, StepSizeControl};
+use super::auto::Steppers;
+use super::error_control::StateNorm;
 use super::events::Events;
-use super::step_controller::{Progress, StepController};
-use super::stepper::{Stepper, switching};
+use super::step_controller::{Progress, StepController, rate};
+use super::stepper::switching;
 use super::tangents::{Crossing, Tangents};
 use super::{DynamicsError, ErrorEstimate, SolverStats, System};
 
@@ -23,46 +24,40 @@ use super::{DynamicsError, ErrorEstimate, SolverStats, System};
 /// If the system changes at a known time, [`Integrator::integrate_to`] makes a step end there, and
 /// [`Integrator::restart`] continues with the changed system.
 ///
-/// The system is passed to each call. It must not change between calls of `start` or `restart`. Nothing
-/// is allocated after [`Integrator::new`]. If a step fails, [`Integrator::state`] still returns the last
-/// accepted state.
+/// The integrator borrows its system, or owns it if it is given a pointer such as an [`Arc`]. Steps and samples
+/// allocate nothing. If a step fails, [`Integrator::state`] still returns the last accepted state.
 #[derive(Clone, Debug)]
-pub struct Integrator {
-    stepper: Box<dyn Stepper>,
+pub struct Integrator<'a> {
+    system: Arc<dyn System + 'a>,
+    stepper: Steppers,
     step_controller: StepController,
     /// Maximum step by the method's parameters, s; the linear part may impose a smaller one.
     max_step: f64,
-    dim: usize,
     /// Event location, if enabled.
     events: Option<Events>,
     /// Tangent vectors, if enabled.
     tangents: Option<Tangents>,
     /// Perturbed trajectory, if enabled.
-    perturbed: Option<PerturbedTrajectory>,
+    perturbed: Option<PerturbedTrajectory<'a>>,
     /// Stop flag, checked before each step.
     stop: Option<Arc<AtomicBool>>,
 }
 
-impl Integrator {
-    /// An integrator for systems of the size of `sys`. Its state is zero at time zero until
-    /// [`Integrator::start`].
+impl<'a> Integrator<'a> {
+    /// An integrator for a system. Its state is zero at time zero until [`Integrator::start`].
     ///
     /// # Errors
     /// [`DynamicsError::Parameter`] if a parameter of the method is out of range,
     /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for an invalid linear part,
     /// [`DynamicsError::MissingCapability`] if the method is implicit and the system has no
     /// [`System::differentiable`].
-    pub fn new(method: Method, sys: &dyn System) -> Result<Self, DynamicsError> {
+    pub fn new(method: Method, system: impl System + 'a) -> Result<Self, DynamicsError> {
         let control = method.control()?;
-        check_modes(sys)?;
-        let dim = sys.dim();
-        let stepper = method.stepper(sys)?;
-        let max_step = control.step();
-        let omega = sys.omega().to_vec();
+        check_modes(&system)?;
+        let stepper = method.steppers(&system)?;
+        let max_step = control.step;
         let step_controller = StepController {
             control,
-            omega,
-            quadratures: sys.quadratures(),
             size: StateNorm::default(),
             implicit: method.needs_derivative(),
             progress: Progress::default(),
@@ -70,10 +65,10 @@ impl Integrator {
             largest_ratio: None,
         };
         let mut integrator = Self {
+            system: Arc::new(system),
             stepper,
             step_controller,
             max_step,
-            dim,
             events: None,
             tangents: None,
             perturbed: None,
@@ -81,6 +76,16 @@ impl Integrator {
         };
         integrator.limit_step();
         Ok(integrator)
+    }
+
+    /// The system.
+    pub fn system(&self) -> &(dyn System + 'a) {
+        &*self.system
+    }
+
+    /// The system, without the integration.
+    pub fn into_system(self) -> Arc<dyn System + 'a> {
+        self.system
     }
 
     /// Enables event location from the next start on: the status is frozen during a step, and a step
@@ -95,12 +100,15 @@ impl Integrator {
     ///
     /// # Errors
     /// [`DynamicsError::MissingCapability`] if the system has no [`System::switching`].
-    pub fn with_events(mut self, sys: &dyn System) -> Result<Self, DynamicsError> {
-        let switching = sys.switching().ok_or(DynamicsError::MissingCapability {
-            what: "guards",
-            purpose: "event location",
-        })?;
-        self.events = Some(Events::new(switching, self.dim, self.max_step));
+    pub fn with_events(mut self) -> Result<Self, DynamicsError> {
+        let switching = self
+            .system
+            .switching()
+            .ok_or(DynamicsError::MissingCapability {
+                what: "guards",
+                purpose: "event location",
+            })?;
+        self.events = Some(Events::new(switching, self.max_step));
         Ok(self)
     }
 
@@ -124,10 +132,10 @@ impl Integrator {
     /// right-hand side.
     ///
     /// # Errors
-    /// Those of [`Integrator::restart`], [`DynamicsError::Size`] if `z` has a different length, and
-    /// [`DynamicsError::Time`] if `t` is not finite.
-    pub fn start(&mut self, sys: &dyn System, t: f64, z: &[f64]) -> Result<(), DynamicsError> {
-        check_size("the initial state", self.dim, z.len())?;
+    /// [`DynamicsError::Size`] if `z` has a different length, [`DynamicsError::Time`] if `t` is not finite,
+    /// [`DynamicsError::NonFinite`] if the state or the right-hand side there is not finite.
+    pub fn start(&mut self, t: f64, z: &[f64]) -> Result<(), DynamicsError> {
+        check_size("the initial state", self.state().len(), z.len())?;
         if !t.is_finite() {
             return Err(DynamicsError::Time {
                 asked: t,
@@ -142,11 +150,12 @@ impl Integrator {
             tangents.restart(t);
         }
         self.perturbed = None;
-        self.restart(sys)?;
-        let rate = self.step_controller.rate(&*self.stepper);
-        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
-            controller.start(t, self.step_controller.size, rate);
-        }
+        self.begin()?;
+        let (controller, rate) = (
+            &mut self.step_controller,
+            rate(&*self.stepper, &*self.system),
+        );
+        controller.control.start(t, controller.size, rate);
         Ok(())
     }
 
@@ -158,31 +167,36 @@ impl Integrator {
     /// [`DynamicsError::Size`] if the system has a different size, [`DynamicsError::Mode`] for an
     /// invalid linear part, [`DynamicsError::NonFinite`] if the present state or the right-hand side
     /// there is not finite.
-    pub fn restart(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
-        check_modes(sys)?;
-        check_size(
-            "the list of natural frequencies",
-            self.step_controller.omega.len(),
-            sys.modes(),
-        )?;
-        check_size("the state of the system", self.dim, sys.dim())?;
-        if self.step_controller.implicit && sys.differentiable().is_none() {
+    pub fn restart(&mut self, system: impl System + 'a) -> Result<(), DynamicsError> {
+        check_modes(&system)?;
+        let modes = self.system.modes();
+        check_size("the list of natural frequencies", modes, system.modes())?;
+        check_size("the state of the system", self.state().len(), system.dim())?;
+        if self.step_controller.implicit && system.differentiable().is_none() {
             return Err(NO_DERIVATIVE);
         }
-        self.step_controller.omega.copy_from_slice(sys.omega());
-        self.stepper.update_linear_part(sys);
+        self.system = Arc::new(system);
+        self.begin()?;
+        match &mut self.perturbed {
+            Some(perturbed) => {
+                perturbed.integrator.system = Arc::clone(&self.system);
+                perturbed.integrator.begin()
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Begins at the present time and state.
+    fn begin(&mut self) -> Result<(), DynamicsError> {
+        self.stepper.update_linear_part(&*self.system);
         self.limit_step();
         let status = self.events.as_mut().map(|events| {
             let step = self.stepper.step();
-            events.start(switching(sys), step.end_time, &step.end);
+            events.start(switching(&*self.system), step.end_time, &step.end);
             events.status.as_slice()
         });
         self.step_controller
-            .reinitialise(&mut *self.stepper, sys, status)?;
-        match &mut self.perturbed {
-            Some(perturbed) => perturbed.integrator.restart(sys),
-            None => Ok(()),
-        }
+            .reinitialise(&mut *self.stepper, &*self.system, status)
     }
 
     /// Adds constants to the first components of the present state, one for each number of `by`, and the
@@ -193,7 +207,8 @@ impl Integrator {
     /// # Errors
     /// [`DynamicsError::Size`] if there are more constants than components.
     pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
-        check_size("the translation", self.dim, by.len().max(self.dim))?;
+        let dim = self.state().len();
+        check_size("the translation", dim, by.len().max(dim))?;
         for (z, by) in self.stepper.step_mut().end.iter_mut().zip(by) {
             *z += by;
         }
@@ -212,14 +227,10 @@ impl Integrator {
     /// available, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
     /// [`DynamicsError::Chatter`] if the integration cannot continue, [`DynamicsError::Stopped`] if the
     /// stop flag is set ([`Integrator::set_stop_flag`]).
-    pub fn sample(
-        &mut self,
-        sys: &dyn System,
-        t: f64,
-        out: &mut [f64],
-    ) -> Result<(), DynamicsError> {
-        check_size("the sample", self.dim, out.len())?;
-        self.advance_past(sys, t, f64::INFINITY)?;
+    pub fn sample(&mut self, t: f64, out: &mut [f64]) -> Result<(), DynamicsError> {
+        check_size("the sample", self.state().len(), out.len())?;
+        self.advance_past(t, f64::INFINITY)?;
+        let sys = &*self.system;
         let status = self.events.as_ref().and_then(Events::frozen_status);
         if self.stepper.step().at_end(t).is_none() {
             // With event location this was done under the status of the step.
@@ -242,28 +253,24 @@ impl Integrator {
     /// [`DynamicsError::Time`] if `t` is not available, [`DynamicsError::NonFinite`],
     /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] if the integration cannot
     /// continue, [`DynamicsError::Stopped`] if the stop flag is set.
-    pub fn integrate_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
+    pub fn integrate_to(&mut self, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
-            self.step_controller.reject_step(&mut *self.stepper);
-            if let Some(perturbed) = &mut self.perturbed {
-                // If it has already taken that step, integrating to the end of the replacement reverts it.
-                perturbed.next = None;
-            }
+            let sys = &*self.system;
+            self.step_controller.reject_step(&mut self.stepper, sys);
             self.perturbed.take_if(|perturbed| perturbed.start_time > t);
-            let start = self.time();
+            let step = self.stepper.step();
             if let Some(tangents) = &mut self.tangents {
-                tangents.reject_step(start);
+                tangents.reject_step(step.end_time);
             }
             if let Some(events) = &mut self.events {
-                let step = self.stepper.step();
                 events.find_negative(switching(sys), step.end_time, &step.end);
             }
         }
-        self.advance_past(sys, t, t)?;
-        self.cross(sys)?;
+        self.advance_past(t, t)?;
+        self.cross()?;
         match &mut self.perturbed {
-            Some(perturbed) => perturbed.advance_to(sys, t),
+            Some(perturbed) => perturbed.integrator.integrate_to(t),
             None => Ok(()),
         }
     }
@@ -274,17 +281,17 @@ impl Integrator {
     ///
     /// # Errors
     /// As for [`Integrator::integrate_to`].
-    pub fn next_event(&mut self, sys: &dyn System, limit: f64) -> Result<&[usize], DynamicsError> {
+    pub fn next_event(&mut self, limit: f64) -> Result<&[usize], DynamicsError> {
         if self.time() > limit {
-            self.integrate_to(sys, limit)?;
+            self.integrate_to(limit)?;
         }
         while self.pending().is_empty() && self.time() < limit {
-            self.step(sys, limit)?;
+            self.step(limit)?;
         }
         if self.pending().is_empty() {
             return Ok(&[]);
         }
-        self.cross(sys)?;
+        self.cross()?;
         Ok(self.events.as_ref().map_or(&[], |events| &events.crossed))
     }
 
@@ -305,10 +312,7 @@ impl Integrator {
 
     /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
     pub fn tolerance(&self) -> Option<f64> {
-        match &self.step_controller.control {
-            StepSizeControl::Fixed(_) => None,
-            StepSizeControl::Adaptive(controller) => Some(controller.tolerance()),
-        }
+        self.step_controller.control.tolerance()
     }
 
     /// Sets the tolerance per step, relative to the norm of the state, from the next step on: 1e-13 to
@@ -317,30 +321,23 @@ impl Integrator {
     /// # Errors
     /// [`DynamicsError::Parameter`] if the tolerance is out of range.
     pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
-        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
-            controller.set_tolerance(relative)?;
-        }
+        self.step_controller.control.set_tolerance(relative)?;
         Ok(self)
     }
 
     /// Whether the last step was implicit.
     pub fn is_implicit(&self) -> bool {
-        self.stepper.is_implicit()
+        self.stepper.is_implicit
     }
 
     /// Length of the next full step, s.
     pub fn step_size(&self) -> f64 {
-        self.step_controller.control.step()
+        self.step_controller.control.step
     }
 
     /// Work done since [`Integrator::new`].
     pub fn stats(&self) -> SolverStats {
         self.step_controller.stats
-    }
-
-    /// Takes the counters of the work, which then start at zero.
-    pub(crate) fn take_stats(&mut self) -> SolverStats {
-        std::mem::take(&mut self.step_controller.stats)
     }
 
     /// The largest local error estimate of the steps accepted since the last call, or since
@@ -353,10 +350,10 @@ impl Integrator {
     }
 
     /// Steps until time `t` (s) is reached; no step ends after `limit` (s).
-    fn advance_past(&mut self, sys: &dyn System, t: f64, limit: f64) -> Result<(), DynamicsError> {
+    fn advance_past(&mut self, t: f64, limit: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         while self.time() < t {
-            self.step(sys, limit)?;
+            self.step(limit)?;
         }
         Ok(())
     }
@@ -368,26 +365,39 @@ impl Integrator {
 
     /// Takes one step up to `limit` (s) or the first event, with tangent vectors and perturbed
     /// trajectory.
-    fn step(&mut self, sys: &dyn System, limit: f64) -> Result<(), DynamicsError> {
+    fn step(&mut self, limit: f64) -> Result<(), DynamicsError> {
         if let Some(stop) = &self.stop
             && stop.load(Ordering::Relaxed)
         {
             return Err(DynamicsError::Stopped { time: self.time() });
         }
-        self.cross(sys)?;
+        let time = self.time();
+        if let Some(PerturbedTrajectory { integrator, .. }) = &mut self.perturbed {
+            // Its steps end where those of this trajectory end. Beyond an own event of a reverted step it goes on from there.
+            if integrator.stepper.step().start_time <= time {
+                integrator.integrate_to(time)?;
+            }
+        }
+        self.cross()?;
         let Self {
+            system,
             stepper,
             step_controller,
             events,
             tangents,
+            perturbed,
             ..
         } = self;
-        let stepper = &mut **stepper;
+        let sys = &**system;
         if let Some(tangents) = tangents {
             tangents.begin_step(stepper.step().end_time)?;
         }
         let status = events.as_ref().and_then(Events::frozen_status);
         step_controller.step(stepper, sys, status, limit)?;
+        if let Some(PerturbedTrajectory { integrator, .. }) = perturbed {
+            integrator.stepper.prescribed = Some(stepper.is_implicit);
+        }
+        let stepper = &mut **stepper;
         let held = status.is_some();
         if let Some(events) = events {
             if events.has_guards() {
@@ -400,7 +410,7 @@ impl Integrator {
                 events.update_window(step.end_time);
                 step_controller.stats.steps_without_event_location += 1;
             } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
-                step_controller.update_norm(stepper);
+                step_controller.update_norm(stepper, sys);
             }
         }
         if let Some(tangents) = tangents {
@@ -413,15 +423,11 @@ impl Integrator {
                 tangents.project(switching(sys), status, stepper.step_mut());
             }
         }
-        let (end, is_implicit) = (self.time(), self.is_implicit());
-        match &mut self.perturbed {
-            Some(perturbed) => perturbed.push_step(sys, end, is_implicit),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// Crosses the guards at which the last step ended, and those that become negative as a result.
-    fn cross(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
+    fn cross(&mut self) -> Result<(), DynamicsError> {
         let Some(events) = self
             .events
             .as_mut()
@@ -430,6 +436,7 @@ impl Integrator {
             return Ok(());
         };
         let (step_controller, tangents) = (&mut self.step_controller, &mut self.tangents);
+        let sys = &*self.system;
         let switching = switching(sys);
         let continuous = switching.is_continuous();
         let stepper = &mut *self.stepper;
@@ -496,10 +503,9 @@ impl Integrator {
 
     /// Limits the step to the maximum of the parameters and of the linear part.
     fn limit_step(&mut self) {
-        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
-            let longest = self.stepper.max_step_of_linear_part();
-            controller.set_max_step(self.max_step.min(longest));
-        }
+        let longest = self.stepper.max_step_of_linear_part();
+        let control = &mut self.step_controller.control;
+        control.set_max_step(self.max_step.min(longest));
     }
 }
 

@@ -5,27 +5,24 @@
 //! identical. A difference of even one millionth of the local error then grows at the rate of the flow.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use super::{Integrator, check_size};
-use crate::error_control::StepSizeControl;
+use crate::error_control::StepControl;
 use crate::lyapunov::Growth;
 use crate::step_controller::{Progress, StepController};
 use crate::tangents::Tangents;
-use crate::{DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, SolverStats, System};
+use crate::{DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, SolverStats};
 
-impl Integrator {
+impl Integrator<'_> {
     /// Propagates `width` tangent vectors with the state from the next start on; `seed` sets their
     /// random initial directions. They give the `width` largest Lyapunov exponents.
     ///
     /// # Errors
     /// [`DynamicsError::MissingCapability`] if the system has no [`System::differentiable`],
     /// [`DynamicsError::TangentCount`] if `width` is zero or exceeds the dimension.
-    pub fn with_tangents(
-        mut self,
-        sys: &dyn System,
-        width: usize,
-        seed: u64,
-    ) -> Result<Self, DynamicsError> {
+    pub fn with_tangents(mut self, width: usize, seed: u64) -> Result<Self, DynamicsError> {
+        let sys = &*self.system;
         sys.differentiable()
             .ok_or(DynamicsError::MissingCapability {
                 what: "derivative of the force",
@@ -60,12 +57,10 @@ impl Integrator {
     }
 
     fn spectrum(&self, tangents: &Tangents, growth: &Growth) -> LyapunovSpectrum {
-        let modes = self
-            .step_controller
-            .omega
-            .iter()
-            .filter(|&&omega| omega > 0.0);
-        let slowest = modes.copied().fold(f64::INFINITY, f64::min);
+        let modes = self.system.omega().iter().copied();
+        let slowest = modes
+            .filter(|&omega| omega > 0.0)
+            .fold(f64::INFINITY, f64::min);
         let mut spectrum =
             growth.spectrum(tangents.dimension(), MIN_PERIODS_FOR_ZERO * TAU / slowest);
         // An equilibrium is a point, whatever its exponents.
@@ -78,10 +73,10 @@ impl Integrator {
     /// The type of motion that classification needs in addition to the exponents
     /// ([`LyapunovSpectrum::attractor_of`]). An equilibrium is recognised only if tangent vectors are
     /// propagated.
-    pub fn motion(&self, sys: &dyn System) -> Motion {
+    pub fn motion(&self) -> Motion {
         match &self.tangents {
             Some(tangents) if !tangents.moved => Motion::Still,
-            _ if sys.is_autonomous() => Motion::Free,
+            _ if self.system.is_autonomous() => Motion::Free,
             _ => Motion::Driven,
         }
     }
@@ -135,8 +130,31 @@ impl Integrator {
     ///
     /// # Errors
     /// Those of [`Integrator::start`].
-    pub fn add_perturbed(&mut self, sys: &dyn System, z: &[f64]) -> Result<(), DynamicsError> {
-        self.perturbed = Some(PerturbedTrajectory::new(self, sys, z)?);
+    pub fn add_perturbed(&mut self, z: &[f64]) -> Result<(), DynamicsError> {
+        let mut stepper = self.stepper.clone();
+        stepper.disable_tangents();
+        let mut integrator = Integrator {
+            system: Arc::clone(&self.system),
+            stepper,
+            step_controller: StepController {
+                // Steps end where those of the reference trajectory end, whatever the error.
+                control: StepControl::new(None, f64::INFINITY),
+                progress: Progress::default(),
+                stats: SolverStats::default(),
+                ..self.step_controller
+            },
+            events: self.events.clone(),
+            tangents: None,
+            perturbed: None,
+            // The reference trajectory checks the stop flag for both.
+            stop: None,
+            ..*self
+        };
+        integrator.start(self.time(), z)?;
+        self.perturbed = Some(PerturbedTrajectory {
+            integrator: Box::new(integrator),
+            start_time: self.time(),
+        });
         Ok(())
     }
 
@@ -151,13 +169,9 @@ impl Integrator {
     ///
     /// # Errors
     /// As for [`Integrator::sample`], and [`DynamicsError::MissingCapability`] without a perturbed trajectory.
-    pub fn sample_perturbed(
-        &mut self,
-        sys: &dyn System,
-        t: f64,
-        out: &mut [f64],
-    ) -> Result<(), DynamicsError> {
-        self.advance_past(sys, t, f64::INFINITY)?;
+    pub fn sample_perturbed(&mut self, t: f64, out: &mut [f64]) -> Result<(), DynamicsError> {
+        self.advance_past(t, f64::INFINITY)?;
+        let limit = self.time();
         let perturbed = self
             .perturbed
             .as_mut()
@@ -165,83 +179,15 @@ impl Integrator {
                 what: "perturbed trajectory",
                 purpose: "sampling it",
             })?;
-        perturbed.sample(sys, t, out)
+        perturbed.integrator.advance_past(t, limit)?;
+        perturbed.integrator.sample(t, out)
     }
 }
 
-/// A trajectory that takes the same steps as the reference trajectory, and ends additional steps only at
-/// its own events. It contains an [`Integrator`] and is contained in one, hence the `Box`.
+/// A second state of a run: its steps end where those of the first end, and at its own events.
 #[derive(Clone, Debug)]
-pub(super) struct PerturbedTrajectory {
-    pub integrator: Box<Integrator>,
+pub(super) struct PerturbedTrajectory<'a> {
+    pub integrator: Box<Integrator<'a>>,
     /// Time of its start, s.
     pub start_time: f64,
-    /// The step of the reference trajectory that it has not completed yet: its end (s), and whether it is implicit.
-    pub next: Option<(f64, bool)>,
-}
-
-impl PerturbedTrajectory {
-    /// A copy of the reference trajectory that starts from the state `z`.
-    fn new(reference: &Integrator, sys: &dyn System, z: &[f64]) -> Result<Self, DynamicsError> {
-        let start_time = reference.time();
-        let mut stepper = reference.stepper.clone();
-        stepper.disable_tangents();
-        let mut integrator = Integrator {
-            stepper,
-            step_controller: StepController {
-                // Steps end where those of the reference trajectory end, whatever the error.
-                control: StepSizeControl::Fixed(f64::INFINITY),
-                progress: Progress::default(),
-                stats: SolverStats::default(),
-                ..reference.step_controller.clone()
-            },
-            events: reference.events.clone(),
-            tangents: None,
-            perturbed: None,
-            // The reference trajectory checks the stop flag for both.
-            stop: None,
-            ..*reference
-        };
-        integrator.start(sys, start_time, z)?;
-        Ok(Self {
-            integrator: Box::new(integrator),
-            start_time,
-            next: None,
-        })
-    }
-
-    /// Completes the step before, and notes one of the reference trajectory that ended at `end` (s).
-    pub fn push_step(
-        &mut self,
-        sys: &dyn System,
-        end: f64,
-        is_implicit: bool,
-    ) -> Result<(), DynamicsError> {
-        self.complete_step(sys)?;
-        self.next = Some((end, is_implicit));
-        Ok(())
-    }
-
-    /// Writes the state at time `t` (s), which the reference trajectory has reached, to `out`.
-    fn sample(&mut self, sys: &dyn System, t: f64, out: &mut [f64]) -> Result<(), DynamicsError> {
-        if let Some((end, is_implicit)) = self.next {
-            self.integrator.stepper.prescribe(is_implicit);
-            self.integrator.advance_past(sys, t, end)?;
-        }
-        self.integrator.sample(sys, t, out)
-    }
-
-    /// Integrates to time `t` (s), which the reference trajectory has reached.
-    pub fn advance_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
-        self.complete_step(sys)?;
-        self.integrator.integrate_to(sys, t)
-    }
-
-    fn complete_step(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
-        let Some((end, is_implicit)) = self.next.take() else {
-            return Ok(());
-        };
-        self.integrator.stepper.prescribe(is_implicit);
-        self.integrator.integrate_to(sys, end)
-    }
 }

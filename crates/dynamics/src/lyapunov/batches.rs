@@ -6,7 +6,7 @@ const MAX_BATCHES: usize = 128;
 /// Logarithmic growth of a vector over a time interval, with its range within the interval, relative to
 /// the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct GrowthInterval {
+pub(crate) struct GrowthInterval {
     /// Growth from start to end.
     pub growth: f64,
     /// Minimum growth within the interval.
@@ -43,7 +43,7 @@ impl GrowthInterval {
 /// Growth of several vectors in batches of equal time. When the storage is full, adjacent batches are
 /// merged. After the first 64 batches there are always 64 to 128, however long the integration.
 #[derive(Clone, Debug)]
-pub(super) struct Batches {
+pub(crate) struct Growth {
     /// Number of vectors.
     pub width: usize,
     /// Growth in each full batch, batch by batch.
@@ -58,7 +58,7 @@ pub(super) struct Batches {
     pub length: f64,
 }
 
-impl Batches {
+impl Growth {
     pub fn new(width: usize) -> Self {
         Self {
             width,
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn unequal_intervals_are_distributed_by_time() {
-        let mut batches = Batches::new(2);
+        let mut batches = Growth::new(2);
         batches.clear(5.0);
         let mut t = 5.0;
         for k in 0..5000 {
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_part_has_the_batches_within_its_times() {
-        let mut batches = Batches::new(2);
+        let mut batches = Growth::new(2);
         batches.clear(5.0);
         for k in 1..=100 {
             let growth = if k <= 40 { 2.0 } else { 0.0 };
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn merging_keeps_the_range_of_a_wave() {
-        let mut batches = Batches::new(1);
+        let mut batches = Growth::new(1);
         for k in 1..=20_000 {
             let [before, now] = [k - 1, k].map(|k| (0.01 * f64::from(k)).sin());
             batches.push(0.01 * f64::from(k), &[now - before]);
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_long_interval_keeps_the_memory_bounded() {
-        let mut batches = Batches::new(1);
+        let mut batches = Growth::new(1);
         batches.push(1e-6, &[1.0]);
         batches.push(1e6, &[1e6]);
         batches.push(2e6, &[f64::NEG_INFINITY]);

@@ -1,46 +1,13 @@
 //! Accumulated growth of tangent vectors and the Lyapunov exponents derived from it.
 
-use super::batches::{Batches, GrowthInterval};
+use super::batches::{Growth, GrowthInterval};
 use super::interval::{self, bounded_range};
 use super::{Exponent, LyapunovSpectrum, Sign};
 
 /// Factor by which a neutral vector may change its length at any time.
 const NEUTRAL_FACTOR: f64 = 10.0;
 
-/// Accumulated growth of tangent vectors.
-#[derive(Clone, Debug)]
-pub(crate) struct Growth {
-    batches: Batches,
-}
-
 impl Growth {
-    pub fn new(width: usize) -> Self {
-        Self {
-            batches: Batches::new(width),
-        }
-    }
-
-    /// Discards all growth up to time `t` (s).
-    pub fn clear(&mut self, t: f64) {
-        self.batches.clear(t);
-    }
-
-    /// The growth between two times (s), in the batches that lie within them.
-    pub fn between(&self, from: f64, to: f64) -> Self {
-        let batches = self.batches.between(from, to);
-        Self { batches }
-    }
-
-    /// Time up to which growth is recorded, s.
-    pub fn last(&self) -> f64 {
-        self.batches.last
-    }
-
-    /// Adds the logarithmic growth of each vector since the last entry, up to time `t` (s).
-    pub fn push(&mut self, t: f64, logarithms: &[f64]) {
-        self.batches.push(t, logarithms);
-    }
-
     /// Eq. (23): `lambda_i = lim 1/t ln |m_i(t)|`, from the growth so far. Before any growth the
     /// exponents are zero with infinite intervals.
     ///
@@ -53,21 +20,21 @@ impl Growth {
         } else {
             f64::INFINITY
         };
-        let mut exponents = Vec::with_capacity(self.batches.width);
-        for l in 0..self.batches.width {
+        let mut exponents = Vec::with_capacity(self.width);
+        for l in 0..self.width {
             let value = if time > 0.0 {
-                self.batches.total(l) / time
+                self.total(l) / time
             } else {
                 0.0
             };
-            let parts: Vec<GrowthInterval> = self.per_batch(|batch| self.batches.get(batch, l));
+            let parts: Vec<GrowthInterval> = self.per_batch(|batch| self.get(batch, l));
             let half_width = match (value, bounded_range(&parts)) {
                 (f64::NEG_INFINITY, _) => 0.0,
                 (_, Some(range)) => {
                     resolution = resolution.max(range / time);
                     range / time
                 }
-                _ => self.half_width(|batch| self.batches.get(batch, l).growth),
+                _ => self.half_width(|batch| self.get(batch, l).growth),
             };
             exponents.push(Exponent { value, half_width });
         }
@@ -91,17 +58,17 @@ impl Growth {
 
     /// Averaging time, s.
     fn time(&self) -> f64 {
-        self.batches.last - self.batches.start
+        self.last - self.start
     }
 
     /// Collects a quantity over all full batches.
     fn per_batch<T>(&self, get: impl Fn(usize) -> T) -> Vec<T> {
-        (0..self.batches.count()).map(get).collect()
+        (0..self.count()).map(get).collect()
     }
 
     /// Half-width of the interval of a quantity linear in the growth, given per batch; 1/s.
     fn half_width(&self, growth: impl Fn(usize) -> f64) -> f64 {
-        interval::half_width(&self.per_batch(growth)) / self.batches.length
+        interval::half_width(&self.per_batch(growth)) / self.length
     }
 
     /// The Kaplan–Yorke dimension. Its interval follows from the contributions of each batch to its
@@ -127,8 +94,8 @@ impl Growth {
                     0.0
                 } else {
                     let change = |batch: usize| {
-                        let first: f64 = (0..k).map(|l| self.batches.get(batch, l).growth).sum();
-                        let last = self.batches.get(batch, k).growth;
+                        let first: f64 = (0..k).map(|l| self.get(batch, l).growth).sum();
+                        let last = self.get(batch, k).growth;
                         first / next.abs() + sum * last / next.powi(2)
                     };
                     self.half_width(change)

@@ -7,7 +7,7 @@ mod interval;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-pub(super) use growth::Growth;
+pub(super) use batches::Growth;
 pub use interval::student;
 
 /// A Lyapunov exponent with its confidence interval.

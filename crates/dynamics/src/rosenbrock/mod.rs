@@ -10,16 +10,19 @@
 mod coefficients;
 mod quadrature;
 mod resolvent;
-mod tangents;
 
 use super::error_control::{MethodTraits, StateNorm};
 use super::runge_kutta::accumulate;
-use super::stepper::{Step, Stepper, differentiable, force, switching};
-use super::system::add_linear;
+use super::stepper::{Step, Stepper, differentiable, switching};
+use super::system::{add_linear, force};
 use super::tangents::TangentBlock;
 use super::{Differentiable, SolverStats, System};
 use coefficients::{DRIFTS, GAMMA, NODES, SLOPES, STAGES, STATES, TRAITS};
 use resolvent::Resolvent;
+
+/// Share of a stage over which the Jacobian is differenced: no smaller, because a kink of the law within it changes the
+/// difference in inverse proportion.
+const DIFFERENCE: f64 = 1e-3;
 
 /// The method with its workspace.
 #[derive(Clone, Debug)]
@@ -39,8 +42,10 @@ pub(super) struct Rosenbrock {
     integrands: Vec<f64>,
     /// Records at the start and the end of the step.
     records: [Vec<f64>; 2],
-    /// Record at a time within the step.
-    between: Vec<f64>,
+    /// Records at the stages after the first, if tangent vectors are propagated; otherwise empty.
+    stage_records: Vec<Vec<f64>>,
+    /// Record at a state beside the start.
+    beside: Vec<f64>,
     resolvent: Resolvent,
     /// Whether the Jacobian and the time derivative belong to the start of the step.
     is_jacobian_current: bool,
@@ -62,7 +67,8 @@ impl Rosenbrock {
             time_derivative: vec![0.0; n],
             integrands: vec![0.0; quadrature::NODES.len() * (dim - n)],
             records: [record.clone(), record.clone()],
-            between: record,
+            stage_records: Vec::new(),
+            beside: record,
             resolvent: Resolvent::new(sys),
             is_jacobian_current: false,
             fastest_rate: 0.0,
@@ -107,7 +113,12 @@ impl Rosenbrock {
             accumulate(&mut self.state[..n], 1.0, &self.stages, STATES[stage]);
             let time = self.step.start_time + NODES[stage] * h;
             let out = &mut self.slope[sys.modes()..];
-            force(sys, status, time, &self.state, out);
+            match self.stage_records.get_mut(stage - 1) {
+                None => force(sys, status, time, &self.state, out),
+                Some(record) => {
+                    differentiable(sys).force_recorded(status, time, &self.state, out, record);
+                }
+            }
             add_linear(sys.omega(), sys.damping(), &self.state, &mut self.slope, 1);
             accumulate(&mut self.slope[..n], 1.0 / h, &self.stages, SLOPES[stage]);
         }
@@ -164,10 +175,6 @@ impl Rosenbrock {
 }
 
 impl Stepper for Rosenbrock {
-    fn boxed(&self) -> Box<dyn Stepper> {
-        Box::new(self.clone())
-    }
-
     fn step(&self) -> &Step {
         &self.step
     }
@@ -187,10 +194,6 @@ impl Stepper for Rosenbrock {
         // The record stays at the end; the next step takes it from there.
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
-    }
-
-    fn is_implicit(&self) -> bool {
-        true
     }
 
     fn begin_step(&mut self) {
@@ -244,8 +247,8 @@ impl Stepper for Rosenbrock {
         self.integrate_quadratures(sys, status, stats);
     }
 
-    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
-        StateNorm::of(&self.step.error, omega, quadratures)
+    fn error(&self, sys: &dyn System) -> StateNorm {
+        StateNorm::of(&self.step.error, sys)
     }
 
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
@@ -267,9 +270,16 @@ impl Stepper for Rosenbrock {
     }
 
     fn enable_tangents(&mut self, _sys: &dyn System) -> usize {
-        tangents::STAGES
+        self.stage_records = vec![self.beside.clone(); STAGES - 1];
+        STAGES
     }
 
+    fn disable_tangents(&mut self) {
+        self.stage_records.clear();
+    }
+
+    /// The vectors pass through the same stages as the state. The result is the derivative of the numerical map. The
+    /// derivative of the Jacobian at the start, along the stage `(u_i, d_i h)`, is a central difference.
     fn propagate_tangents(
         &mut self,
         sys: &dyn System,
@@ -277,6 +287,41 @@ impl Stepper for Rosenbrock {
         block: &mut TangentBlock,
         stats: &mut SolverStats,
     ) {
-        self.propagate_along_dense_output(sys, status, block, stats);
+        let (h, n) = (self.step.length(), self.time_derivative.len());
+        let (width, numbers) = (block.width, block.end.len());
+        let modes = sys.modes() * width;
+        let derivative = differentiable(sys);
+        for stage in 0..STAGES {
+            block.stage.copy_from_slice(&block.start);
+            accumulate(&mut block.stage, 1.0, &block.slopes, STATES[stage]);
+            let (before, rest) = block.slopes.split_at_mut(stage * numbers);
+            let out = &mut rest[..numbers];
+            let record = match stage {
+                0 => &mut self.records[0],
+                _ => &mut self.stage_records[stage - 1],
+            };
+            derivative.product(status, record, &block.stage, width, &mut out[modes..]);
+            add_linear(sys.omega(), sys.damping(), &block.stage, out, width);
+            accumulate(out, 1.0 / h, before, SLOPES[stage]);
+            for step in [DIFFERENCE, -DIFFERENCE] {
+                self.state.copy_from_slice(&self.step.start);
+                let along = &self.stages[stage * n..][..n];
+                accumulate(&mut self.state[..n], step, along, &[1.0]);
+                let (time, force) = (
+                    self.step.start_time + step * DRIFTS[stage] * h,
+                    &mut self.slope[sys.modes()..],
+                );
+                derivative.force_recorded(status, time, &self.state, force, &mut self.beside);
+                let change = &mut block.end[modes..];
+                derivative.product(status, &mut self.beside, &block.start, width, change);
+                accumulate(&mut out[modes..], 0.5 / step, change, &[1.0]);
+            }
+            self.resolvent.solve(out, width);
+        }
+        block.end.copy_from_slice(&block.start);
+        let theta = (self.step.end_time - self.step.start_time) / h;
+        let weights = coefficients::weights(theta);
+        accumulate(&mut block.end, 1.0, &block.slopes, &weights);
+        stats.rhs_evals += 2 * STAGES as u64;
     }
 }

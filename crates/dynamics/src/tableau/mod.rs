@@ -17,54 +17,42 @@ pub(super) use dop853::DOP853;
 
 use super::error_control::{Gain, MethodTraits};
 
-/// Coefficients of a method with `S` stages in first-same-as-last form.
-#[derive(Clone, Debug)]
-pub(super) struct Tableau<const S: usize> {
+/// The most stages of a method.
+pub(super) const MAX_STAGES: usize = 16;
+
+/// Coefficients of a method in first-same-as-last form.
+#[derive(Debug)]
+pub(super) struct Tableau {
     /// Nodes `c_i`.
-    pub nodes: [f64; S],
+    pub nodes: &'static [f64],
     /// Index of the stage at the end of the step; later stages serve dense output only.
     pub end: usize,
-    /// Weights `a_ij`, zero on and above the diagonal; row `end` contains the weights `b_j` of the
+    /// Weights `a_ij` of each stage, at least those below the diagonal; row `end` contains the weights `b_j` of the
     /// solution.
-    pub stages: [[f64; S]; S],
+    pub stages: &'static [&'static [f64]],
     /// Difference between the weights of the solution and those of an embedded method of lower order;
     /// zero in a method without error estimate.
-    pub error: [f64; S],
+    pub error: &'static [f64],
     /// The same for a second embedded method of still lower order, if there is one. With the norms `e`
     /// and `f` of the two estimates, the error is `e^2 / sqrt(e^2 + (f / 10)^2)`.
-    pub coarse_error: Option<[f64; S]>,
+    pub coarse_error: Option<&'static [f64]>,
     /// Dense output: `b_i(theta) = sum_k dense[k][i] theta^(k + 1)`.
-    pub dense: &'static [[f64; S]],
+    pub dense: &'static [&'static [f64]],
     /// Properties used by step control and event location.
     pub traits: MethodTraits,
 }
 
-impl<const S: usize> Tableau<S> {
-    /// Weights `b_i(theta)` of the dense output.
-    pub fn weights(&self, theta: f64) -> [f64; S] {
-        let mut weights = [0.0; S];
+impl Tableau {
+    /// Weights `b_i(theta)` of the dense output; zero beyond the last stage.
+    pub fn weights(&self, theta: f64) -> [f64; MAX_STAGES] {
+        let mut weights = [0.0; MAX_STAGES];
         for power in self.dense.iter().rev() {
-            for (weight, coefficient) in weights.iter_mut().zip(power) {
+            for (weight, coefficient) in weights.iter_mut().zip(*power) {
                 *weight = (*weight + coefficient) * theta;
             }
         }
         weights
     }
-}
-
-/// Transposes the coefficients of a quartic dense output from stages to powers.
-const fn by_power<const S: usize>(stages: [[f64; 4]; S]) -> [[f64; S]; 4] {
-    let mut powers = [[0.0; S]; 4];
-    let mut i = 0;
-    while i < S {
-        let mut k = 0;
-        while k < 4 {
-            powers[k][i] = stages[i][k];
-            k += 1;
-        }
-        i += 1;
-    }
-    powers
 }
 
 /// Properties of pairs of order 5(4), with the constants of DOPRI5.
@@ -82,43 +70,44 @@ pub(super) const TRAITS_54: MethodTraits = MethodTraits {
 /// Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
 /// Comput. Math. Appl. 62 (2011) 770–775, Table 1 and its interpolant.
 #[rustfmt::skip] // One row of the table to a line.
-pub(super) static TSIT5: Tableau<7> = Tableau {
-    nodes: [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0],
+pub(super) static TSIT5: Tableau = Tableau {
+    nodes: &[0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0],
     end: 6,
-    stages: [
-        [0.0; 7],
-        [0.161, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [-0.008_480_655_492_356_989, 0.335_480_655_492_357, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [2.897_153_057_105_493_5, -6.359_448_489_975_075, 4.362_295_432_869_581_5, 0.0, 0.0, 0.0, 0.0],
-        [
-            5.325_864_828_439_257, -11.748_883_564_062_828, 7.495_539_342_889_836_5,
-            -0.092_495_066_361_755_25, 0.0, 0.0, 0.0,
-        ],
-        [
+    stages: &[
+        &[],
+        &[0.161],
+        &[-0.008_480_655_492_356_989, 0.335_480_655_492_357],
+        &[2.897_153_057_105_493_5, -6.359_448_489_975_075, 4.362_295_432_869_581_5],
+        &[5.325_864_828_439_257, -11.748_883_564_062_828, 7.495_539_342_889_836_5, -0.092_495_066_361_755_25],
+        &[
             5.861_455_442_946_42, -12.920_969_317_847_11, 8.159_367_898_576_159, -0.071_584_973_281_401,
-            -0.028_269_050_394_068_383, 0.0, 0.0,
+            -0.028_269_050_394_068_383,
         ],
-        [
+        &[
             0.096_460_766_818_065_23, 0.01, 0.479_889_650_414_499_6, 1.379_008_574_103_742,
-            -3.290_069_515_436_081, 2.324_710_524_099_774, 0.0,
+            -3.290_069_515_436_081, 2.324_710_524_099_774,
         ],
     ],
-    error: [
+    error: &[
         -0.001_780_011_052_225_777, -0.000_816_434_459_656_746_9, 0.007_880_878_010_261_995,
         -0.144_711_007_173_262_9, 0.582_357_165_452_555_2, -0.458_082_105_929_186_97, 1.0 / 66.0,
     ],
     coarse_error: None,
-    dense: const {
-        &by_power([
-            [1.0, -2.763_706_197_274_826, 2.913_255_461_821_912_6, -1.053_088_497_729_021_6],
-            [0.0, 0.1317, -0.2234, 0.1017],
-            [0.0, 3.930_296_236_894_751_6, -5.941_033_872_131_505, 2.490_627_285_651_253],
-            [0.0, -12.411_077_166_933_676, 30.338_188_630_282_32, -16.548_102_889_244_902],
-            [0.0, 37.509_313_416_511_04, -88.178_904_894_766_4, 47.379_521_962_819_28],
-            [0.0, -27.896_526_289_197_286, 65.091_894_674_793_66, -34.870_657_861_496_61],
-            [0.0, 1.5, -4.0, 2.5],
-        ])
-    },
+    dense: &[
+        &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        &[
+            -2.763_706_197_274_826, 0.1317, 3.930_296_236_894_751_6, -12.411_077_166_933_676,
+            37.509_313_416_511_04, -27.896_526_289_197_286, 1.5,
+        ],
+        &[
+            2.913_255_461_821_912_6, -0.2234, -5.941_033_872_131_505, 30.338_188_630_282_32,
+            -88.178_904_894_766_4, 65.091_894_674_793_66, -4.0,
+        ],
+        &[
+            -1.053_088_497_729_021_6, 0.1017, 2.490_627_285_651_253, -16.548_102_889_244_902,
+            47.379_521_962_819_28, -34.870_657_861_496_61, 2.5,
+        ],
+    ],
     traits: TRAITS_54,
 };
 
@@ -126,27 +115,17 @@ pub(super) static TSIT5: Tableau<7> = Tableau {
 /// cubic Hermite polynomial through both ends of the step, with error `O(h^4)`, like the global error of
 /// the method.
 #[rustfmt::skip] // One row of the table to a line.
-pub(super) static RK4: Tableau<5> = Tableau {
-    nodes: [0.0, 0.5, 0.5, 1.0, 1.0],
+pub(super) static RK4: Tableau = Tableau {
+    nodes: &[0.0, 0.5, 0.5, 1.0, 1.0],
     end: 4,
-    stages: [
-        [0.0; 5],
-        [0.5, 0.0, 0.0, 0.0, 0.0],
-        [0.0, 0.5, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 0.0, 0.0],
-        [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 0.0],
-    ],
-    error: [0.0; 5],
+    stages: &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0], &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0]],
+    error: &[0.0; 5],
     coarse_error: None,
-    dense: const {
-        &by_power([
-            [1.0, -1.5, 2.0 / 3.0, 0.0],
-            [0.0, 1.0, -2.0 / 3.0, 0.0],
-            [0.0, 1.0, -2.0 / 3.0, 0.0],
-            [0.0, 0.5, -1.0 / 3.0, 0.0],
-            [0.0, -1.0, 1.0, 0.0],
-        ])
-    },
+    dense: &[
+        &[1.0, 0.0, 0.0, 0.0, 0.0],
+        &[-1.5, 1.0, 1.0, 0.5, -1.0],
+        &[2.0 / 3.0, -2.0 / 3.0, -2.0 / 3.0, -1.0 / 3.0, 1.0],
+    ],
     traits: TRAITS_54,
 };
 
@@ -157,18 +136,19 @@ mod tests {
     /// Residuals of the order conditions for a weight vector `b`, each with its order. The right-hand
     /// sides are `1 / gamma` (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd
     /// ed., Table II.2.1: the rooted trees with up to five vertices).
-    fn residuals<const S: usize>(
-        tableau: &Tableau<S>,
-        b: &[f64; S],
-        theta: f64,
-    ) -> Vec<(usize, f64)> {
-        let c = tableau.nodes;
-        let one = [1.0; S];
-        let times = |x: [f64; S], y: [f64; S]| std::array::from_fn::<f64, S, _>(|i| x[i] * y[i]);
-        let sum = |x: [f64; S]| {
-            tableau
-                .stages
-                .map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>())
+    fn residuals(tableau: &Tableau, b: &[f64], theta: f64) -> Vec<(usize, f64)> {
+        let mut c = [0.0; MAX_STAGES];
+        c[..tableau.nodes.len()].copy_from_slice(tableau.nodes);
+        let one = [1.0; MAX_STAGES];
+        let times = |x: [f64; MAX_STAGES], y: [f64; MAX_STAGES]| {
+            std::array::from_fn::<f64, MAX_STAGES, _>(|i| x[i] * y[i])
+        };
+        let sum = |x: [f64; MAX_STAGES]| {
+            let mut sums = [0.0; MAX_STAGES];
+            for (sum, row) in sums.iter_mut().zip(tableau.stages) {
+                *sum = row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
+            }
+            sums
         };
         let c2 = times(c, c);
         let c3 = times(c2, c);
@@ -201,14 +181,20 @@ mod tests {
     }
 
     /// Largest residual of the conditions up to `order`.
-    fn worst<const S: usize>(tableau: &Tableau<S>, b: &[f64; S], theta: f64, order: usize) -> f64 {
+    fn worst(tableau: &Tableau, b: &[f64], theta: f64, order: usize) -> f64 {
         let all = residuals(tableau, b, theta);
         all.iter()
             .filter(|(o, _)| *o <= order)
             .fold(0.0, |worst, (_, r)| r.max(worst))
     }
 
-    fn assert_consistent<const S: usize>(tableau: &Tableau<S>) {
+    /// `a - b`, where rows end at their last non-zero element.
+    fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+        let at = |row: &[f64], i: usize| row.get(i).copied().unwrap_or(0.0);
+        (0..MAX_STAGES).map(|i| at(a, i) - at(b, i)).collect()
+    }
+
+    fn assert_consistent(tableau: &Tableau) {
         for (i, row) in tableau.stages.iter().enumerate() {
             let size = row.iter().fold(1.0_f64, |max, a| max.max(a.abs()));
             assert!(
@@ -216,7 +202,7 @@ mod tests {
                 "row {i}"
             );
             assert!(
-                row[i..].iter().all(|&a| a == 0.0),
+                row.iter().skip(i).all(|&a| a == 0.0),
                 "row {i} is not explicit"
             );
         }
@@ -224,7 +210,7 @@ mod tests {
         for (i, (at_end, b)) in tableau
             .weights(1.0)
             .iter()
-            .zip(&tableau.stages[tableau.end])
+            .zip(tableau.stages[tableau.end])
             .enumerate()
         {
             assert!(
@@ -245,11 +231,11 @@ mod tests {
     fn tsit5_has_order_five_with_an_embedded_method_of_order_four() {
         let b = TSIT5.stages[TSIT5.end];
         assert!(
-            worst(&TSIT5, &b, 1.0, 5) < 2e-15,
+            worst(&TSIT5, b, 1.0, 5) < 2e-15,
             "{:?}",
-            residuals(&TSIT5, &b, 1.0)
+            residuals(&TSIT5, b, 1.0)
         );
-        let embedded = std::array::from_fn(|i| b[i] - TSIT5.error[i]);
+        let embedded = difference(b, TSIT5.error);
         assert!(worst(&TSIT5, &embedded, 1.0, 4) < 2e-15);
         assert!(
             worst(&TSIT5, &embedded, 1.0, 5) > 1e-5,
@@ -272,20 +258,20 @@ mod tests {
     #[test]
     fn dop853_satisfies_the_order_conditions_with_embedded_orders_five_and_three() {
         let b = DOP853.stages[DOP853.end];
-        assert!(worst(&DOP853, &b, 1.0, 5) < 1e-13);
+        assert!(worst(&DOP853, b, 1.0, 5) < 1e-13);
         // Conditions of order up to 8 for a method with stage order 3 from its sixth stage on, and the
         // quadrature conditions.
         let quadrature = |order: i32| {
             let moments = b
                 .iter()
-                .zip(&DOP853.nodes)
+                .zip(DOP853.nodes)
                 .map(|(b, c)| b * c.powi(order - 1));
             (moments.sum::<f64>() - 1.0 / f64::from(order)).abs()
         };
         assert!((1..=8).all(|order| quadrature(order) < 1e-14));
         assert!(quadrature(9) > 1e-6);
         for (error, order) in [(DOP853.error, 5), (DOP853.coarse_error.unwrap(), 3)] {
-            let embedded = std::array::from_fn(|i| b[i] - error[i]);
+            let embedded = difference(b, error);
             assert!(worst(&DOP853, &embedded, 1.0, order) < 1e-13);
             assert!(error.iter().any(|e| e.abs() > 1e-3));
         }
@@ -302,8 +288,8 @@ mod tests {
     #[test]
     fn rk4_has_order_four_with_dense_output_of_order_three() {
         let b = RK4.stages[RK4.end];
-        assert!(worst(&RK4, &b, 1.0, 4) < 1e-15);
-        assert!(worst(&RK4, &b, 1.0, 5) > 1e-3);
+        assert!(worst(&RK4, b, 1.0, 4) < 1e-15);
+        assert!(worst(&RK4, b, 1.0, 5) > 1e-3);
         for k in 0..=20 {
             let theta = f64::from(k) / 20.0;
             assert!(

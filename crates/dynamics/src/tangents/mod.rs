@@ -1,7 +1,6 @@
 //! Eq. (20) to (22): propagation of tangent vectors with the state.
 //!
-//! Tangent vectors are propagated after a step is accepted. An explicit method uses the stages of the
-//! state; an implicit method uses a separate method along the dense output of the step.
+//! Tangent vectors are propagated after a step is accepted, through the stages of the state.
 
 mod frame;
 mod saltation;
@@ -96,7 +95,7 @@ impl Tangents {
 
     /// Orthonormalises the vectors and accumulates their growth up to time `t` (s).
     fn orthonormalise(&mut self, t: f64) -> Result<(), DynamicsError> {
-        if t <= self.growth.last() {
+        if t <= self.growth.last {
             return Ok(());
         }
         self.frame.orthonormalise(&mut self.block.end);
@@ -148,7 +147,7 @@ impl Tangents {
     /// Reverts the last step to its start at time `t` (s).
     pub fn reject_step(&mut self, t: f64) {
         self.block.end.copy_from_slice(&self.block.start);
-        if self.growth.last() > t {
+        if self.growth.last > t {
             // The growth was reset within the step.
             self.forget(t);
         }

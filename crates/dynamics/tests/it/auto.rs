@@ -54,9 +54,7 @@ fn implicit_steps_while_the_mass_sticks_explicit_steps_otherwise() {
     let (mut stuck, mut slipping) = ([0_u32; 2], [0_u32; 2]);
     let mut z = [0.0; 2];
     for k in 1..=6000 {
-        motion
-            .sample(&creeper, 0.01 * f64::from(k), &mut z)
-            .unwrap();
+        motion.sample(0.01 * f64::from(k), &mut z).unwrap();
         let implicit = usize::from(motion.is_implicit());
         if Creeper::slip(&z).abs() < 1e-4 {
             stuck[implicit] += 1;
@@ -102,12 +100,12 @@ fn a_perturbed_trajectory_takes_the_same_method_at_each_step() {
     let [.., auto] = methods();
     let mut motion = run(auto, &creeper, &START, 5.0);
     let initial = motion.state().to_vec();
-    motion.add_perturbed(&creeper, &initial).unwrap();
+    motion.add_perturbed(&initial).unwrap();
     let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
     for k in 1..=2000 {
         let t = 5.0 + 0.02 * f64::from(k);
-        motion.sample(&creeper, t, &mut first).unwrap();
-        motion.sample_perturbed(&creeper, t, &mut second).unwrap();
+        motion.sample(t, &mut first).unwrap();
+        motion.sample_perturbed(t, &mut second).unwrap();
         assert_eq!(
             first, second,
             "identical initial states must stay identical, at {t}"
@@ -122,11 +120,11 @@ fn exponents_are_correct_across_method_switches() {
     let creeper = Creeper { creep: 1e-3 };
     for method in methods() {
         let motion = Integrator::new(method, &creeper).unwrap();
-        let mut motion = motion.with_tangents(&creeper, 2, 1).unwrap();
-        motion.start(&creeper, 0.0, &START).unwrap();
-        motion.integrate_to(&creeper, 50.0).unwrap();
+        let mut motion = motion.with_tangents(2, 1).unwrap();
+        motion.start(0.0, &START).unwrap();
+        motion.integrate_to(50.0).unwrap();
         motion.reset_growth();
-        motion.integrate_to(&creeper, 550.0).unwrap();
+        motion.integrate_to(550.0).unwrap();
         let spectrum = motion.exponents().unwrap();
         let [first, second] = [0, 1].map(|k| spectrum.exponents[k].value);
         assert!(first.abs() < 0.02, "{method:?}: {spectrum:?}");

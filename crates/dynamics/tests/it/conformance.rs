@@ -87,14 +87,12 @@ fn kinks_cost_no_order_with_event_location_only() {
             errors(k, properties.step, |method| {
                 let mut integrator = Integrator::new(method, &springs).unwrap();
                 if stops {
-                    integrator = integrator.with_events(&springs).unwrap();
+                    integrator = integrator.with_events().unwrap();
                 }
-                integrator
-                    .start(&springs, 0.0, &super::events::START)
-                    .unwrap();
+                integrator.start(0.0, &super::events::START).unwrap();
                 let pairs = times.iter().zip(&exact);
                 let error = pairs.map(|(t, exact)| {
-                    integrator.integrate_to(&springs, *t).unwrap();
+                    integrator.integrate_to(*t).unwrap();
                     distance(integrator.state(), exact)
                 });
                 error.sum()
@@ -162,8 +160,8 @@ fn the_largest_error_estimate_covers_the_steps_since_it_was_read() {
         );
         for k in 1..=100 {
             let t = 1.0 + 0.1 * f64::from(k);
-            often.sample(&Duffing, t, &mut out).unwrap();
-            once.sample(&Duffing, t, &mut out).unwrap();
+            often.sample(t, &mut out).unwrap();
+            once.sample(t, &mut out).unwrap();
             if let Some(estimate) = often.take_error_estimate() {
                 largest = largest.max(estimate.ratio);
             }
@@ -178,7 +176,7 @@ fn the_largest_error_estimate_covers_the_steps_since_it_was_read() {
 }
 
 /// An integrator whose next step has full length: the first steps after a start are shorter.
-fn started(method: Method) -> Integrator {
+fn started(method: Method) -> Integrator<'static> {
     run(method, &Duffing, &Duffing::START, 1.0)
 }
 
@@ -191,7 +189,7 @@ fn the_local_error_of_dense_output_is_one_order_higher_than_its_order() {
             let mut z = [0.0; 7];
             (1..10).fold(0.0, |worst, place| {
                 let t = 1.0 + 0.1 * f64::from(place) * h;
-                integrator.sample(&Duffing, t, &mut z).unwrap();
+                integrator.sample(t, &mut z).unwrap();
                 let exact = extrapolated_from(&Duffing, 1.0, &z0, t, 2);
                 f64::max(worst, distance(&z, &exact))
             })
@@ -209,7 +207,7 @@ fn samples_and_slopes_are_continuous_across_steps() {
         for step in 1..20 {
             let t = 1.0 + 0.125 * f64::from(step);
             for (z, t) in z.iter_mut().zip([t - close, t, t + close]) {
-                integrator.sample(&Duffing, t, z).unwrap();
+                integrator.sample(t, z).unwrap();
             }
             for (c, before) in z[0].iter().enumerate() {
                 let slopes = [z[1][c] - before, z[2][c] - z[1][c]].map(|x| x / close);
@@ -227,13 +225,13 @@ fn dense_output_agrees_with_both_ends_of_a_step() {
     for method in equal_steps(0.25) {
         let mut integrator = started(method);
         let (start, mut z) = (integrator.state().to_vec(), [0.0; 7]);
-        integrator.sample(&Duffing, 1.0 + 1e-15, &mut z).unwrap();
+        integrator.sample(1.0 + 1e-15, &mut z).unwrap();
         assert!(distance(&z, &start) < 1e-14);
-        integrator.sample(&Duffing, 1.25, &mut z).unwrap();
+        integrator.sample(1.25, &mut z).unwrap();
         assert_eq!(z, integrator.state());
-        integrator.sample(&Duffing, 1.25 - 1e-15, &mut z).unwrap();
+        integrator.sample(1.25 - 1e-15, &mut z).unwrap();
         assert!(distance(&z, integrator.state()) < 2e-13, "{method:?}");
-        integrator.sample(&Duffing, 1.0, &mut z).unwrap();
+        integrator.sample(1.0, &mut z).unwrap();
         assert_eq!(z, start[..]);
     }
 }
@@ -243,23 +241,22 @@ fn a_restart_with_the_same_system_changes_nothing() {
     // Step ends that are exactly representable, so the requested times coincide with them.
     for method in equal_steps(0.0625) {
         let mut straight = started(method);
-        straight.integrate_to(&Duffing, 8.0).unwrap();
+        straight.integrate_to(8.0).unwrap();
         let mut again = started(method);
         for k in 2..=8 {
-            again.integrate_to(&Duffing, f64::from(k)).unwrap();
+            again.integrate_to(f64::from(k)).unwrap();
             again.restart(&Duffing).unwrap();
         }
         assert_eq!(straight.state(), again.state(), "{method:?}");
         assert_eq!(straight.stats().steps, again.stats().steps);
     }
     for method in adaptive_methods(1e-10, 0.5) {
-        let straight = run_exact(method, &three_springs(), &super::events::START, 9.0);
-        let mut again = run_exact(method, &three_springs(), &super::events::START, 0.0);
+        let springs = three_springs();
+        let straight = run_exact(method, &springs, &super::events::START, 9.0);
+        let mut again = run_exact(method, &springs, &super::events::START, 0.0);
         for k in 1..=20 {
-            again
-                .integrate_to(&three_springs(), 0.45 * f64::from(k))
-                .unwrap();
-            again.restart(&three_springs()).unwrap();
+            again.integrate_to(0.45 * f64::from(k)).unwrap();
+            again.restart(&springs).unwrap();
         }
         let error = distance(straight.state(), again.state());
         assert!(error < 1e-8, "{method:?}: {error:e}");
@@ -340,13 +337,12 @@ fn a_time_reversed_system_returns_to_its_initial_state() {
     for method in all_methods(1e-10, 0.5, 1e-3) {
         let mut forward = run(method, &Duffing, &Duffing::START, 5.0);
         assert!(matches!(
-            forward.integrate_to(&Duffing, 0.0),
+            forward.integrate_to(0.0),
             Err(DynamicsError::Time { .. })
         ));
         let mut back = Integrator::new(method, &reversed).unwrap();
-        back.start(&reversed, -5.0, &reverse(forward.state()))
-            .unwrap();
-        back.integrate_to(&reversed, 0.0).unwrap();
+        back.start(-5.0, &reverse(forward.state())).unwrap();
+        back.integrate_to(0.0).unwrap();
         let error = distance(&reverse(back.state()), &Duffing::START);
         assert!(error < 1e-8, "{method:?}: {error:e}");
     }
@@ -405,8 +401,8 @@ fn extreme_states_are_integrated_or_reported_as_not_finite() {
             start[component] = value;
             let mut integrator = Integrator::new(method, &springs).unwrap();
             let result = integrator
-                .start(&springs, 0.0, &start)
-                .and_then(|()| integrator.integrate_to(&springs, 2.0));
+                .start(0.0, &start)
+                .and_then(|()| integrator.integrate_to(2.0));
             match result {
                 Ok(()) => {
                     assert!(value.is_finite());

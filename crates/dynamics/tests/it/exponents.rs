@@ -29,13 +29,13 @@ fn spectrum<Y: System>(
 ) -> LyapunovSpectrum {
     let mut integrator = Integrator::new(method, sys).unwrap();
     if steps == Steps::ToEvents {
-        integrator = integrator.with_events(sys).unwrap();
+        integrator = integrator.with_events().unwrap();
     }
-    integrator = integrator.with_tangents(sys, sys.tangent_dim(), 1).unwrap();
-    integrator.start(sys, 0.0, z0).unwrap();
-    integrator.integrate_to(sys, from).unwrap();
+    integrator = integrator.with_tangents(sys.tangent_dim(), 1).unwrap();
+    integrator.start(0.0, z0).unwrap();
+    integrator.integrate_to(from).unwrap();
     integrator.reset_growth();
-    integrator.integrate_to(sys, to).unwrap();
+    integrator.integrate_to(to).unwrap();
     let spectrum = integrator.exponents().unwrap();
     assert!((spectrum.time - (to - from)).abs() < 1e-9);
     spectrum
@@ -187,15 +187,15 @@ fn the_sum_of_exponents_follows_from_impacts_and_damping() {
         };
         for method in all_methods(1e-10, 0.2, 0.01) {
             let mut integrator = Integrator::new(method, &sys)
-                .and_then(|new| new.with_events(&sys))
-                .and_then(|new| new.with_tangents(&sys, 2, 1))
+                .and_then(|new| new.with_events())
+                .and_then(|new| new.with_tangents(2, 1))
                 .unwrap();
-            integrator.start(&sys, 0.0, &[0.5, 0.0]).unwrap();
-            integrator.integrate_to(&sys, 50.0).unwrap();
+            integrator.start(0.0, &[0.5, 0.0]).unwrap();
+            integrator.integrate_to(50.0).unwrap();
             integrator.reset_growth();
             let mut impacts = 0;
             while integrator.time() < 550.0 {
-                impacts += integrator.next_event(&sys, 550.0).unwrap().len();
+                impacts += integrator.next_event(550.0).unwrap().len();
             }
             let spectrum = integrator.exponents().unwrap();
             let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
@@ -272,14 +272,14 @@ fn an_equilibrium_is_distinguished_from_a_motion() {
     let motion = |z0: &[f64]| {
         let method = all_methods(1e-9, 0.5, 0.01)[0];
         let mut integrator = Integrator::new(method, &Linear)
-            .and_then(|new| new.with_tangents(&Linear, 4, 1))
+            .and_then(|new| new.with_tangents(4, 1))
             .unwrap();
-        integrator.start(&Linear, 0.0, z0).unwrap();
-        integrator.integrate_to(&Linear, 10.0).unwrap();
+        integrator.start(0.0, z0).unwrap();
+        integrator.integrate_to(10.0).unwrap();
         integrator.reset_growth();
-        integrator.integrate_to(&Linear, 410.0).unwrap();
+        integrator.integrate_to(410.0).unwrap();
         let spectrum = integrator.exponents().unwrap();
-        let motion = integrator.motion(&Linear);
+        let motion = integrator.motion();
         (motion, spectrum.attractor_of(motion))
     };
     let unstable = Attractor::Equilibrium(Stability::Unstable);
@@ -446,23 +446,20 @@ fn a_reset_that_depends_on_time_has_the_exponents_of_the_system_with_its_phase()
         let sys = ShakenTable { has_phase };
         let start = &[6.0, 0.0, 1.0, 0.0][..sys.dim()];
         let mut integrator = Integrator::new(lawson, &sys)
-            .and_then(|new| new.with_events(&sys))
-            .and_then(|new| new.with_tangents(&sys, sys.dim(), 1))
+            .and_then(|new| new.with_events())
+            .and_then(|new| new.with_tangents(sys.dim(), 1))
             .unwrap();
-        integrator.start(&sys, 0.0, start).unwrap();
-        integrator.integrate_to(&sys, 50.0).unwrap();
+        integrator.start(0.0, start).unwrap();
+        integrator.integrate_to(50.0).unwrap();
         integrator.reset_growth();
         let before = integrator.stats().crossings;
-        integrator.integrate_to(&sys, 4050.0).unwrap();
+        integrator.integrate_to(4050.0).unwrap();
         let impacts = (integrator.stats().crossings - before) as f64;
         let spectrum = integrator.exponents().unwrap();
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
         let expected = 2.0 * ShakenTable::RESTITUTION.ln() * impacts / 4000.0;
         assert!((sum - expected).abs() < 1e-7, "{sum} is not {expected}");
-        assert_eq!(
-            spectrum.attractor_of(integrator.motion(&sys)),
-            Attractor::Chaos
-        );
+        assert_eq!(spectrum.attractor_of(integrator.motion()), Attractor::Chaos);
         spectrum
     });
     let [driven, free] = spectra.map(|spectrum| spectrum.exponents);

@@ -11,12 +11,10 @@ use squeakscope_dynamics::{Differentiable, DynamicsError};
 fn an_equilibrium_stays_bitwise_unchanged() {
     for method in all_methods(1e-6, 0.25, 0.25) {
         let mut integrator = Integrator::new(method, &Unilateral).unwrap();
-        integrator.start(&Unilateral, 0.0, &[0.0; 7]).unwrap();
+        integrator.start(0.0, &[0.0; 7]).unwrap();
         let mut z = [f64::NAN; 7];
         for k in 0..1000 {
-            integrator
-                .sample(&Unilateral, 0.1 * f64::from(k), &mut z)
-                .unwrap();
+            integrator.sample(0.1 * f64::from(k), &mut z).unwrap();
             assert!(z.iter().all(|x| x.to_bits() == 0), "{method:?}: {z:?}");
         }
         let stats = integrator.stats();
@@ -83,11 +81,9 @@ fn results_are_bitwise_independent_of_sampling() {
         let mut sampled = run(method, &Unilateral, &Unilateral::START, 0.0);
         let mut z = [0.0; 7];
         for k in 0..=1900 {
-            sampled
-                .sample(&Unilateral, 0.01 * f64::from(k), &mut z)
-                .unwrap();
+            sampled.sample(0.01 * f64::from(k), &mut z).unwrap();
         }
-        sampled.integrate_to(&Unilateral, 20.0).unwrap();
+        sampled.integrate_to(20.0).unwrap();
         assert_eq!(unsampled.state(), sampled.state(), "{method:?}");
         let (mut unsampled, mut sampled) = (unsampled.stats(), sampled.stats());
         // Samples may need additional evaluations.
@@ -104,13 +100,11 @@ fn integrate_to_ends_a_step_exactly_and_keeps_the_step_size() {
         let mut z = [0.0; 7];
         for frame in 1..=50 {
             let frame_end = 0.4 * f64::from(frame);
-            integrator
-                .sample(&Duffing, frame_end - 1e-3, &mut z)
-                .unwrap();
+            integrator.sample(frame_end - 1e-3, &mut z).unwrap();
             let (before, rejections) = (integrator.step_size(), integrator.stats().rejections);
-            integrator.integrate_to(&Duffing, frame_end).unwrap();
+            integrator.integrate_to(frame_end).unwrap();
             assert_eq!(integrator.time(), frame_end);
-            integrator.sample(&Duffing, frame_end, &mut z).unwrap();
+            integrator.sample(frame_end, &mut z).unwrap();
             assert_eq!(
                 integrator.state(),
                 z,
@@ -145,11 +139,11 @@ fn a_changed_system_continues_from_the_step_end() {
     for method in all_methods(1e-11, 0.5, 5e-4) {
         let mut integrator = Integrator::new(method, &before).unwrap();
         let mut z = [0.0; 4];
-        integrator.start(&before, 0.0, &z0).unwrap();
-        integrator.sample(&before, change - 0.01, &mut z).unwrap();
-        integrator.integrate_to(&before, change).unwrap();
+        integrator.start(0.0, &z0).unwrap();
+        integrator.sample(change - 0.01, &mut z).unwrap();
+        integrator.integrate_to(change).unwrap();
         integrator.restart(&after).unwrap();
-        integrator.sample(&after, end, &mut z).unwrap();
+        integrator.sample(end, &mut z).unwrap();
         assert!(distance(&z, &exact) < 1e-8, "{method:?}");
         if matches!(method.name, MethodName::Lawson54 | MethodName::Lawson853) {
             assert!(
@@ -181,7 +175,7 @@ fn a_nan_force_is_reported_with_the_last_finite_state() {
     by_differences!(NotFinite);
     for method in all_methods(1e-6, 0.3, 0.01) {
         let mut integrator = run(method, &NotFinite, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.0);
-        let error = integrator.integrate_to(&NotFinite, 2.0).unwrap_err();
+        let error = integrator.integrate_to(2.0).unwrap_err();
         let DynamicsError::NonFinite {
             time,
             last_good_time,
@@ -223,7 +217,7 @@ fn overflow_is_reported() {
     };
     for method in all_methods(1e-4, 1.0, 0.05) {
         let mut integrator = run(method, &growing, &[1.0, 0.0], 0.0);
-        let error = integrator.integrate_to(&growing, 2000.0).unwrap_err();
+        let error = integrator.integrate_to(2000.0).unwrap_err();
         let DynamicsError::NonFinite { last_good_time, .. } = error else {
             panic!("{error:?}")
         };
@@ -250,8 +244,8 @@ fn noise_above_the_tolerance_is_an_underflow_that_a_floor_prevents() {
     let start = [0.0, 1e-20];
     let mut method = MethodName::Lawson54.with(Accuracy::relative(1e-6), 0.5);
     let mut integrator = Integrator::new(method, &noisy).unwrap();
-    integrator.start(&noisy, 1.0, &start).unwrap();
-    let error = integrator.integrate_to(&noisy, 2.0).unwrap_err();
+    integrator.start(1.0, &start).unwrap();
+    let error = integrator.integrate_to(2.0).unwrap_err();
     assert!(
         matches!(error, DynamicsError::StepUnderflow { .. }),
         "{error:?}"
@@ -295,7 +289,7 @@ fn a_singularity_is_not_crossed() {
     by_differences!(Pole);
     for method in &adaptive_methods(1e-8, 0.5) {
         let mut integrator = run(*method, &Pole, &[1.0], 0.0);
-        let error = integrator.integrate_to(&Pole, 2.0).unwrap_err();
+        let error = integrator.integrate_to(2.0).unwrap_err();
         assert!(
             matches!(error, DynamicsError::StepUnderflow { .. }),
             "{error:?}"
@@ -326,7 +320,7 @@ fn a_stall_is_reported_with_another_method_as_remedy() {
     by_differences!(FastForcing);
     for method in adaptive_methods(1e-6, 1.0) {
         let mut integrator = run(method, &FastForcing, &[1.0, 0.0], 0.0);
-        let error = integrator.integrate_to(&FastForcing, 100.0).unwrap_err();
+        let error = integrator.integrate_to(100.0).unwrap_err();
         let message = error.to_string();
         let DynamicsError::Stalled { step, implicit, .. } = error else {
             panic!("{error:?}");
@@ -346,17 +340,17 @@ fn the_stop_flag_ends_stepping_and_keeps_the_state() {
         let mut stopped = unstopped.clone();
         stopped.set_stop_flag(Arc::clone(&stop));
         let (mut z, mut same) = ([0.0; 7], [0.0; 7]);
-        unstopped.sample(&Duffing, 1.0, &mut same).unwrap();
-        stopped.sample(&Duffing, 1.0, &mut z).unwrap();
+        unstopped.sample(1.0, &mut same).unwrap();
+        stopped.sample(1.0, &mut z).unwrap();
         assert_eq!(z, same, "{method:?}");
         stop.store(true, Ordering::Relaxed);
         let time = stopped.time();
-        stopped.sample(&Duffing, time, &mut z).unwrap();
-        let error = stopped.sample(&Duffing, time + 1.0, &mut z).unwrap_err();
+        stopped.sample(time, &mut z).unwrap();
+        let error = stopped.sample(time + 1.0, &mut z).unwrap_err();
         assert_eq!(error, DynamicsError::Stopped { time });
         stop.store(false, Ordering::Relaxed);
-        unstopped.sample(&Duffing, 3.0, &mut same).unwrap();
-        stopped.sample(&Duffing, 3.0, &mut z).unwrap();
+        unstopped.sample(3.0, &mut same).unwrap();
+        stopped.sample(3.0, &mut z).unwrap();
         assert_eq!(z, same, "{method:?}");
     }
 }
@@ -385,9 +379,9 @@ fn parameters_out_of_range_are_rejected() {
         &Lorenz,
     )
     .unwrap();
-    integrator.start(&Lorenz, 1.0, &Lorenz::START).unwrap();
+    integrator.start(1.0, &Lorenz::START).unwrap();
     assert!(matches!(
-        integrator.integrate_to(&Lorenz, 2.0),
+        integrator.integrate_to(2.0),
         Err(DynamicsError::Parameter { .. })
     ));
 
@@ -440,14 +434,14 @@ fn wrong_sizes_and_times_are_rejected_without_side_effects() {
     let mut z = [0.0; 7];
     let size = |error| matches!(error, Err(DynamicsError::Size { .. }));
     let time = |error| matches!(error, Err(DynamicsError::Time { .. }));
-    assert!(size(integrator.start(&Duffing, 0.0, &[0.0; 6])));
-    assert!(size(integrator.sample(&Duffing, 4.0, &mut [0.0; 8])));
+    assert!(size(integrator.start(0.0, &[0.0; 6])));
+    assert!(size(integrator.sample(4.0, &mut [0.0; 8])));
     assert!(size(integrator.restart(&Lorenz)));
-    assert!(time(integrator.start(&Duffing, f64::NAN, &Duffing::START)));
-    assert!(time(integrator.sample(&Duffing, 1.0, &mut z)));
-    assert!(time(integrator.sample(&Duffing, f64::INFINITY, &mut z)));
-    assert!(time(integrator.integrate_to(&Duffing, 1.0)));
-    assert!(time(integrator.integrate_to(&Duffing, f64::NAN)));
+    assert!(time(integrator.start(f64::NAN, &Duffing::START)));
+    assert!(time(integrator.sample(1.0, &mut z)));
+    assert!(time(integrator.sample(f64::INFINITY, &mut z)));
+    assert!(time(integrator.integrate_to(1.0)));
+    assert!(time(integrator.integrate_to(f64::NAN)));
     assert_eq!(
         (integrator.time(), integrator.state(), integrator.stats()),
         (3.0, &state[..], stats)
@@ -459,7 +453,7 @@ fn a_non_finite_initial_state_is_rejected() {
     let mut integrator = Integrator::new(all_methods(1e-6, 0.5, 0.1)[0], &Duffing).unwrap();
     let mut start = Duffing::START;
     start[4] = f64::NAN;
-    let error = integrator.start(&Duffing, 0.5, &start).unwrap_err();
+    let error = integrator.start(0.5, &start).unwrap_err();
     assert_eq!(
         error,
         DynamicsError::NonFinite {

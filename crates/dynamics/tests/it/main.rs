@@ -114,13 +114,11 @@ fn equal_steps(step: f64) -> [Method; 7] {
 }
 
 /// Integrates from `z0` at time zero to a step that ends at time `t`.
-fn run<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> Integrator {
+fn run<'a, Y: System>(method: Method, sys: &'a Y, z0: &[f64], t: f64) -> Integrator<'a> {
     let mut integrator = Integrator::new(method, sys).expect("valid parameters");
+    integrator.start(0.0, z0).expect("finite initial state");
     integrator
-        .start(sys, 0.0, z0)
-        .expect("finite initial state");
-    integrator
-        .integrate_to(sys, t)
+        .integrate_to(t)
         .expect("the integration succeeds");
     integrator
 }

@@ -1,6 +1,6 @@
 //! Any number of unilateral springs, with guards.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
@@ -13,7 +13,7 @@ pub struct Springs {
     pub press: Vec<f64>,
     pub stiffness: f64,
     /// Number of force evaluations, with and without a frozen status.
-    pub calls: Cell<u64>,
+    pub calls: AtomicU64,
 }
 
 impl Springs {
@@ -24,7 +24,7 @@ impl Springs {
             shapes: shapes.to_vec(),
             press: press.to_vec(),
             stiffness,
-            calls: Cell::new(0),
+            calls: AtomicU64::new(0),
         }
     }
 
@@ -48,7 +48,7 @@ impl System for Springs {
         &self.omega
     }
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
-        self.calls.set(self.calls.get() + 1);
+        self.calls.fetch_add(1, Ordering::Relaxed);
         out.fill(0.0);
         for n in 0..self.press.len() {
             self.add_spring(n, self.gap(n, z).max(0.0), out);
@@ -101,7 +101,7 @@ impl Switching for Springs {
         }
     }
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
-        self.calls.set(self.calls.get() + 1);
+        self.calls.fetch_add(1, Ordering::Relaxed);
         out.fill(0.0);
         for (n, in_contact) in status.iter().enumerate() {
             let normal = if *in_contact == 1 {

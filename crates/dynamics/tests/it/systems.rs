@@ -5,7 +5,7 @@ use squeakscope_dynamics::{Differentiable, System};
 /// Implements [`Differentiable`] by finite differences of the force.
 macro_rules! by_differences {
     ($sys:ty $(, $generic:ident)?) => {
-        impl$(<$generic: Fn(f64, f64, f64) -> f64>)? squeakscope_dynamics::Differentiable for $sys {
+        impl$(<$generic: Fn(f64, f64, f64) -> f64 + Send + Sync>)? squeakscope_dynamics::Differentiable for $sys {
             fn product(
                 &self,
                 status: Option<&[u8]>,
@@ -266,7 +266,7 @@ pub struct Forced<F> {
     pub force: F,
 }
 
-impl<F: Fn(f64, f64, f64) -> f64> System for Forced<F> {
+impl<F: Fn(f64, f64, f64) -> f64 + Send + Sync> System for Forced<F> {
     fn omega(&self) -> &[f64] {
         &self.omega
     }
@@ -296,8 +296,8 @@ pub struct Equations<G, J> {
 
 impl<G, J> System for Equations<G, J>
 where
-    G: Fn(f64, &[f64], &mut [f64]),
-    J: Fn(f64, &[f64], &mut [f64]),
+    G: Fn(f64, &[f64], &mut [f64]) + Send + Sync,
+    J: Fn(f64, &[f64], &mut [f64]) + Send + Sync,
 {
     fn omega(&self) -> &[f64] {
         &[]
@@ -318,8 +318,8 @@ where
 
 impl<G, J> Differentiable for Equations<G, J>
 where
-    G: Fn(f64, &[f64], &mut [f64]),
-    J: Fn(f64, &[f64], &mut [f64]),
+    G: Fn(f64, &[f64], &mut [f64]) + Send + Sync,
+    J: Fn(f64, &[f64], &mut [f64]) + Send + Sync,
 {
     fn product(
         &self,

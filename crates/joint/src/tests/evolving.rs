@@ -180,8 +180,8 @@ fn stiff_bristles_approach_the_law_of_the_speed() {
         let mut run = Integrator::new(method, &joint).unwrap();
         let mut z = vec![0.0; joint.dim()];
         z[5..10].fill(2e-4);
-        run.start(&joint, 0.0, &z).unwrap();
-        run.integrate_to(&joint, 2e-4).unwrap();
+        run.start(0.0, &z).unwrap();
+        run.integrate_to(2e-4).unwrap();
         run.state()[..10].to_vec()
     };
     let exact = run(Friction::Stribeck {
@@ -220,8 +220,8 @@ fn methods_agree() {
         let ends = [MethodName::Tsit5, MethodName::Lawson54, MethodName::Rodas5P].map(|method| {
             let method = method.with(Accuracy::relative(1e-9), 1e-6);
             let mut run = Integrator::new(method, &joint).unwrap();
-            run.start(&joint, 0.0, &state(&joint, 31)).unwrap();
-            run.integrate_to(&joint, 1e-4).unwrap();
+            run.start(0.0, &state(&joint, 31)).unwrap();
+            run.integrate_to(1e-4).unwrap();
             run.state().to_vec()
         });
         for part in [

@@ -62,7 +62,7 @@ fn contacts_never_pull() {
             let mut run = started(&joint, 1e-8, &state(&joint, 3));
             let mut z = vec![0.0; joint.dim()];
             for k in 1..200 {
-                run.sample(&joint, 1e-6 * f64::from(k), &mut z).unwrap();
+                run.sample(1e-6 * f64::from(k), &mut z).unwrap();
                 // A sample may be beyond a guard by the rounding of its time.
                 let (q, v) = z.split_at(4);
                 let pushes = |k| joint.node_action(k, q, v, &[]).normal >= 0.0;
@@ -111,11 +111,11 @@ fn rattling(friction: Friction, contact_damping: ContactDamping) -> Joint {
 
 const RATTLE: [f64; 4] = [8e-7, -6e-7, 0.03, 0.06];
 
-fn started(joint: &Joint, relative: f64, z: &[f64]) -> Integrator {
+fn started<'a>(joint: &'a Joint, relative: f64, z: &[f64]) -> Integrator<'a> {
     let method = MethodName::Lawson853.with(Accuracy::relative(relative), 1e-5);
     let new = Integrator::new(method, joint).unwrap();
-    let mut run = new.with_events(joint).unwrap();
-    run.start(joint, 0.0, z).unwrap();
+    let mut run = new.with_events().unwrap();
+    run.start(0.0, z).unwrap();
     run
 }
 
@@ -134,7 +134,7 @@ fn events_follow_each_other() {
         let mut counts = [0; 4];
         loop {
             let before = run.status().to_vec();
-            let crossed = run.next_event(&joint, 3e-4).unwrap().to_vec();
+            let crossed = run.next_event(3e-4).unwrap().to_vec();
             let Some(&guard) = crossed.first() else { break };
             let (node, is_gap) = (guard % 3, guard < 3);
             let after = run.status();
@@ -180,12 +180,12 @@ fn tangent_vectors_are_the_derivative_of_the_flow() {
         for friction in [Friction::None, STRIBECK] {
             let joint = rattling(friction, damping);
             let mut run = started(&joint, 1e-12, &RATTLE);
-            run = run.with_tangents(&joint, 4, 0).unwrap();
-            run.start(&joint, 0.0, &RATTLE).unwrap();
+            run = run.with_tangents(4, 0).unwrap();
+            run.start(0.0, &RATTLE).unwrap();
             let mut unit = vec![0.0; 16];
             (0..4).for_each(|c| unit[c * 4 + c] = 1.0);
             run.set_tangent_vectors(&unit).unwrap();
-            run.integrate_to(&joint, end).unwrap();
+            run.integrate_to(end).unwrap();
             let vectors = run.tangent_vectors().unwrap();
             assert!(run.stats().crossings > 4, "{:?}", run.stats());
             // Displacements and velocities in comparable units.
@@ -198,7 +198,7 @@ fn tangent_vectors_are_the_derivative_of_the_flow() {
                     let mut z = RATTLE;
                     z[l] += k * step;
                     let mut run = started(&joint, 1e-12, &z);
-                    run.integrate_to(&joint, end).unwrap();
+                    run.integrate_to(end).unwrap();
                     run.state().to_vec()
                 });
                 for c in 0..4 {
@@ -228,7 +228,7 @@ fn the_audit_closes_across_events() {
             let energy = joint.energy(&start).total();
             let mut z = start;
             for k in 1..=100 {
-                run.sample(&joint, 3e-6 * f64::from(k), &mut z).unwrap();
+                run.sample(3e-6 * f64::from(k), &mut z).unwrap();
                 let change = joint.energy(&z).total() - energy;
                 assert!(
                     (change - z[4]).abs() < 1e-8 * energy,

@@ -13,7 +13,7 @@ const CUBIC: f64 = 0.3;
 const FORCE: f64 = 0.3;
 
 /// `x'' + 2 zeta x' + x + 0.3 x^3 = 0.3 cos(W t)` over the drive frequency W (rad/s).
-fn duffing() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+fn duffing() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     Smooth {
         build: |omega: f64| {
             Box::new(Equations {
@@ -32,7 +32,7 @@ fn duffing() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
                     ]);
                 },
                 autonomous: false,
-            }) as Box<dyn System + Send>
+            }) as Box<dyn System>
         },
         drive: Some(|omega| TAU / omega),
         symmetry: Some(vec![-1.0, -1.0]),
@@ -200,7 +200,7 @@ fn a_fold_has_a_stable_side_whichever_side_its_orbit_is_on() {
 }
 
 /// `x'' + 2 d x' + (a - 2 q cos 2 t) x = 0` over `a`: the orbit is rest.
-fn mathieu(q: f64, damping: f64) -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+fn mathieu(q: f64, damping: f64) -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     Smooth {
         build: move |a: f64| {
             let stiffness = move |t: f64| a - 2.0 * q * (2.0 * t).cos();
@@ -214,7 +214,7 @@ fn mathieu(q: f64, damping: f64) -> Smooth<impl Fn(f64) -> Box<dyn System + Send
                     out.copy_from_slice(&[0.0, 1.0, -stiffness(t), -2.0 * damping]);
                 },
                 autonomous: false,
-            }) as Box<dyn System + Send>
+            }) as Box<dyn System>
         },
         drive: Some(|_| PI),
         symmetry: None,

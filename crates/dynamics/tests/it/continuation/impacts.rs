@@ -127,7 +127,7 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 #[test]
 fn the_grazing_of_the_free_orbit_is_exact() {
     let family = Smooth {
-        build: |wall| Box::new(oscillator(1.6, wall)) as Box<dyn System + Send>,
+        build: |wall| Box::new(oscillator(1.6, wall)) as Box<dyn System>,
         drive: Some(|_| TAU / 1.6),
         symmetry: None,
     };
@@ -163,7 +163,7 @@ fn the_grazing_of_the_free_orbit_is_exact() {
 fn orbits_with_one_impact_agree_with_their_closed_form() {
     let wall = 0.0;
     let family = Smooth {
-        build: move |omega| Box::new(oscillator(omega, wall)) as Box<dyn System + Send>,
+        build: move |omega| Box::new(oscillator(omega, wall)) as Box<dyn System>,
         drive: Some(|omega| TAU / omega),
         symmetry: None,
     };

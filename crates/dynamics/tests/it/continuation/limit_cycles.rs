@@ -6,7 +6,7 @@ use super::systems::{Smooth, autonomous};
 use super::*;
 use squeakscope_dynamics::System;
 
-fn van_der_pol() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+fn van_der_pol() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     autonomous(
         2,
         |mu, w, out| {
@@ -267,7 +267,7 @@ fn a_fold_of_cycles_is_passed_and_located() {
 #[test]
 fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
     let family = Smooth {
-        build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System + Send>,
+        build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System>,
         drive: None,
         symmetry: None,
     };
@@ -292,7 +292,7 @@ fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
 #[test]
 fn period_doubling_of_roessler_is_located_and_switched_to() {
     let family = Smooth {
-        build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System + Send>,
+        build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System>,
         drive: None,
         symmetry: None,
     };

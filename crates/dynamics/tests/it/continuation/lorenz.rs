@@ -11,13 +11,13 @@ const SIGMA: f64 = 10.0;
 const BETA: f64 = 8.0 / 3.0;
 
 /// The family over rho.
-fn family() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+fn family() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     Smooth {
         build: |rho| {
             Box::new(Lorenz {
                 rho,
                 ..Lorenz::CLASSICAL
-            }) as Box<dyn System + Send>
+            }) as Box<dyn System>
         },
         drive: None,
         symmetry: Some(vec![-1.0, -1.0, 1.0]),

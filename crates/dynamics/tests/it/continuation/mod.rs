@@ -32,14 +32,14 @@ fn sample_orbit(
     let sys = sys.as_ref();
     let mut run = Integrator::new(options.method, sys).expect("a valid method");
     if sys.switching().is_some() {
-        run = run.with_events(sys).expect("a system with guards");
+        run = run.with_events().expect("a system with guards");
     }
-    run.start(sys, 0.0, &orbit.state).expect("a finite state");
+    run.start(0.0, &orbit.state).expect("a finite state");
     let times = (0..count).map(|k| orbit.period_s * k as f64 / count as f64);
     times
         .map(|t| {
             let mut z = orbit.state.clone();
-            run.sample(sys, t, &mut z).expect("a sound orbit");
+            run.sample(t, &mut z).expect("a sound orbit");
             (t, z)
         })
         .collect()

@@ -8,7 +8,7 @@ use squeakscope_dynamics::{System, piecewise_system};
 use squeakscope_joint::systems::MassOnBelt;
 
 /// The family over the speed of the belt.
-fn family() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+fn family() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     Smooth {
         build: |belt| {
             Box::new(MassOnBelt {
@@ -19,7 +19,7 @@ fn family() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
                 mu_d: 0.5,
                 belt,
                 stribeck: None,
-            }) as Box<dyn System + Send>
+            }) as Box<dyn System>
         },
         drive: None,
         symmetry: None,

@@ -120,7 +120,7 @@ fn the_stop_is_grazed_where_the_linear_response_reaches_it() {
                     drive,
                     phase,
                     touching,
-                }) as Box<dyn System + Send>
+                }) as Box<dyn System>
             },
             drive: Some(|drive| TAU / drive),
             symmetry: None,

@@ -12,8 +12,8 @@ pub struct Smooth<B> {
     pub symmetry: Option<Vec<f64>>,
 }
 
-impl<B: Fn(f64) -> Box<dyn System + Send>> Family for Smooth<B> {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
+impl<B: Fn(f64) -> Box<dyn System>> Family for Smooth<B> {
+    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
         Ok((self.build)(parameter))
     }
     fn drive_period(&self, parameter: f64) -> Option<f64> {
@@ -29,10 +29,10 @@ pub fn autonomous<G, J>(
     dimension: usize,
     rates: G,
     jacobian: J,
-) -> Smooth<impl Fn(f64) -> Box<dyn System + Send>>
+) -> Smooth<impl Fn(f64) -> Box<dyn System>>
 where
-    G: Fn(f64, &[f64], &mut [f64]) + Clone + Send + 'static,
-    J: Fn(f64, &[f64], &mut [f64]) + Clone + Send + 'static,
+    G: Fn(f64, &[f64], &mut [f64]) + Clone + Send + Sync + 'static,
+    J: Fn(f64, &[f64], &mut [f64]) + Clone + Send + Sync + 'static,
 {
     Smooth {
         build: move |parameter| {
@@ -42,7 +42,7 @@ where
                 rates: move |_: f64, w: &[f64], out: &mut [f64]| rates(parameter, w, out),
                 jacobian: move |_: f64, w: &[f64], out: &mut [f64]| jacobian(parameter, w, out),
                 autonomous: true,
-            }) as Box<dyn System + Send>
+            }) as Box<dyn System>
         },
         drive: None,
         symmetry: None,
