@@ -231,7 +231,8 @@ impl Stepper for RungeKutta {
         self.form.prepare_sample(offset);
         self.state.copy_from_slice(&self.step.start);
         let weights = self.tableau.weights(offset / h);
-        self.combine(&weights, self.tableau.nodes.len());
+        let stages = self.tableau.nodes.len();
+        self.combine(&weights[..stages], stages);
         out.copy_from_slice(&self.state);
     }
 
@@ -290,7 +291,7 @@ impl Stepper for RungeKutta {
         if is_shortened {
             let offset = self.step.end_time - self.step.start_time;
             let weights = tableau.weights(offset / h);
-            accumulate(&mut block.end, h, &block.slopes, &weights);
+            accumulate(&mut block.end, h, &block.slopes, &weights[..stages]);
             self.form.prepare_sample(offset);
             self.form.push_forward(stages, &mut block.end, width);
         } else {
