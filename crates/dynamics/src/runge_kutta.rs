@@ -320,6 +320,7 @@ fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64
         weights = &weights[8..];
     }
     match weights.len() {
+        0 => {}
         1 => add_terms::<1>(y, h, slopes, weights),
         2 => add_terms::<2>(y, h, slopes, weights),
         3 => add_terms::<3>(y, h, slopes, weights),
