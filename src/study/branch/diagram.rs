@@ -163,9 +163,12 @@ pub fn tilt_diagram(
 ) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
     let mut branch = Branch::new(&plan);
+    // What a stop leaves is no part.
     add_equilibria(&plan, &mut branch, progress)?;
+    progress(0.0, "settled motions")?;
     on_part(&TiltDiagram::new(&branch, &[]));
     let settled = settled_responses(scene, interval, threads, progress)?;
+    progress(0.0, "periodic motions")?;
     on_part(&TiltDiagram::new(&branch, &settled));
     let starts = OrbitStarts::Settled(&settled);
     let mut branches = 0;

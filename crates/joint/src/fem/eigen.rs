@@ -13,7 +13,7 @@
 use faer::prelude::Solve;
 use faer::{Col, ColRef, Mat, Scale, Side};
 
-use super::assembly::Pencil;
+use super::assembly::{Pencil, symmetric_product};
 use super::{FemError, Harmonic};
 
 /// Convergence criterion: the residual of a Ritz pair in the norm of `M`, relative to `theta`. The
@@ -110,7 +110,7 @@ pub(super) fn lowest(
         let modes = pairs().enumerate().map(|(k, (theta, components))| {
             let vector = lanczos * components;
             let value = shift + theta.recip();
-            let quotient = vector.transpose() * (&pencil.stiffness * &vector);
+            let quotient = vector.transpose() * symmetric_product(&pencil.stiffness, &vector);
             if value > 0.0 && (quotient / value - 1.0).abs() <= ROUNDING {
                 return Ok((value, vector));
             }
@@ -147,7 +147,7 @@ impl MassBasis {
             x -= &self.vectors * &components;
             along_last += components.iter().last().copied().unwrap_or(0.0);
         }
-        let mass_x = &pencil.mass * &x;
+        let mass_x = symmetric_product(&pencil.mass, &x);
         let remainder = (x.transpose() * &mass_x).sqrt();
         for (all, new) in [(&mut self.vectors, x), (&mut self.mass_vectors, mass_x)] {
             all.resize_with(new.nrows(), count + 1, |i, _| new[i] / remainder);
@@ -213,7 +213,10 @@ mod tests {
                 .map(|motion| dofs.gather(motion))
                 .collect();
             let root = pencil.mass.to_dense().llt(Side::Lower).unwrap();
-            let mut reduced = pencil.stiffness.to_dense();
+            let lower = pencil.stiffness.to_dense();
+            let mut reduced = Mat::from_fn(lower.nrows(), lower.ncols(), |i, j| {
+                lower[(i.max(j), i.min(j))]
+            });
             root.L().solve_lower_triangular_in_place(&mut reduced);
             let mut reduced = reduced.transpose().to_owned();
             root.L().solve_lower_triangular_in_place(&mut reduced);
