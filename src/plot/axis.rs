@@ -192,7 +192,7 @@ impl Axis {
         let largest = low.abs().max(high.abs());
         let label = |tick: f64| match self.scale {
             Scale::Logarithmic if powers && !plain => power_of_ten(&format!("{:.0}", tick.log10())),
-            Scale::Logarithmic if tick < 1e-2 || tick >= 1e6 => scientific(tick),
+            Scale::Logarithmic if !(1e-2..1e6).contains(&tick) => scientific(tick),
             Scale::Logarithmic => trimmed(tick, 3),
             _ if tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(tick),
             _ => trimmed(tick, decimals(shown)),

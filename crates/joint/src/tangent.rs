@@ -278,10 +278,6 @@ impl<const N: usize> TangentProduct<'_, N> {
     }
 
     /// Changes at the nodes of a group in adjacent tangent vectors: sums over the modes.
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "the index is the second one of arrays by tangent vectors"
-    )]
     #[inline(always)]
     fn motions<S: Simd, const K: usize, const L: usize>(
         &self,

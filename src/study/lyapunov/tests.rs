@@ -157,7 +157,7 @@ fn a_stop_keeps_the_exponents_so_far() {
 #[test]
 fn an_integrator_without_tangent_vectors_has_no_exponents() {
     let method = MethodName::Rk4.with(Accuracy::relative(1e-6), 0.01);
-    let mut integrator = Integrator::new(method, &LORENZ).unwrap();
+    let mut integrator = Integrator::new(method, LORENZ).unwrap();
     let found = lyapunov(&mut integrator, &plan(Goal::Classification), &mut |_, _| {
         Ok(())
     });
