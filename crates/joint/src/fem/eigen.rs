@@ -55,8 +55,8 @@ pub(super) fn lowest(
         ))
     })?;
     let mut basis = MassBasis {
-        vectors: Mat::zeros(len, 0),
-        mass_vectors: Mat::zeros(len, 0),
+        vectors: Vec::new(),
+        mass_vectors: Vec::new(),
     };
     for motion in rigid {
         basis.extend(pencil, motion.clone());
@@ -75,8 +75,7 @@ pub(super) fn lowest(
     let limit = available.min(30 + 10 * wanted);
     let mut converged = 0;
     while diagonal.len() < limit {
-        let last = basis.mass_vectors.ncols() - 1;
-        let next = factor.solve(basis.mass_vectors.col(last));
+        let next = factor.solve(&basis.mass_vectors[basis.mass_vectors.len() - 1]);
         let [along_last, remainder] = basis.extend(pencil, next);
         diagonal.push(along_last);
         coupling.push(remainder);
@@ -106,9 +105,9 @@ pub(super) fn lowest(
         if converged < wanted {
             continue;
         }
-        let lanczos = basis.vectors.subcols(rigid.len(), steps);
+        let lanczos = &basis.vectors[rigid.len()..][..steps];
         let modes = pairs().enumerate().map(|(k, (theta, components))| {
-            let vector = lanczos * components;
+            let vector = combination(lanczos, components);
             let value = shift + theta.recip();
             let quotient = vector.transpose() * symmetric_product(&pencil.stiffness, &vector);
             if value > 0.0 && (quotient / value - 1.0).abs() <= ROUNDING {
@@ -128,30 +127,40 @@ pub(super) fn lowest(
     )))
 }
 
+/// The sum of vectors, each with its component.
+fn combination(vectors: &[Col<f64>], components: ColRef<'_, f64>) -> Col<f64> {
+    let mut sum = Col::zeros(vectors[0].nrows());
+    for (vector, component) in vectors.iter().zip(components.iter()) {
+        sum += Scale(*component) * vector;
+    }
+    sum
+}
+
 /// A growing basis, orthonormal in the inner product of `M`.
 struct MassBasis {
-    vectors: Mat<f64>,
+    vectors: Vec<Col<f64>>,
     /// `M` times each vector.
-    mass_vectors: Mat<f64>,
+    mass_vectors: Vec<Col<f64>>,
 }
 
 impl MassBasis {
     /// Orthogonalises `x` against the basis, normalises it and appends it. Returns its component along the previously last
     /// vector and the norm of the orthogonal remainder.
     fn extend(&mut self, pencil: &Pencil, mut x: Col<f64>) -> [f64; 2] {
-        let count = self.vectors.ncols();
         let mut along_last = 0.0;
         // The second pass removes the rounding errors of the first.
         for _ in 0..2 {
-            let components = self.mass_vectors.transpose() * &x;
-            x -= &self.vectors * &components;
-            along_last += components.iter().last().copied().unwrap_or(0.0);
+            let mut last = 0.0;
+            for (vector, mass_vector) in self.vectors.iter().zip(&self.mass_vectors) {
+                last = mass_vector.transpose() * &x;
+                x -= Scale(last) * vector;
+            }
+            along_last += last;
         }
         let mass_x = symmetric_product(&pencil.mass, &x);
         let remainder = (x.transpose() * &mass_x).sqrt();
-        for (all, new) in [(&mut self.vectors, x), (&mut self.mass_vectors, mass_x)] {
-            all.resize_with(new.nrows(), count + 1, |i, _| new[i] / remainder);
-        }
+        self.vectors.push(Scale(remainder.recip()) * x);
+        self.mass_vectors.push(Scale(remainder.recip()) * mass_x);
         [along_last, remainder]
     }
 }
