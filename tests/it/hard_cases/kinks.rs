@@ -103,7 +103,7 @@ fn grazing_impacts() {
             wall: -1.0 + depth,
             restitution: 0.8,
         };
-        let integrator = Integrator::new(lawson(1e-10), &system).unwrap();
+        let integrator = Integrator::new(lawson(1e-10), system).unwrap();
         let mut integrator = integrator.with_events().unwrap();
         integrator.start(0.0, &[1.0, 0.0]).unwrap();
         let t = 20.0 * std::f64::consts::TAU;
@@ -239,7 +239,7 @@ fn flights_much_shorter_than_the_steps() {
         MethodName::Rodas5P.with(accuracy, max_step),
         MethodName::Auto.with(accuracy, max_step),
     ] {
-        let integrator = Integrator::new(method, &system).unwrap();
+        let integrator = Integrator::new(method, system).unwrap();
         let mut integrator = integrator.with_events().unwrap();
         let (press, speed) = (omega * omega, 12.0);
         integrator.start(0.0, &[1.0, -speed]).unwrap();
