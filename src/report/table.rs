@@ -12,6 +12,10 @@ pub struct Table {
 struct Column {
     title: String,
     /// Whether it is aligned right, as numbers are.
+    #[cfg_attr(
+        not(feature = "cli"),
+        expect(dead_code, reason = "only the terminal aligns columns")
+    )]
     is_right: bool,
     /// The cell in each row.
     cells: Vec<Cell>,

@@ -186,7 +186,7 @@ fn the_sum_of_exponents_follows_from_impacts_and_damping() {
             restitution: 0.8,
         };
         for method in all_methods(1e-10, 0.2, 0.01) {
-            let mut integrator = Integrator::new(method, &sys)
+            let mut integrator = Integrator::new(method, sys)
                 .and_then(|new| new.with_events())
                 .and_then(|new| new.with_tangents(2, 1))
                 .unwrap();

@@ -272,7 +272,7 @@ fn a_drop_onto_an_elastic_wall_bounces_forever() {
             restitution,
         };
         for method in all_methods(1e-10, 0.1, 0.01) {
-            let mut motion = Integrator::new(method, &ball)
+            let mut motion = Integrator::new(method, ball)
                 .and_then(|new| new.with_events())
                 .unwrap();
             motion.start(0.0, &[0.15, 0.0]).unwrap();

@@ -12,7 +12,7 @@ const INITIAL_DISTANCE: f64 = 1e-7;
 fn a_perturbed_trajectory_follows_the_tangent_vector_at_coarse_steps() {
     let sys = Lorenz::CLASSICAL;
     for method in all_methods(1e-5, 0.1, 0.01) {
-        let mut motion = Integrator::new(method, &sys)
+        let mut motion = Integrator::new(method, sys)
             .unwrap()
             .with_tangents(1, 1)
             .unwrap();
@@ -65,7 +65,7 @@ fn a_perturbed_trajectory_locates_its_own_events() {
     let z0: &[f64] = &[0.3, 1.0];
     for method in all_methods(1e-9, 0.1, 0.002) {
         let start = |z: &[f64]| {
-            let motion = Integrator::new(method, &sys).unwrap();
+            let motion = Integrator::new(method, sys).unwrap();
             let mut motion = motion.with_events().unwrap();
             motion.start(0.0, z).unwrap();
             motion
@@ -97,7 +97,7 @@ fn a_perturbed_trajectory_advances_without_being_sampled() {
     let sys = Lorenz::CLASSICAL;
     let method = all_methods(1e-6, 0.1, 0.01)[0];
     let motion = |sampled: bool| {
-        let mut motion = Integrator::new(method, &sys).unwrap();
+        let mut motion = Integrator::new(method, sys).unwrap();
         motion.start(0.0, &[1.0, -2.0, 17.0]).unwrap();
         motion
             .add_perturbed(&[1.0, -2.0, 17.0 + INITIAL_DISTANCE])
@@ -119,7 +119,7 @@ fn a_perturbed_trajectory_advances_without_being_sampled() {
 fn a_perturbed_trajectory_is_dropped_when_time_is_reverted_before_its_start() {
     let sys = Lorenz::CLASSICAL;
     for method in all_methods(1e-6, 0.1, 0.01) {
-        let mut motion = Integrator::new(method, &sys).unwrap();
+        let mut motion = Integrator::new(method, sys).unwrap();
         motion.start(0.0, &[1.0, -2.0, 17.0]).unwrap();
         let mut z = [0.0; 3];
         motion.sample(1.0, &mut z).unwrap();

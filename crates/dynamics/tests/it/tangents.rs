@@ -264,7 +264,7 @@ fn reverting_a_step_reverts_the_vectors() {
     let lorenz = Lorenz::CLASSICAL;
     for method in all_methods(1e-9, 0.1, 0.01) {
         let exponents = |detour: bool| {
-            let mut integrator = Integrator::new(method, &lorenz)
+            let mut integrator = Integrator::new(method, lorenz)
                 .and_then(|new| new.with_tangents(3, 4))
                 .unwrap();
             integrator.start(0.0, &[1.0, -2.0, 17.0]).unwrap();
@@ -290,7 +290,7 @@ fn user_supplied_vectors_are_unaffected_by_a_growth_reset() {
     let sys = Lorenz::CLASSICAL;
     let vectors = |forget: bool| {
         let method = all_methods(1e-8, 0.1, 0.01)[1];
-        let mut motion = Integrator::new(method, &sys)
+        let mut motion = Integrator::new(method, sys)
             .and_then(|new| new.with_tangents(2, 1))
             .unwrap();
         motion.start(0.0, &[1.0, -2.0, 17.0]).unwrap();
