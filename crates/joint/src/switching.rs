@@ -39,7 +39,7 @@ impl Switching for Joint {
         });
     }
 
-    /// With the status of the state this force is bit-identical to [`System::force`].
+    /// With the status of the state this force is bit-identical to [`System::force`](squeakscope_dynamics::System::force).
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
         self.force_by(Separation::Fixed(status), None, z, out);
     }
