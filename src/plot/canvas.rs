@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::axis::Axis;
 use super::color::{Color, Rgb};
-use super::figure::Panel;
+use super::figure::{FAR, Panel};
 use super::text::{escape, shown, width};
 
 /// Line height over font size.
@@ -170,9 +171,16 @@ impl PlotArea<'_> {
         if !(x.is_finite() && y.is_finite()) {
             return None;
         }
-        let shares = [self.panel.x.fraction(x), self.panel.y.fraction(y)];
-        // Positions far outside are clamped, because SVG viewers use single precision.
-        let [x, y] = shares.map(|share| share.clamp(-1e3, 1e3));
+        // Lines across the panel end at its edges: layers as wide as lines far beyond take memory. Other positions far
+        // outside are clamped, because SVG viewers use single precision.
+        let share = |axis: &Axis, value: f64| {
+            if value.abs() == FAR {
+                f64::from(value > 0.0)
+            } else {
+                axis.fraction(value).clamp(-1e3, 1e3)
+            }
+        };
+        let [x, y] = [share(&self.panel.x, x), share(&self.panel.y, y)];
         let Rect { at, size } = self.rect;
         Some([at[0] + x * size[0], at[1] + (1.0 - y) * size[1]])
     }

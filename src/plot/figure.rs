@@ -273,7 +273,7 @@ pub struct Swatch {
 const UNKNOWN: Rgb = [245, 246, 247];
 
 /// A coordinate beyond the end of every axis.
-const FAR: f64 = 1e300;
+pub(super) const FAR: f64 = 1e300;
 
 impl Layer {
     fn new(id: &str, color: Color, shape: Shape) -> Self {
