@@ -19,7 +19,7 @@ impl Integrator<'_> {
     /// random initial directions. They give the `width` largest Lyapunov exponents.
     ///
     /// # Errors
-    /// [`DynamicsError::MissingCapability`] if the system has no [`System::differentiable`],
+    /// [`DynamicsError::MissingCapability`] if the system has no [`System::differentiable`](crate::System::differentiable),
     /// [`DynamicsError::TangentCount`] if `width` is zero or exceeds the dimension.
     pub fn with_tangents(mut self, width: usize, seed: u64) -> Result<Self, DynamicsError> {
         let sys = &*self.system;
@@ -118,7 +118,7 @@ impl Integrator<'_> {
         Ok(())
     }
 
-    /// Starts a perturbed trajectory at the present time from the state `z` (length [`System::dim`]) and
+    /// Starts a perturbed trajectory at the present time from the state `z` (length [`System::dim`](crate::System::dim)) and
     /// replaces an existing one. It takes the same steps as the reference trajectory, whatever their
     /// error for it, and additional steps end only at its own events. The two trajectories therefore
     /// separate at the rate of the flow and not by local errors, however close they are. An exception is
@@ -164,7 +164,7 @@ impl Integrator<'_> {
         Some(self.perturbed.as_ref()?.start_time)
     }
 
-    /// Writes the perturbed state at time `t` (s) to `out` (length [`System::dim`]), like
+    /// Writes the perturbed state at time `t` (s) to `out` (length [`System::dim`](crate::System::dim)), like
     /// [`Integrator::sample`].
     ///
     /// # Errors
