@@ -137,6 +137,7 @@ fn integration_does_not_allocate() {
     let methods = methods(Accuracy::relative(1e-6), 1.0, 0.01);
     for method in methods {
         let mut integrator = Integrator::new(method, &springs).expect("valid parameters");
+        let again: Arc<dyn System + '_> = Arc::new(&springs);
         let mut estimates = 0;
         let count = requests(|| {
             integrator.start(0.0, &start).expect("finite initial state");
@@ -147,7 +148,9 @@ fn integration_does_not_allocate() {
                     integrator.sample(t, &mut z).expect("a sample");
                 }
                 integrator.integrate_to(frame_end).expect("a step end");
-                integrator.restart(&springs).expect("the same system again");
+                integrator
+                    .restart(Arc::clone(&again))
+                    .expect("the same system again");
                 estimates += u32::from(integrator.take_error_estimate().is_some());
             }
         });
@@ -172,6 +175,7 @@ fn count_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
             .with_events()
             .and_then(|new| new.with_tangents(2, 1))
             .expect("the system has guards and a derivative");
+        let again: Arc<dyn System + '_> = Arc::new(sys);
         let mut z = start;
         let count = requests(|| {
             integrator.start(0.0, &start).expect("finite initial state");
@@ -180,7 +184,9 @@ fn count_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
                 integrator.sample(t, &mut z).expect("a sample");
             }
             integrator.integrate_to(40.0).expect("a step end");
-            integrator.restart(sys).expect("the same system again");
+            integrator
+                .restart(Arc::clone(&again))
+                .expect("the same system again");
             integrator.reset_growth();
             while integrator.time() < 60.0 {
                 integrator.next_event(60.0).expect("an event");
@@ -363,6 +369,7 @@ fn integrating_the_joint_does_not_allocate() {
         let mut integrator = Integrator::new(method, &joint).expect("valid parameters");
         let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
         let mut separated = 0;
+        let again: Arc<dyn System + '_> = Arc::new(&joint);
         let count = requests(|| {
             integrator.start(0.0, &start).expect("finite initial state");
             for k in 0..200 {
@@ -372,7 +379,9 @@ fn integrating_the_joint_does_not_allocate() {
                 separated += open.iter().map(|byte| byte.count_ones()).sum::<u32>();
             }
             integrator.integrate_to(1e-3).expect("a step end");
-            integrator.restart(&joint).expect("the same joint again");
+            integrator
+                .restart(Arc::clone(&again))
+                .expect("the same joint again");
         });
         let stats = integrator.stats();
         assert_eq!(count, 0, "{name} allocated in {stats:?}");

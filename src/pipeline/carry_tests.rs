@@ -1,5 +1,7 @@
 //! What a change of the loading carries over: `time.carry`.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
@@ -224,7 +226,7 @@ fn a_jump_moves_state_and_perturbed_trajectory_alike() {
     let tangents = integrator.tangent_vectors().unwrap().to_vec();
     let shift = vec![2e-6; joint.modes()];
     integrator.translate(&shift).unwrap();
-    integrator.restart(&joint).unwrap();
+    integrator.restart(Arc::new(&joint)).unwrap();
     assert_eq!(integrator.tangent_vectors().unwrap(), tangents);
     let mut found = states.clone();
     let [state, nearby] = &mut found;

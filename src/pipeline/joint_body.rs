@@ -224,7 +224,7 @@ impl JointBody {
         }
         self.audit.added += joint.energy(integrator.state()).total() - before;
         self.joint = Arc::new(joint);
-        integrator.restart(Arc::clone(&self.joint))?;
+        integrator.restart(self.joint.clone())?;
         self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.clock.now.tilt)?);
         motion.sensitivity.parameters_changed(time);
         Ok(())

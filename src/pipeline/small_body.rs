@@ -51,7 +51,7 @@ impl SmallBody {
         if let Some((_, present)) = small.drive() {
             *present = phase;
         }
-        Ok(motion.integrator.restart(boxed(small))?)
+        Ok(motion.integrator.restart(boxed(small).into())?)
     }
 
     /// Continues with other numbers from a time (s) on. The angle of the drive goes on.
@@ -73,7 +73,7 @@ impl SmallBody {
             let position = integrator.state()[0];
             integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
         }
-        integrator.restart(boxed(small))?;
+        integrator.restart(boxed(small).into())?;
         motion.sensitivity.parameters_changed(time);
         Ok(())
     }

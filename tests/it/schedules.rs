@@ -1,6 +1,8 @@
 //! Load, tilt and rotation as functions of time: energy balance, exact times of steps, and results that are
 //! bit-identical for constant functions.
 
+use std::sync::Arc;
+
 use squeakscope::export::SamplesSink;
 use squeakscope::joint::BallJoint;
 use squeakscope::numpy::read_npz;
@@ -170,7 +172,7 @@ fn steps_take_effect_at_their_exact_time() {
         let mut ball = BallJoint::new(&joint(&changing).spec).unwrap();
         ball.set_rotation(joint(&changing).loading(1.0).rotation);
         let slower = ball.joint(joint(&changing).tilt.at(0.0)).unwrap();
-        integrator.restart(slower).unwrap();
+        integrator.restart(Arc::new(slower)).unwrap();
         let mut state = vec![0.0; 2 * m];
         let time = after.time(sample);
         integrator.sample(time, &mut state).unwrap();

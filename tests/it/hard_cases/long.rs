@@ -166,10 +166,10 @@ fn a_tilt_ramp_through_every_regime() {
             "[{ time_ms = 1, tilt_deg = -90 }, { time_ms = 30, tilt_deg = 90 }, { time_ms = 31, tilt_deg = -90 }]",
         ),
     ] {
-        let audits = ["1e-5", "1e-7"].map(|tolerance| {
+        let audit = |tolerance, kick| {
             let text = text(&[
                 ("load.tilt", knots),
-                ("start.kick_mm_per_s", "0.1"),
+                ("start.kick_mm_per_s", kick),
                 ("time.duration_ms", "85"),
                 ("time.frame_samples", "64"),
                 ("time.tolerance", tolerance),
@@ -193,6 +193,13 @@ fn a_tilt_ramp_through_every_regime() {
                 "{span}"
             );
             result.summary.audit.expect("audited")
+        };
+        // The audit of a single kick varies with rounding.
+        let audits = ["1e-5", "1e-7"].map(|tolerance| {
+            ["0.1", "0.11", "0.09"]
+                .map(|kick| audit(tolerance, kick))
+                .into_iter()
+                .fold(0.0, f64::max)
         });
         println!(
             "| a ramp of the tilt, {name} | {:.1e} | {:.1e} |",

@@ -167,15 +167,15 @@ impl<'a> Integrator<'a> {
     /// [`DynamicsError::Size`] if the system has a different size, [`DynamicsError::Mode`] for an
     /// invalid linear part, [`DynamicsError::NonFinite`] if the present state or the right-hand side
     /// there is not finite.
-    pub fn restart(&mut self, system: impl System + 'a) -> Result<(), DynamicsError> {
-        check_modes(&system)?;
+    pub fn restart(&mut self, system: Arc<dyn System + 'a>) -> Result<(), DynamicsError> {
+        check_modes(&*system)?;
         let modes = self.system.modes();
         check_size("the list of natural frequencies", modes, system.modes())?;
         check_size("the state of the system", self.state().len(), system.dim())?;
         if self.step_controller.implicit && system.differentiable().is_none() {
             return Err(NO_DERIVATIVE);
         }
-        self.system = Arc::new(system);
+        self.system = system;
         self.begin()?;
         match &mut self.perturbed {
             Some(perturbed) => {

@@ -4,6 +4,8 @@
 //! the same table of methods. A separate test with a counting allocator shows that a step does not
 //! allocate.
 
+use std::sync::Arc;
+
 use super::events::{run_exact, three_springs};
 use super::jumps::{BOUNCING, DAMPED, bouncing_exact, damped_exact};
 use super::reference::{extrapolated, extrapolated_from, unilateral};
@@ -245,7 +247,7 @@ fn a_restart_with_the_same_system_changes_nothing() {
         let mut again = started(method);
         for k in 2..=8 {
             again.integrate_to(f64::from(k)).unwrap();
-            again.restart(&Duffing).unwrap();
+            again.restart(Arc::new(&Duffing)).unwrap();
         }
         assert_eq!(straight.state(), again.state(), "{method:?}");
         assert_eq!(straight.stats().steps, again.stats().steps);
@@ -256,7 +258,7 @@ fn a_restart_with_the_same_system_changes_nothing() {
         let mut again = run_exact(method, &springs, &super::events::START, 0.0);
         for k in 1..=20 {
             again.integrate_to(0.45 * f64::from(k)).unwrap();
-            again.restart(&springs).unwrap();
+            again.restart(Arc::new(&springs)).unwrap();
         }
         let error = distance(straight.state(), again.state());
         assert!(error < 1e-8, "{method:?}: {error:e}");

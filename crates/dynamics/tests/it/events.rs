@@ -1,5 +1,6 @@
 //! Event location at kinks: unilateral springs.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use proptest::prelude::*;
@@ -87,7 +88,7 @@ fn samples_and_step_ends_agree_on_both_sides_of_an_event() {
             sampled.integrate_to(t).unwrap();
             assert_eq!(sampled.time(), t);
             assert!(distance(sampled.state(), &unilateral(&START, t)) < 1e-8);
-            sampled.restart(&springs).unwrap();
+            sampled.restart(Arc::new(&springs)).unwrap();
             sampled.integrate_to(event + 1.0).unwrap();
             let error = distance(sampled.state(), &unilateral(&START, event + 1.0));
             assert!(error < 1e-7, "{method:?} from {t}: {error:e}");

@@ -113,7 +113,7 @@ fn integrate_to_ends_a_step_exactly_and_keeps_the_step_size() {
             if integrator.stats().rejections == rejections {
                 assert_eq!(integrator.step_size(), before, "{method:?} at {frame_end}");
             }
-            integrator.restart(&Duffing).unwrap();
+            integrator.restart(Arc::new(&Duffing)).unwrap();
         }
         let error = distance(
             integrator.state(),
@@ -142,7 +142,7 @@ fn a_changed_system_continues_from_the_step_end() {
         integrator.start(0.0, &z0).unwrap();
         integrator.sample(change - 0.01, &mut z).unwrap();
         integrator.integrate_to(change).unwrap();
-        integrator.restart(&after).unwrap();
+        integrator.restart(Arc::new(&after)).unwrap();
         integrator.sample(end, &mut z).unwrap();
         assert!(distance(&z, &exact) < 1e-8, "{method:?}");
         if matches!(method.name, MethodName::Lawson54 | MethodName::Lawson853) {
@@ -436,7 +436,7 @@ fn wrong_sizes_and_times_are_rejected_without_side_effects() {
     let time = |error| matches!(error, Err(DynamicsError::Time { .. }));
     assert!(size(integrator.start(0.0, &[0.0; 6])));
     assert!(size(integrator.sample(4.0, &mut [0.0; 8])));
-    assert!(size(integrator.restart(&Lorenz)));
+    assert!(size(integrator.restart(Arc::new(&Lorenz))));
     assert!(time(integrator.start(f64::NAN, &Duffing::START)));
     assert!(time(integrator.sample(1.0, &mut z)));
     assert!(time(integrator.sample(f64::INFINITY, &mut z)));
