@@ -68,7 +68,7 @@
 //!     tolerance: None,
 //! };
 //! let scene = Scene::load("impact-oscillator")?;
-//! let found = scene_lyapunov(&scene, &request, &mut |_| Ok(()))?;
+//! let found = scene_lyapunov(&scene, &request, &mut |_, _| Ok(()))?;
 //! for exponent in &found.study.spectrum.exponents {
 //!     println!("{:.3} ± {:.3} 1/s", exponent.value, exponent.half_width);
 //! }
