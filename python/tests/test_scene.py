@@ -32,7 +32,7 @@ def test_scenes_are_values() -> None:
         (lambda: s.Scene.load("torus-1.75dge"), "did you mean `torus-1.75deg`"),
         (lambda: s.Scene.load("doubled-torus-3deg").replace(ndoes=3), "unknown key `ndoes`"),
         (lambda: s.Scene.load("doubled-torus-3deg").replace(nodes=0), "out of range"),
-        (lambda: s.Scene.load("doubled-torus-3deg").replace(**{"load.tilt": 3}), "`load.tilt` is 3; it must be a list"),
+        (lambda: s.Scene.load("doubled-torus-3deg").replace(**{"load.tilt": 3}), "a constant is `load.tilt_deg`"),
         (lambda: s.sweep("doubled-torus-3deg", {"load.tilt": [3]}), "did you mean `load.tilt_deg`"),
         (lambda: s.run("doubled-torus-3deg", duration=-1.0), "time.duration_ms"),
         (lambda: s.stability("mass-on-belt"), "a ball joint is required"),

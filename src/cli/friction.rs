@@ -43,37 +43,39 @@ pub(super) fn execute(args: &FrictionArgs) -> Result<(), CliError> {
 /// The points of a CSV text, or the line that has none, and the remedy.
 fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
     const COLUMNS: [&str; 3] = ["speed_m_per_s", "mu", "mu_deviation"];
-    let mut rows = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let head = rows.headers().map_err(|error| error.to_string())?;
-    if *head != COLUMNS[..2] && *head != COLUMNS[..] {
+    let mut lines = text.lines().enumerate().filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    let head: Vec<&str> = match lines.next() {
+        Some((_, line)) => line
+            .trim_start_matches('\u{feff}')
+            .split(',')
+            .map(str::trim)
+            .collect(),
+        None => Vec::new(),
+    };
+    if head != COLUMNS[..2] && head != COLUMNS {
         return Err("its first line does not name the columns; begin with `speed_m_per_s,mu` or `speed_m_per_s,mu,mu_deviation`".to_owned());
     }
     let mut points = Vec::new();
-    for row in rows.into_records() {
-        let damaged = |error: csv::Error| format!("{error}; give one number for each column");
-        let mut row = row.map_err(damaged)?;
-        if row.len() == 2 {
-            // No deviation.
-            row.push_field("");
-        }
-        let (speed, coefficient, deviation) = row.deserialize(None).map_err(damaged)?;
+    for (number, line) in lines {
+        let wrong = |reason: &str| format!("line {}: {reason}", number + 1);
+        let numbers: Option<Vec<f64>> = line
+            .split(',')
+            .map(|field| field.trim().parse().ok())
+            .collect();
+        let numbers = numbers
+            .filter(|numbers| numbers.len() == head.len() && numbers.iter().all(|x| x.is_finite()));
+        let numbers = numbers.ok_or_else(|| wrong("give one finite number for each column"))?;
         let point = FrictionPoint {
-            speed,
-            coefficient,
-            deviation,
+            speed: numbers[0],
+            coefficient: numbers[1],
+            deviation: numbers.get(2).copied(),
         };
-        let line = row.position().map_or(0, csv::Position::line);
-        let wrong = |reason: &str| format!("line {line}: {reason}");
-        let is_positive = |x: f64| x > 0.0 && x < f64::INFINITY;
-        if ![speed, deviation.unwrap_or(1.0)]
-            .into_iter()
-            .all(is_positive)
-        {
+        if point.speed <= 0.0 || point.deviation.is_some_and(|deviation| deviation <= 0.0) {
             return Err(wrong(
-                "give a finite speed, and a standard deviation, above 0; remove points at rest",
+                "give a speed, and a standard deviation, above 0; remove points at rest",
             ));
         }
         if point.speed > FASTEST {
@@ -135,8 +137,8 @@ mod tests {
         for (text, expected) in [
             ("", "first line"),
             ("speed,mu\n", "first line"),
-            ("speed_m_per_s,mu\n0.1,x\n", "line: 2"),
-            ("speed_m_per_s,mu\n# a remark\n0.1,0.3\n0.1\n", "line: 4"),
+            ("speed_m_per_s,mu\n0.1,x\n", "line 2"),
+            ("speed_m_per_s,mu\n# a remark\n0.1,0.3\n0.1\n", "line 4"),
             ("speed_m_per_s,mu\n0,0.3\n", "line 2"),
             ("speed_m_per_s,mu,mu_deviation\n0.1,0.3,0\n", "line 2"),
             ("speed_m_per_s,mu\n0.1,-0.3\n", "without sign"),

@@ -13,6 +13,7 @@ use super::error::{Location, SceneError, did_you_mean, nearest_path};
 use super::schema::kind::{Kind, Mismatch, Tables};
 use super::schema::{Declared, IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
+use super::tables::load::constant_of;
 
 /// A parsed scene file that contains declared keys only.
 pub(super) struct Document<'t> {
@@ -229,9 +230,20 @@ impl<'d> Table<'d> {
         let value = value.and_then(|value| key.kind.read(&value));
         value.map(Some).map_err(|mismatch| {
             let path = self.path_of(key.name);
-            let (expected, found) = (key.kind.expected(), self.document.excerpt(span.clone()));
+            let mut expected = key.kind.expected();
+            let is_number = item.is_integer() || item.is_float();
+            if is_number && let Some(constant) = constant_of(&path) {
+                expected += &format!("; a constant is `{constant}`");
+            }
+            let found = self.document.excerpt(span.clone());
             mismatch.at(self.document.place(span.start), &path, &expected, &found)
         })
+    }
+
+    /// Whether the value of a key is a list.
+    pub fn is_list(self, name: &str) -> bool {
+        let item = self.given.and_then(|table| table.get(name));
+        item.is_some_and(Item::is_array)
     }
 
     /// Returns a value that other keys of the table require, or the error for its absence.

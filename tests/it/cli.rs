@@ -279,7 +279,7 @@ fn time_dependent_loads_are_held_with_a_warning() {
     std::fs::write(&table, "time_ms,load_n\n0,100\n1,x\n").expect("written");
     let message = refused(test.path(), &["run", scene, "--save", "out.rrd"]);
     assert!(
-        message.contains("mine/load.csv:3: `load.load_csv`") && message.contains("invalid float"),
+        message.contains("mine/load.csv:3: `load.load.load_n` is `x`"),
         "{message}"
     );
 

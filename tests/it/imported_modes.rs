@@ -231,8 +231,8 @@ fn inconsistent_scenes_are_rejected() {
     );
     assert_rejected(
         "\n[start]",
-        "[damping]\nratio = [0.1, 0.2]\n\n[start]",
-        ["2 ratios for 11 modes", "one ratio for each"],
+        "[damping]\nratio = [0.1]\n\n[start]",
+        ["1 ratios for 11 modes", "one ratio for each"],
     );
 }
 

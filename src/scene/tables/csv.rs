@@ -11,7 +11,7 @@ use crate::scene::document::Document;
 use crate::scene::edit::knot_list;
 use crate::scene::error::{Location, SceneError};
 use crate::scene::schema::join;
-use crate::scene::schema::kind::Kind;
+use crate::scene::schema::kind::{Kind, Mismatch};
 
 /// Size limit, bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -53,8 +53,8 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
 /// Reads the knots of the CSV file that a scene names, in the units of the file: variable (such as time in ms), and
 /// value.
 ///
-/// The first line contains the names of the two columns, each further line a knot. Empty lines and comments after `#` are
-/// ignored.
+/// The first line contains the names of the two columns, each further line a knot. Empty lines and
+/// comments after `#` are ignored.
 ///
 /// # Errors
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
@@ -68,57 +68,58 @@ fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, Scen
         let problem = format!("the file `{file}` {problem}");
         table.inconsistent(keys.csv.name, &[], problem, remedy)
     })?;
-    let uncommented = |line: &str| line.split('#').next().unwrap_or_default().trim().to_owned();
-    let text: Vec<String> = text.lines().map(uncommented).collect();
-    // A position is in front of the empty lines above its row.
-    let place = |position: Option<&csv::Position>| {
-        let line = position.map_or(1, |position| position.line() as usize);
-        let above = text.iter().skip(line - 1);
-        Location {
-            file: file.clone(),
-            line: Some(line + above.take_while(|line| line.is_empty()).count()),
-        }
+    let place = |line| Location {
+        file: file.clone(),
+        line: Some(line),
     };
-    let refused = |at: Location, problem: String| {
-        let remedy = format!(
-            "write the line `{}`, and below it one knot on each line: two numbers with a decimal point, separated by a comma",
-            keys.knot.map(|key| key.name).join(",")
-        );
-        SceneError::inconsistent(at, join(keys.table, keys.csv.name), problem, remedy)
+    let refused = |line, problem: String, remedy: &str| {
+        let key = join(keys.table, keys.csv.name);
+        Err(SceneError::inconsistent(place(line), key, problem, remedy))
     };
-    let unreadable = |error: csv::Error| refused(place(error.position()), error.to_string());
     let path_of = |name| format!("{}.{}.{name}", keys.table, keys.knots.name);
-    let content = text.join("\n");
-    let mut rows = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(content.as_bytes());
-    let names = rows.headers().map_err(unreadable)?;
-    if *names != keys.knot.map(|key| key.name)[..] {
-        let problem = "the first line does not contain the names of the columns";
-        return Err(refused(place(names.position()), problem.to_owned()));
+    let names = keys.knot.map(|key| key.name).join(",");
+    let uncommented = |row: &'_ str| row.split('#').next().unwrap_or_default().trim().to_owned();
+    let rows = (1..).zip(text.trim_start_matches('\u{feff}').lines().map(uncommented));
+    let mut rows = rows.filter(|(_, row)| !row.is_empty());
+    let (line, heading) = rows.next().unwrap_or((1, String::new()));
+    if !heading.split(',').map(str::trim).eq(names.split(',')) {
+        let problem = "the first line does not contain the names of the columns".to_owned();
+        let remedy = format!(
+            "begin with the line `{names}`, separate columns by commas, and write numbers with a decimal point"
+        );
+        return refused(line, problem, &remedy);
     }
     let mut knots: Vec<[f64; 2]> = Vec::new();
-    let mut row = csv::StringRecord::new();
-    while rows.read_record(&mut row).map_err(unreadable)? {
-        let knot: [f64; 2] = row.deserialize(None).map_err(unreadable)?;
-        for (x, key) in knot.iter().zip(keys.knot) {
-            key.kind.accept(*x).map_err(|mismatch| {
-                let (path, expected) = (path_of(key.name), key.kind.expected());
-                mismatch.at(place(row.position()), &path, &expected, &format!("`{x}`"))
+    for (line, row) in rows {
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        if fields.len() != 2 {
+            let problem = format!("the line has {} fields instead of 2", fields.len());
+            let remedy = format!("write `{names}` on each line, separated by a comma");
+            return refused(line, problem, &remedy);
+        }
+        let mut knot = [0.0; 2];
+        for ((number, field), key) in knot.iter_mut().zip(fields).zip(keys.knot) {
+            let stated = field.parse().map_err(|_| Mismatch::Type);
+            let accepted = stated.and_then(|x: f64| key.kind.accept(x).map(|_| x));
+            *number = accepted.map_err(|mismatch| {
+                let (key, expected) = (path_of(key.name), key.kind.expected());
+                mismatch.at(place(line), &key, &expected, &format!("`{field}`"))
             })?;
         }
         if knots.last().is_some_and(|before| knot[0] <= before[0]) {
             let variable = path_of(keys.knot[0].name);
-            return Err(out_of_order(&variable, keys.order, place(row.position())));
+            return Err(out_of_order(&variable, keys.order, place(line)));
         }
         if knots.len() == MAX_POINTS {
             let problem = format!("the file contains more than {MAX_POINTS} knots");
-            return Err(refused(place(row.position()), problem));
+            return refused(line, problem, "remove knots from nearly straight sections");
         }
         knots.push(knot);
     }
     if knots.is_empty() {
-        return Err(refused(place(None), "the file contains no knot".to_owned()));
+        let (last, problem) = (text.lines().count().max(1), "the file contains no knot");
+        let remedy = "write one knot on each line below the names of the columns";
+        return refused(last, problem.to_owned(), remedy);
     }
     Ok(knots)
 }

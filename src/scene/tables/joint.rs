@@ -18,9 +18,10 @@ use crate::joint::{
 use crate::numpy::Npz;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
+use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
-    Count, Flag, List, Number, Tables, Text, choice, number, one_or_many,
+    Count, Flag, Kind, List, Number, Tables, Text, choice, number, one_or_many,
 };
 use crate::scene::schema::unit::{
     GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
@@ -212,10 +213,7 @@ pub fn read_joint(
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
     let mut rotation = None;
     if let Some((factor, _)) = FACTOR.read(document)? {
-        let scaled = ScaledRotation {
-            rad_s: spec.rotation,
-            factor,
-        };
+        let scaled = scaled_rotation(document, spec.rotation, factor)?;
         spec.rotation = scaled.at(0.0);
         rotation = Some(scaled);
     }
@@ -266,6 +264,22 @@ fn pressure(
         "the patch is as wide as the ball";
         "end the table at most at {largest:.2} mm");
     Ok(pressure.map(Arc::new))
+}
+
+/// Builds a rotation and checks its largest component.
+fn scaled_rotation(
+    document: &Document<'_>,
+    rad_s: [f64; 3],
+    factor: Schedule,
+) -> Result<ScaledRotation, SceneError> {
+    let component = ROTATION.kind.0;
+    let largest =
+        rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.min().abs().max(factor.max());
+    ensure!(document,
+        component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
+        "with its factor a component reaches {largest} rad/s";
+        "reduce the angular velocity or the factor; each component must be {}", component.expected());
+    Ok(ScaledRotation { rad_s, factor })
 }
 
 fn joint(
@@ -415,7 +429,9 @@ fn damping(document: &Document<'_>, modes: usize) -> Result<Vec<f64>, SceneError
         return Ok(Vec::new());
     }
     let mut ratios = table.get(&DAMPING)?;
-    if let [ratio] = ratios[..] {
+    if let [ratio] = ratios[..]
+        && !table.is_list(DAMPING.name)
+    {
         ratios.resize(modes, ratio);
     }
     ensure!(document, ratios.len() == modes => "damping.ratio", &[];

@@ -292,6 +292,14 @@ pub fn declare(schema: &mut Schema) {
     schema.add("rotation", &CONVECTION);
 }
 
+/// The path of the constant that a list of knots replaces: `load.tilt_deg` for `load.tilt`.
+pub fn constant_of(knots: &str) -> Option<&'static str> {
+    let mut all = schedules().into_iter();
+    let keys = all.find(|keys| keys.forms.contains(&(Form::Knots, knots)))?;
+    let (form, path) = keys.forms[0];
+    (form == Form::Constant).then_some(path)
+}
+
 /// Whether a key belongs to a function of time and is not constant during a run.
 pub fn is_schedule_key(path: &str) -> bool {
     let mut forms = schedules().into_iter().flat_map(ScheduleKeys::paths);

@@ -225,7 +225,7 @@ fn invalid_curves_are_reported_with_file_and_line() {
     let cases = [
         (
             "V,mu\n0,1\n",
-            "1: `friction.points_csv`: the first line does not contain the names of the columns; write the line `speed_m_per_s,mu`",
+            "1: `friction.points_csv`: the first line does not contain the names of the columns; begin with the line `speed_m_per_s,mu`",
         ),
         (
             "speed_m_per_s,mu\n",
