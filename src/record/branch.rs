@@ -137,6 +137,7 @@ impl Course<'_> {
         let diagram = diagram(study);
         views.of("branch-diagram").draw(rec, None, &diagram)?;
         let plot = views.of("branch-diagram").plot(&diagram);
+        let reach = self.reach();
         let timeline = TimelineName::try_new(&self.timeline.name)
             .map_err(|error| RecordError::Encode(error.to_string()))?;
         for (&(point, trail), &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
@@ -149,7 +150,7 @@ impl Course<'_> {
             } else {
                 Color::Accent
             };
-            let portrait = response::phase_portrait(trail, Some(self.reach()), color);
+            let portrait = response::phase_portrait(trail, Some(reach), color);
             views.of("portrait").draw(rec, at, &portrait)?;
             let multipliers = multipliers_panel(study.branch, Some(point));
             views.of("multipliers").draw(rec, at, &multipliers)?;

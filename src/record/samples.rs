@@ -1,7 +1,5 @@
 //! Scalar series: probe, modes, energies, tilt, load and rotation.
 
-use std::collections::BTreeMap;
-
 use crate::record::sdk::{Color, Points2D, Radius, Scalars, SeriesLines};
 
 use super::{
@@ -16,9 +14,9 @@ use crate::pipeline::message::{Frame, JointInfo, ModeInfo};
 /// Rows per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
 
-/// Pending rows of the entities with time series.
+/// Pending rows of the entities with time series, sent in the order in which the entities were added.
 #[derive(Debug, Default)]
-pub struct Rows(BTreeMap<String, Pending>);
+pub struct Rows(Vec<(String, Pending)>);
 
 /// Pending rows of one entity, all of the same width.
 #[derive(Debug)]
@@ -50,7 +48,7 @@ impl Rows {
             times: Vec::new(),
             values: Vec::new(),
         };
-        self.0.insert(path.to_owned(), none);
+        self.0.push((path.to_owned(), none));
     }
 
     /// Adds a row at a time (s), as [`Rows::extend`].
@@ -65,7 +63,8 @@ impl Rows {
         path: &str,
         rows: impl IntoIterator<Item = (f64, R)>,
     ) {
-        let Some(pending) = self.0.get_mut(path) else {
+        let mut all = self.0.iter_mut();
+        let Some((_, pending)) = all.find(|(known, _)| known == path) else {
             return;
         };
         for (time, row) in rows {

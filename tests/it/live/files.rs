@@ -57,7 +57,7 @@ fn full_at(bytes: u64) -> [String; 4] {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_leaves_a_partial_file_that_is_named() {
-    let launcher = full_at(4_000_000);
+    let launcher = full_at(2_000_000);
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(
         &launcher,
