@@ -310,8 +310,8 @@ impl<'a> Query<'a> {
         if near == NONE.1 || !self.is_neighbour(index) {
             return NONE;
         }
-        let there = self.tree.vectors.vector(index);
-        let differences = there.zip(&self.centre).map(|(a, b)| a - b);
+        let guessed = self.tree.vectors.vector(index);
+        let differences = guessed.zip(&self.centre).map(|(a, b)| a - b);
         (self.tree.norm.unrooted(differences), index)
     }
 
@@ -387,8 +387,8 @@ impl<'a> Query<'a> {
         let dimension = self.centre.len();
         let coordinates = &self.tree.coordinates[bucket * dimension..][..dimension];
         let mut sums = [0.0; BUCKET];
-        for (there, here) in coordinates.iter().zip(&self.centre) {
-            let differences = there.iter().map(|there| here - there);
+        for (coordinates, centre) in coordinates.iter().zip(&self.centre) {
+            let differences = coordinates.iter().map(|coordinate| centre - coordinate);
             self.tree.norm.add(&mut sums, differences);
         }
         sums
@@ -405,14 +405,13 @@ impl<'a> Query<'a> {
     /// Unrooted distance to a box.
     #[inline(always)]
     fn distance(&self, number: usize) -> f64 {
-        let outside =
-            |([low, high], here): ([f64; 2], f64)| larger(larger(low - here, here - high), 0.0);
+        let outside = |([low, high], x): ([f64; 2], f64)| larger(larger(low - x, x - high), 0.0);
         self.tree.norm.unrooted(self.sides(number).map(outside))
     }
 
     /// Upper bound of the unrooted distances to the vectors in a box.
     fn farthest(&self, number: usize) -> f64 {
-        let side = |([low, high], here): ([f64; 2], f64)| larger(here - low, high - here);
+        let side = |([low, high], x): ([f64; 2], f64)| larger(x - low, high - x);
         self.tree.norm.unrooted(self.sides(number).map(side))
     }
 }

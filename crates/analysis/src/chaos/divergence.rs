@@ -284,8 +284,9 @@ impl PairTracker<'_> {
                             .iter()
                             .flat_map(|j| (first..self.search.dimension).map(move |c| (j, c)))
                         {
-                            let [here, there] = [i, j].map(|k| &self.scaled.coordinate(c)[*k..]);
-                            let differences = here.iter().zip(there).map(|(a, b)| a - b);
+                            let [reference, neighbour] =
+                                [i, j].map(|k| &self.scaled.coordinate(c)[*k..]);
+                            let differences = reference.iter().zip(neighbour).map(|(a, b)| a - b);
                             norm.add(&mut distances, differences);
                         }
                         let share = 1.0 / near.len() as f64;

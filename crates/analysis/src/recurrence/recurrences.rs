@@ -59,9 +59,9 @@ pub(super) fn distances(
     vectorised(
         #[inline(always)]
         || {
-            for (c, there) in other.by_ref().enumerate() {
-                let here = &vectors.coordinate(c)[range.clone()];
-                norm.add(&mut distances, here.iter().map(|here| here - there));
+            for (c, other) in other.by_ref().enumerate() {
+                let coordinates = &vectors.coordinate(c)[range.clone()];
+                norm.add(&mut distances, coordinates.iter().map(|x| x - other));
             }
         },
     );
