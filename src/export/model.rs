@@ -147,18 +147,14 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
         ("probe", Array::vector(model.probe.clone())),
         ("z0", Array::vector(arrays.z0.clone())),
     ];
-    match model.contact_damping {
-        ContactDamping::None => {}
-        ContactDamping::KelvinVoigt { time } => {
-            all.push(("contact_damping", Array::vector(vec![time, 0.0])));
-        }
-        ContactDamping::HuntCrossley { dissipation } => {
-            all.push(("contact_damping", Array::vector(vec![0.0, dissipation])));
-        }
-    }
+    let contact_damping = match model.contact_damping {
+        ContactDamping::None => None,
+        ContactDamping::KelvinVoigt { time } => Some(vec![time, 0.0]),
+        ContactDamping::HuntCrossley { dissipation } => Some(vec![0.0, dissipation]),
+    };
+    all.extend(contact_damping.map(|numbers| ("contact_damping", Array::vector(numbers))));
     all.extend(friction_arrays(&model.friction));
-    if let Some(omega) = model.convection {
-        all.push(("convection", Array::vector(omega.to_vec())));
-    }
+    let convection = model.convection.map(|omega| omega.to_vec());
+    all.extend(convection.map(|omega| ("convection", Array::vector(omega))));
     encode_npz(out, &all)
 }

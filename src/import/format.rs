@@ -118,36 +118,22 @@ fn is_text(bytes: &[u8]) -> bool {
 
 /// A file that reports the fraction, 0 to 1, that has been read.
 pub(super) struct Reported<'a> {
-    file: File,
-    length: u64,
-    at: u64,
-    progress: &'a mut dyn FnMut(f64),
-}
-
-impl<'a> Reported<'a> {
-    pub fn open(path: &Path, progress: &'a mut dyn FnMut(f64)) -> io::Result<Self> {
-        let (file, length) = open_file(path)?;
-        Ok(Self {
-            file,
-            length,
-            at: 0,
-            progress,
-        })
-    }
+    pub file: File,
+    pub length: u64,
+    pub progress: &'a mut dyn FnMut(f64),
 }
 
 impl Read for Reported<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;
-        self.at += count as u64;
-        (self.progress)((self.at as f64 / self.length.max(1) as f64).min(1.0));
+        let at = self.file.stream_position()?;
+        (self.progress)((at as f64 / self.length.max(1) as f64).min(1.0));
         Ok(count)
     }
 }
 
 impl Seek for Reported<'_> {
     fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
-        self.at = self.file.seek(place)?;
-        Ok(self.at)
+        self.file.seek(place)
     }
 }

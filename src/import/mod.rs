@@ -58,6 +58,7 @@ pub use table::Table;
 use table::{ColumnHeader, Source};
 use text::Text;
 
+use crate::foreign::open_file;
 use crate::numpy::Npz;
 
 /// A file does not contain a signal.
@@ -124,7 +125,12 @@ fn with_source<T>(
     read: impl FnOnce(&mut dyn Source) -> Result<T, Problem>,
 ) -> Result<T, ImportError> {
     let attempt = || {
-        let file = format::Reported::open(path, progress)?;
+        let (file, length) = open_file(path)?;
+        let file = format::Reported {
+            file,
+            length,
+            progress,
+        };
         let mut content = BufReader::with_capacity(format::BLOCK, file);
         let format = Format::of_content(&mut content, path)?;
         read(&mut *source(content, path, format, skipped)?)

@@ -65,7 +65,8 @@ impl<R: Read + Seek> Container<R> {
                 opened(content, name, length)
             }
             Self::Npz(archive) => {
-                let (entry, length) = archive.entry(name)?.ok_or_else(Problem::changed)?;
+                let entry = archive.entry(name)?.ok_or_else(Problem::changed)?;
+                let length = entry.size();
                 opened(entry, name, length)
             }
             Self::Mat(arrays) => {

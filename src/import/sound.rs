@@ -20,7 +20,7 @@ use symphonia::core::packet::Packet;
 use super::Problem;
 use super::clock::Timing;
 use super::table::{Buffer, ColumnHeader, Source};
-use super::wav::Input;
+use super::wav::{Input, with_normal_header};
 use crate::foreign::{open_file, without_panic};
 
 const FORMAT: &str = "sound";
@@ -126,15 +126,10 @@ fn decode(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Probl
 
 fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Problem> {
     let file = open_file(path)?.0;
-    let Input {
-        content,
-        rate: stated_rate,
-        interleaved,
-        damage,
-    } = if is_wav {
-        Input::wav(file)?
+    let (content, stated_rate, interleaved, damage): Input = if is_wav {
+        with_normal_header(file)?
     } else {
-        Input::any(file)
+        (Box::new(file), None, 1, None)
     };
     let content = MediaSourceStream::new(content, Default::default());
     let mut file = symphonia::default::get_probe()

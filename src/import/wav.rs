@@ -23,55 +23,33 @@ const OPEN_END: u32 = u32::MAX;
 /// Number of bytes of a chunk that are evaluated.
 const MAX_CHUNK_READ: u64 = 1024;
 
-/// A file for the library; the samples of a WAV file have a header of their own.
-pub(super) struct Input {
-    pub content: Box<dyn MediaSource>,
-    /// Stated sample rate of a WAV file, Hz; 0 is replaced in the new header, as the library would refuse it.
-    pub rate: Option<u32>,
-    /// Number of channels that the new header states as successive samples of one channel, as the library knows 26
-    /// channels at most; 1 if it states the channels.
-    pub interleaved: usize,
-    /// What is wrong with the lengths in the header.
-    pub damage: Option<String>,
-}
+/// A content for the library, and what its samples are.
+///
+/// A WAV file has a stated sample rate, Hz; 0 is replaced in the new header, as the library would refuse it. The number of
+/// channels is that of the channels which the new header states as successive samples of one channel, as the library
+/// knows 26 channels at most; 1 if it states the channels. The last part is what is wrong with the lengths in the header.
+pub(super) type Input = (Box<dyn MediaSource>, Option<u32>, usize, Option<String>);
 
-impl Input {
-    /// A file as it is.
-    pub fn any(file: File) -> Self {
-        Self {
-            content: Box::new(file),
-            rate: None,
-            interleaved: 1,
-            damage: None,
-        }
+/// Reads the header of a WAV file. The samples are the rest of the new content.
+pub(super) fn with_normal_header(file: File) -> Result<Input, Problem> {
+    let mut content = BufReader::new(file);
+    let (format, length, damage) = chunks(&mut content)?;
+    let (mut format, frame, interleaved) = normal_format(format)?;
+    let rate = u32_at(&format, 4);
+    format[4..8].copy_from_slice(&rate.max(1).to_le_bytes());
+    let whole = length - length % frame;
+    if whole == 0 {
+        return Err(Problem::no_samples("a header"));
     }
-
-    /// Reads the header of a WAV file. The samples are the rest of the new content.
-    pub fn wav(file: File) -> Result<Self, Problem> {
-        let mut content = BufReader::new(file);
-        let (format, length, damage) = chunks(&mut content)?;
-        let (mut format, frame, interleaved) = normal_format(format)?;
-        let rate = u32_at(&format, 4);
-        format[4..8].copy_from_slice(&rate.max(1).to_le_bytes());
-        let whole = length - length % frame;
-        if whole == 0 {
-            return Err(Problem::no_samples("a header"));
-        }
-        let incomplete = (whole < length).then(|| "its last sample is incomplete".to_owned());
-        let mut header = b"RIFF\xff\xff\xff\xffWAVEfmt ".to_vec();
-        header.extend((format.len() as u32).to_le_bytes());
-        header.extend(format);
-        header.extend(b"data");
-        header.extend(u32::try_from(whole).unwrap_or(OPEN_END).to_le_bytes());
-        Ok(Self {
-            content: Box::new(ReadOnlySource::new(
-                Cursor::new(header).chain(content.take(whole)),
-            )),
-            rate: Some(rate),
-            interleaved,
-            damage: damage.or(incomplete),
-        })
-    }
+    let incomplete = (whole < length).then(|| "its last sample is incomplete".to_owned());
+    let mut header = b"RIFF\xff\xff\xff\xffWAVEfmt ".to_vec();
+    header.extend((format.len() as u32).to_le_bytes());
+    header.extend(format);
+    header.extend(b"data");
+    header.extend(u32::try_from(whole).unwrap_or(OPEN_END).to_le_bytes());
+    let content = ReadOnlySource::new(Cursor::new(header).chain(content.take(whole)));
+    let damage = damage.or(incomplete);
+    Ok((Box::new(content), Some(rate), interleaved, damage))
 }
 
 /// Reads a content up to its samples: the format chunk, the number of bytes of samples, and what is wrong with the
@@ -138,8 +116,8 @@ fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
     match (tag, bits) {
         // PCM, floats, A-law, mu-law.
         (1, 1..=32) | (3, 32 | 64) | (6 | 7, 8) => {}
-        // Blocks of several samples.
-        (tag, 4) if is_adpcm(tag) && frame > 0 => return Ok((chunk, frame as u64, 1)),
+        // ADPCM of Microsoft or of the IMA: blocks of several samples.
+        (2 | 17, 4) if frame > 0 => return Ok((chunk, frame as u64, 1)),
         _ => {
             return Err(Problem::unsupported(
                 format!("the WAV coding {tag} with {bits} bits per sample"),
@@ -164,11 +142,6 @@ fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
             .concat(),
     );
     Ok((chunk, frame as u64, channels))
-}
-
-/// Whether samples are coded as ADPCM of Microsoft or of the IMA.
-fn is_adpcm(tag: u16) -> bool {
-    matches!(tag, 2 | 17)
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> u16 {

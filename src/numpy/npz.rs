@@ -58,24 +58,22 @@ impl<R: Read + Seek> Npz<R> {
             .collect()
     }
 
-    /// The bytes of an array with their number; `None` if there is no array of this name.
-    pub(crate) fn entry(&mut self, name: &str) -> Result<Option<(ZipFile<'_, R>, u64)>, Problem> {
+    /// The bytes of an array; `None` if there is no array of this name.
+    pub(crate) fn entry(&mut self, name: &str) -> Result<Option<ZipFile<'_, R>>, Problem> {
         let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
             return Ok(None);
         };
-        let entry = self.zip.by_index(index);
-        let entry =
-            entry.map_err(|error| Problem::damaged(".npz", format!("array `{name}`: {error}")))?;
-        let length = entry.size();
-        Ok(Some((entry, length)))
+        let damaged = |error| Problem::damaged(".npz", format!("array `{name}`: {error}"));
+        self.zip.by_index(index).map(Some).map_err(damaged)
     }
 
     /// Reads the header of an array; `None` if there is no array of this name.
     fn reader(&mut self, name: &str) -> Result<Option<ArrayReader<ZipFile<'_, R>>>, Problem> {
-        let entry = self.entry(name)?;
-        entry
-            .map(|(entry, length)| ArrayReader::open(entry, name, length))
-            .transpose()
+        let Some(entry) = self.entry(name)? else {
+            return Ok(None);
+        };
+        let length = entry.size();
+        ArrayReader::open(entry, name, length).map(Some)
     }
 
     /// Reads an array by its name; `None` if there is no array of this name.
