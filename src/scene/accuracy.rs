@@ -53,10 +53,7 @@ impl Scene {
                 method.name()
             );
             let remedy = "choose another time.method, such as \"lawson54\"";
-            let place = Location {
-                file: "--accuracy".to_owned(),
-                line: None,
-            };
+            let place = Location::new("--accuracy", None);
             return Err(SceneError::new(place, problem, remedy));
         }
         let AccuracySettings { tolerance, nodes } = AccuracySettings::for_error(error);

@@ -56,7 +56,7 @@ fn written(scene: &Value, key: &Declared) -> Option<String> {
     match scene.pointer(&format!("/{}", key.path.replace('.', "/"))) {
         Some(Value::Number(number)) => number.as_f64().map(short),
         Some(value) => Some(value.serialize(ValueSerializer::new()).ok()?.to_string()),
-        None => match key.key.if_absent {
+        None => match key.if_absent {
             IfAbsent::Default(literal) => {
                 Some(literal.parse().map_or_else(|_| literal.to_owned(), short))
             }

@@ -4,13 +4,13 @@ use super::document::Document;
 use super::error::{SceneError, ensure};
 use super::parameter::{DAMPING_PATH, Parameter};
 use super::schema::kind::Range::Closed;
-use super::schema::kind::{Number, Tables, Text, number};
+use super::schema::kind::{Kind, number, tables, text};
 use super::schema::unit::{DEGREE, ONE};
 use super::schema::{IfAbsent, Key, Schema, keys};
 use super::spec::Scene;
 
 /// Ends of the range of a slider.
-const END: Number = number(ONE, Closed(-1e9, 1e9));
+const END: Kind<f64> = number(ONE, Closed(-1e9, 1e9));
 /// Half of the range of an angle that the scene does not name, degrees.
 const ANGLES: f64 = 10.0;
 /// End of the range of a dimensionless number that is 0 in the scene, which does not name it.
@@ -18,13 +18,13 @@ const SMALL: f64 = 0.1;
 
 keys! {
     /// Sliders of a live run for the numbers that the scene is about. Others follow under *More*, from half to twice their value.
-    static CONTROLS: Tables = "controls": Tables(12), else "no number is named";
+    static CONTROLS: usize = "controls": tables(12), else "no number is named";
     /// Dotted path of a number of the joint or the small system that changes without a new body, such as `load.load_n`.
-    static KEY: Text = "key": Text;
+    static KEY: String = "key": text();
     /// Lower end of the slider, in the unit of that key.
-    static LOW: Number = "min": END;
+    static LOW: f64 = "min": END;
     /// Upper end of the slider, in the unit of that key.
-    static HIGH: Number = "max": END;
+    static HIGH: f64 = "max": END;
 }
 
 /// A number that a live run can change.

@@ -10,7 +10,7 @@ use std::path::Path;
 use toml_edit::{Item, TableLike, Value};
 
 use super::error::{Location, SceneError, did_you_mean, nearest_path};
-use super::schema::kind::{Kind, Mismatch, Tables};
+use super::schema::kind::Mismatch;
 use super::schema::{Declared, IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
 use super::tables::load::constant_of;
@@ -37,8 +37,7 @@ impl<'t> Document<'t> {
     pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
         let toml = toml_edit::Document::parse(text).map_err(|error| {
             let line = error.span().map(|span| line_of(text, span.start));
-            let file = file.to_owned();
-            SceneError::syntax(Location { file, line }, &error)
+            SceneError::syntax(Location::new(file, line), &error)
         })?;
         let document = Self { file, toml };
         document.reject_unknown(document.toml.as_table(), "")?;
@@ -52,31 +51,30 @@ impl<'t> Document<'t> {
 
     /// Returns the table at a dotted path.
     pub fn table<'d>(&'d self, path: &'d str) -> Table<'d> {
-        let mut table = Table {
+        let (item, offset) = self.find(path);
+        Table {
             document: self,
             path,
-            given: Some(self.toml.as_table()),
-            offset: 0,
-        };
-        for part in path.split('.').filter(|part| !part.is_empty()) {
-            let entry = table.given.and_then(|table| entry(table, part));
-            if let Some((_, span)) = &entry {
-                table.offset = span.start;
-            }
-            table.given = entry.and_then(|(item, _)| item.as_table_like());
+            given: item.and_then(Item::as_table_like),
+            offset,
         }
-        table
+    }
+
+    /// The item at a dotted path, and the byte offset of the item or of the nearest enclosing table that is present.
+    fn find(&self, path: &str) -> (Option<&Item>, usize) {
+        let (mut item, mut offset) = (Some(self.toml.as_item()), 0);
+        for part in path.split('.').filter(|part| !part.is_empty()) {
+            let table = item.and_then(Item::as_table_like);
+            let entry = table.and_then(|table| entry(table, part));
+            offset = entry.as_ref().map_or(offset, |(_, span)| span.start);
+            item = entry.map(|(item, _)| item);
+        }
+        (item, offset)
     }
 
     /// Whether the file contains a table or key.
     pub fn has(&self, path: &str) -> bool {
         self.offset(path).is_some()
-    }
-
-    /// Returns the error for an absent key that is required here.
-    pub fn missing(&self, path: &str) -> SceneError {
-        let (table, name) = split(path);
-        self.table(table).missing(name)
     }
 
     /// Position of the last of the given keys that is present, else the first line of the file.
@@ -97,10 +95,7 @@ impl<'t> Document<'t> {
     }
 
     fn place(&self, offset: usize) -> Location {
-        Location {
-            file: self.file.to_owned(),
-            line: Some(line_of(self.toml.raw(), offset)),
-        }
+        Location::new(self.file, Some(line_of(self.toml.raw(), offset)))
     }
 
     /// Byte offset of the table or value at a dotted path.
@@ -109,9 +104,8 @@ impl<'t> Document<'t> {
             let is_declared = SCHEMA.find(path).is_some() || SCHEMA.has_table(path);
             assert!(is_declared, "{path}");
         }
-        let (table, name) = split(path);
-        let (_, span) = entry(self.table(table).given?, name)?;
-        Some(span.start)
+        let (item, offset) = self.find(path);
+        item.map(|_| offset)
     }
 
     /// Where a key without its table and its value are in the text.
@@ -208,7 +202,7 @@ impl<'d> Table<'d> {
     }
 
     /// Reads a key, or its default if it is absent.
-    pub fn get<K: Kind>(self, key: &Key<K>) -> Result<K::Value, SceneError> {
+    pub fn get<T>(self, key: &Key<T>) -> Result<T, SceneError> {
         match (self.find(key)?, key.if_absent) {
             (Some(value), _) => Ok(value),
             (None, IfAbsent::Default(literal)) => {
@@ -221,7 +215,7 @@ impl<'d> Table<'d> {
     }
 
     /// Reads a key if it is present.
-    pub fn find<K: Kind>(self, key: &Key<K>) -> Result<Option<K::Value>, SceneError> {
+    pub fn find<T>(self, key: &Key<T>) -> Result<Option<T>, SceneError> {
         let Some((item, span)) = self.given.and_then(|table| entry(table, key.name)) else {
             return Ok(None);
         };
@@ -230,7 +224,7 @@ impl<'d> Table<'d> {
         let value = value.and_then(|value| key.kind.read(&value));
         value.map(Some).map_err(|mismatch| {
             let path = self.path_of(key.name);
-            let mut expected = key.kind.expected();
+            let mut expected = key.kind.limits.expected();
             let is_number = item.is_integer() || item.is_float();
             if is_number && let Some(constant) = constant_of(&path) {
                 expected += &format!("; a constant is `{constant}`");
@@ -268,10 +262,9 @@ impl<'d> Table<'d> {
     /// Rejects parameters of other laws than the one that a key selects, since they would have no effect.
     pub fn reject_unused(self, selector: &str, law: &str) -> Result<(), SceneError> {
         let is_unused = |key: &&Declared| {
-            let laws = key.key.laws;
-            key.table == self.path && !laws.is_empty() && !laws.contains(&law)
+            key.table == self.path && !key.laws.is_empty() && !key.laws.contains(&law)
         };
-        let unused = SCHEMA.0.iter().filter(is_unused).map(|key| key.key.name);
+        let unused = SCHEMA.0.iter().filter(is_unused).map(|key| key.name);
         let remedy = format!("remove it, or choose another {}", self.path_of(selector));
         let problem = "the selected law does not use this parameter";
         self.reject(&unused.collect::<Vec<_>>(), &[selector], problem, &remedy)
@@ -296,12 +289,12 @@ impl<'d> Table<'d> {
     fn missing(self, name: &str) -> SceneError {
         let path = self.path_of(name);
         let declared = SCHEMA.find(&path).expect("a key of this table");
-        let remedy = format!("it must be {}", declared.key.expected_if_missing());
+        let remedy = format!("it must be {}", declared.expected_if_missing());
         SceneError::new(self.place(), format!("`{path}` is missing"), remedy)
     }
 
     /// Elements of a list of tables; empty if the list is absent.
-    pub fn list(self, key: &'d Key<Tables>) -> Result<Vec<Table<'d>>, SceneError> {
+    pub fn list(self, key: &Key<usize>) -> Result<Vec<Table<'d>>, SceneError> {
         self.find(key)?;
         let path = self.path_of(key.name);
         let declared = SCHEMA.find(&path).expect("a key of this table");

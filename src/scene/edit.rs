@@ -48,10 +48,7 @@ impl Scene {
 
     /// Position of an override in messages.
     pub(super) fn place_of_override(&self) -> Location {
-        Location {
-            file: format!("override of scene {}", self.name),
-            line: None,
-        }
+        Location::new(&format!("override of scene {}", self.name), None)
     }
 }
 

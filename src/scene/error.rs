@@ -17,6 +17,13 @@ pub struct Location {
     pub line: Option<usize>,
 }
 
+impl Location {
+    pub(super) fn new(file: &str, line: Option<usize>) -> Self {
+        let file = file.to_owned();
+        Self { file, line }
+    }
+}
+
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {

@@ -44,6 +44,7 @@ impl Parameter {
 
     /// As [`Parameter::named`]; a name without a table means one of some keys.
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
+        let place = || Location::new("parameter to vary", None);
         let key = declared(name, is_free, concerns, place)?;
         Ok(Self { path: &key.path })
     }
@@ -69,13 +70,13 @@ impl Parameter {
 
     /// Whether the value is a real number, not a count or a seed.
     pub fn is_continuous(self) -> bool {
-        self.declared().key.kind.is_real() || self.path == ROTATION_PATH
+        self.declared().limits.is_real || self.path == ROTATION_PATH
     }
 
     /// Whether the value is a real number of the simulated system: of body, contact, friction, load and so on.
     pub(super) fn is_physical(self) -> bool {
         let (table, _) = split(self.path);
-        let is_system = joint::TABLES.contains(&table) || small::names().any(|name| name == table);
+        let is_system = joint::TABLES.contains(&table) || small::NAMES.contains(&table);
         is_system && self.is_continuous() && !NUMERICAL.contains(&self.path())
     }
 
@@ -100,12 +101,12 @@ impl Parameter {
 
     /// Meaning, in one sentence.
     pub fn meaning(self) -> &'static str {
-        self.declared().key.meaning
+        self.declared().meaning
     }
 
     /// Unit of the value in a scene file; empty for a dimensionless number.
     pub fn unit(self) -> &'static str {
-        self.declared().key.kind.unit().symbol
+        self.declared().limits.unit.symbol
     }
 }
 
@@ -124,7 +125,7 @@ pub(super) fn declared(
     if let Some(key) = keys().find(|key| key.path == name) {
         return Ok(key);
     }
-    let mut namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
+    let mut namesakes: Vec<_> = keys().filter(|key| key.name == name).collect();
     if namesakes.len() > 1 {
         namesakes.retain(|key| concerns(key));
     }
@@ -151,21 +152,13 @@ pub(super) fn declared(
 /// velocity, which is varied in magnitude.
 fn is_free(key: &Declared) -> bool {
     let is_fixed = is_schedule_key(&key.path) || is_listed(key);
-    key.key.kind.is_number() && !is_fixed || key.path == ROTATION_PATH
+    key.limits.is_number && !is_fixed || key.path == ROTATION_PATH
 }
 
 /// Whether a key belongs to the tables of a list: its path is that of no single value.
 pub(super) fn is_listed(key: &Declared) -> bool {
     // A path that is both a table and a key is a list of tables.
     SCHEMA.find(&key.table).is_some()
-}
-
-/// Position of a parameter in messages.
-fn place() -> Location {
-    Location {
-        file: "parameter to vary".to_owned(),
-        line: None,
-    }
 }
 
 impl Scene {
@@ -206,11 +199,9 @@ impl Scene {
             }
         }
         let document = self.document().ok()?;
-        let mut item = Some(document.as_item());
-        for part in parameter.path().split('.') {
-            item = item.and_then(|item| item.get(part));
-        }
-        match (item, parameter.declared().key.if_absent) {
+        let mut parts = parameter.path().split('.');
+        let item = parts.try_fold(document.as_item(), |item, part| item.get(part));
+        match (item, parameter.declared().if_absent) {
             (Some(item), _) => float(item.as_value()?).ok(),
             (None, IfAbsent::Default(literal)) => literal.parse().ok(),
             (None, _) => None,
@@ -266,7 +257,7 @@ impl Scene {
         let has_joint = self.joint().is_ok();
         Ok(move |key: &Declared| {
             let table = &key.table[..];
-            if small::names().any(|name| name == table) {
+            if small::NAMES.contains(&table) {
                 document.contains_key(table)
             } else {
                 has_joint || !joint::TABLES.contains(&table)

@@ -60,15 +60,9 @@ impl Scene {
 fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-        let place = Location {
-            file: file.to_owned(),
-            line: Some(line_of(&valid, valid.len())),
-        };
-        SceneError::new(
-            place,
-            "the scene file is not UTF-8 text",
-            "save it as UTF-8",
-        )
+        let place = Location::new(file, Some(line_of(&valid, valid.len())));
+        let problem = "the scene file is not UTF-8 text";
+        SceneError::new(place, problem, "save it as UTF-8")
     })?;
     // Some editors write a byte-order mark, which is not part of the text.
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
@@ -87,7 +81,7 @@ fn build(
         .unwrap_or_else(|| stem.to_string_lossy().into_owned());
     let subject = match small::small(document)? {
         Some(small) => SystemSpec::Small(small),
-        None => SystemSpec::Joint(joint::read_joint(document, file, known)?),
+        None => SystemSpec::Joint(joint::read_joint(document, known)?),
     };
     let start = run::start(document, &subject)?;
     let frames = Frames::read(document.table("time"))?;

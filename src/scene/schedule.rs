@@ -6,13 +6,16 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule(Form);
 
-/// Forms of a schedule. Points are (time in s, value) with strictly increasing times; at least one.
+/// Forms of a schedule.
 #[derive(Clone, Debug, PartialEq)]
 enum Form {
-    /// Linear interpolation between knots, constant before the first and after the last.
-    Lines(Vec<(f64, f64)>),
-    /// Each value holds from its time on; the first value also holds before its time.
-    Steps(Vec<(f64, f64)>),
+    /// Points (time in s, value) with strictly increasing times, at least one. The first value also holds before its
+    /// time, and the last one after its time.
+    Points {
+        points: Vec<(f64, f64)>,
+        /// Whether each value holds up to the next point; otherwise the function is linear between the points.
+        is_stepped: bool,
+    },
     /// A sine with an offset.
     Sine(Sine),
 }
@@ -33,20 +36,30 @@ pub struct Sine {
 impl Schedule {
     /// Builds a constant function.
     pub fn constant(value: f64) -> Self {
-        Self(Form::Lines(vec![(0.0, value)]))
+        Self(Form::Points {
+            points: vec![(0.0, value)],
+            is_stepped: false,
+        })
     }
 
     /// Builds the piecewise linear function through the given knots (time in s, value), constant before the
     /// first and after the last. Returns `None` if there is no knot, a number is not finite, or the times do
     /// not increase strictly.
     pub fn piecewise_linear(knots: Vec<(f64, f64)>) -> Option<Self> {
-        is_rising(&knots).then_some(Self(Form::Lines(knots)))
+        Self::through(knots, false)
     }
 
     /// Builds a step function from (time in s, value). The first value also holds before its time. Returns
     /// `None` as [`Schedule::piecewise_linear`].
     pub fn steps(steps: Vec<(f64, f64)>) -> Option<Self> {
-        is_rising(&steps).then_some(Self(Form::Steps(steps)))
+        Self::through(steps, true)
+    }
+
+    fn through(points: Vec<(f64, f64)>, is_stepped: bool) -> Option<Self> {
+        let finite = points.iter().all(|(t, x)| t.is_finite() && x.is_finite());
+        let increasing = points.windows(2).all(|w| w[0].0 < w[1].0);
+        let is_valid = finite && increasing && !points.is_empty();
+        is_valid.then_some(Self(Form::Points { points, is_stepped }))
     }
 
     /// Builds a sine; `None` if a parameter is not finite.
@@ -59,20 +72,15 @@ impl Schedule {
     /// Value at time `t` (s).
     pub fn at(&self, t: f64) -> f64 {
         match &self.0 {
-            Form::Lines(knots) => {
-                let after = knots.partition_point(|&(knot, _)| knot <= t);
-                if after == 0 {
-                    return knots[0].1;
+            Form::Points { points, is_stepped } => {
+                let after = points.partition_point(|&(time, _)| time <= t);
+                let (t0, x0) = points[after.saturating_sub(1)];
+                match points.get(after) {
+                    Some(&(t1, x1)) if after > 0 && !is_stepped => {
+                        x0 + (x1 - x0) * (t - t0) / (t1 - t0)
+                    }
+                    _ => x0,
                 }
-                let (t0, x0) = knots[after - 1];
-                match knots.get(after) {
-                    None => x0,
-                    Some(&(t1, x1)) => x0 + (x1 - x0) * (t - t0) / (t1 - t0),
-                }
-            }
-            Form::Steps(steps) => {
-                let after = steps.partition_point(|&(step, _)| step <= t);
-                steps[after.saturating_sub(1)].1
             }
             Form::Sine(sine) => {
                 let angle = TAU * sine.frequency * t + sine.phase;
@@ -83,24 +91,19 @@ impl Schedule {
 
     /// Integral over time from 0 to `t` (s, not negative).
     pub fn integral(&self, t: f64) -> f64 {
-        // Of the constant value before the first point and after the last one.
-        let outside = |points: &[(f64, f64)]| {
-            let [(first, before), (last, after)] = [points[0], points[points.len() - 1]];
-            before * t.min(first) + after * (t - last).max(0.0)
-        };
-        let spans = |points: &[(f64, f64)], mean: &dyn Fn((f64, f64), (f64, f64), f64) -> f64| {
-            let reached = points.windows(2).take_while(|pair| pair[0].0 < t);
-            let parts = reached.map(|pair| {
-                let end = t.min(pair[1].0);
-                (end - pair[0].0) * mean(pair[0], pair[1], end)
-            });
-            outside(points) + parts.sum::<f64>()
-        };
         match &self.0 {
-            Form::Lines(knots) => spans(knots, &|(t0, x0), (t1, x1), end| {
-                x0 + 0.5 * (x1 - x0) * (end - t0) / (t1 - t0)
-            }),
-            Form::Steps(steps) => spans(steps, &|(_, x0), _, _| x0),
+            Form::Points { points, is_stepped } => {
+                let [(first, before), (last, after)] = [points[0], points[points.len() - 1]];
+                let reached = points.windows(2).take_while(|pair| pair[0].0 < t);
+                let parts = reached.map(|pair| {
+                    let [(t0, x0), (t1, x1)] = [pair[0], pair[1]];
+                    let end = t.min(t1);
+                    let slope = if *is_stepped { 0.0 } else { 0.5 * (x1 - x0) };
+                    (end - t0) * (x0 + slope * (end - t0) / (t1 - t0))
+                });
+                let outside = before * t.min(first) + after * (t - last).max(0.0);
+                outside + parts.sum::<f64>()
+            }
             Form::Sine(sine) => {
                 let rate = TAU * sine.frequency;
                 let swing = sine.phase.cos() - (rate * t + sine.phase).cos();
@@ -112,7 +115,7 @@ impl Schedule {
     /// Values of the knots or steps; for a sine minimum, mean and maximum.
     pub fn values(&self) -> Vec<f64> {
         match &self.0 {
-            Form::Lines(points) | Form::Steps(points) => points.iter().map(|p| p.1).collect(),
+            Form::Points { points, .. } => points.iter().map(|p| p.1).collect(),
             Form::Sine(sine) => {
                 let swing = sine.amplitude.abs();
                 vec![sine.mean - swing, sine.mean, sine.mean + swing]
@@ -135,43 +138,37 @@ impl Schedule {
         self.min() != self.max()
     }
 
+    /// Pairs of points with different values, of steps or of knots.
+    fn changes(&self, of_steps: bool) -> impl Iterator<Item = [(f64, f64); 2]> {
+        let points = match &self.0 {
+            Form::Points { points, is_stepped } if *is_stepped == of_steps => &points[..],
+            _ => &[],
+        };
+        let pairs = points.windows(2).map(|pair| [pair[0], pair[1]]);
+        pairs.filter(|[before, after]| before.1 != after.1)
+    }
+
     /// Times of the discontinuities, s, ascending.
     pub fn jumps(&self) -> impl Iterator<Item = f64> {
-        let steps = match &self.0 {
-            Form::Steps(steps) => &steps[..],
-            Form::Lines(_) | Form::Sine(_) => &[],
-        };
-        let pairs = steps.windows(2).filter(|pair| pair[0].1 != pair[1].1);
-        pairs.map(|pair| pair[1].0)
+        self.changes(true).map(|[_, (time, _)]| time)
     }
 
     /// Time (s) of the first knot that differs in value from the previous one and follows it by less than
     /// `span` (s). Always `None` for steps: frames end exactly at steps.
     pub fn first_knot_within(&self, span: f64) -> Option<f64> {
-        let Form::Lines(knots) = &self.0 else {
-            return None;
-        };
-        let mut pairs = knots.windows(2);
         // One knot per frame is permitted, within rounding.
-        let close = |pair: &&[(f64, f64)]| pair[1].0 - pair[0].0 < span * (1.0 - 1e-9);
-        let pair = pairs.find(|pair| pair[0].1 != pair[1].1 && close(pair))?;
-        Some(pair[1].0)
+        let is_close = |pair: &[(f64, f64); 2]| pair[1].0 - pair[0].0 < span * (1.0 - 1e-9);
+        let [_, (time, _)] = self.changes(false).find(is_close)?;
+        Some(time)
     }
 
     /// Time of the last knot or step, s; `None` for a sine.
     pub fn last_point(&self) -> Option<f64> {
         match &self.0 {
-            Form::Lines(points) | Form::Steps(points) => points.last().map(|p| p.0),
+            Form::Points { points, .. } => points.last().map(|p| p.0),
             Form::Sine(_) => None,
         }
     }
-}
-
-/// Whether there is at least one point, all numbers are finite and the times increase strictly.
-fn is_rising(points: &[(f64, f64)]) -> bool {
-    let finite = points.iter().all(|(t, x)| t.is_finite() && x.is_finite());
-    let increasing = points.windows(2).all(|w| w[0].0 < w[1].0);
-    finite && increasing && !points.is_empty()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Types of values of scene keys: reading and description.
 
 use std::fmt;
-use std::marker::PhantomData;
 use std::str::FromStr;
 
 use strum::VariantArray;
@@ -37,42 +36,66 @@ impl Mismatch {
     }
 }
 
-/// A type of value.
-pub trait Kind: Sync {
-    /// The result of reading: SI units, radians, enums.
-    type Value
-    where
-        Self: Sized;
+/// A type of value, read as `T`: SI units, radians, enums.
+#[derive(Clone, Copy)]
+pub struct Kind<T> {
+    /// The permitted values.
+    pub limits: Limits,
+    read: fn(&Limits, &Value) -> Result<T, Mismatch>,
+}
+
+/// The permitted values of a key.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    /// Unit in the scene file.
+    pub unit: Unit,
+    /// Permitted numbers, in that unit.
+    pub range: Range,
+    /// A word that is permitted, too; empty for none.
+    word: &'static str,
+    /// Whether a single number is a permitted value, and whether it is a real number.
+    pub is_number: bool,
+    pub is_real: bool,
+    /// Description, without the word and the unit.
+    description: fn(Range) -> String,
+}
+
+impl<T> Kind<T> {
+    const fn new(
+        description: fn(Range) -> String,
+        read: fn(&Limits, &Value) -> Result<T, Mismatch>,
+    ) -> Self {
+        let limits = Limits {
+            unit: ONE,
+            range: Range::Closed(0.0, 0.0),
+            word: "",
+            is_number: false,
+            is_real: false,
+            description,
+        };
+        Self { limits, read }
+    }
 
     /// Reads a TOML value.
-    fn read(&self, value: &Value) -> Result<Self::Value, Mismatch>
-    where
-        Self: Sized;
+    pub fn read(&self, value: &Value) -> Result<T, Mismatch> {
+        (self.read)(&self.limits, value)
+    }
+}
 
+impl Limits {
     /// Description of the permitted values, without unit.
-    fn allowed(&self) -> String;
-
-    /// Unit of the value in a scene file.
-    fn unit(&self) -> Unit {
-        ONE
-    }
-
-    /// Whether the value is a real number.
-    fn is_real(&self) -> bool {
-        false
-    }
-
-    /// Whether a single number is a permitted value.
-    fn is_number(&self) -> bool {
-        self.is_real()
+    pub fn allowed(&self) -> String {
+        let description = (self.description)(self.range);
+        match self.word {
+            "" => description,
+            word => format!("\"{word}\", or {description}"),
+        }
     }
 
     /// Description of the permitted values, as the end of "it must be ...".
-    fn expected(&self) -> String {
-        match self.unit().symbol {
-            "" => self.allowed(),
-            symbol => format!("{} {symbol}", self.allowed()),
-        }
+    pub fn expected(&self) -> String {
+        let expected = format!("{} {}", self.allowed(), self.unit.symbol);
+        expected.trim_end().to_owned()
     }
 }
 
@@ -99,65 +122,23 @@ impl Range {
             Self::Positive(high) => 0.0 < x && x <= high,
         }
     }
+
+    /// The number, if the interval contains it.
+    pub fn check(self, x: f64) -> Result<f64, Mismatch> {
+        self.contains(x).then_some(x).ok_or(Mismatch::Range)
+    }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // `{:?}` writes very small and very large numbers with an exponent.
-        let short = |x: f64| match format!("{x:?}").strip_suffix(".0") {
-            Some(whole) => whole.to_owned(),
-            None => format!("{x:?}"),
-        };
+        let short = |x: f64| format!("{x:?}").trim_end_matches(".0").to_owned();
         match *self {
             Self::Closed(low, high) => write!(f, "from {} to {}", short(low), short(high)),
             Self::HalfOpen(low, high) => write!(f, "from {} to below {}", short(low), short(high)),
             Self::Open(low, high) => write!(f, "above {} and below {}", short(low), short(high)),
             Self::Positive(high) => write!(f, "above 0, at most {}", short(high)),
         }
-    }
-}
-
-/// A real number with a unit. Integer literals are accepted.
-#[derive(Clone, Copy, Debug)]
-pub struct Number {
-    /// Unit in the scene file.
-    pub unit: Unit,
-    /// Permitted values, in that unit.
-    pub range: Range,
-}
-
-/// A real number with a unit and a range.
-pub const fn number(unit: Unit, range: Range) -> Number {
-    Number { unit, range }
-}
-
-impl Number {
-    /// Checks a number in the unit of the file and converts it to SI units.
-    pub fn accept(&self, stated: f64) -> Result<f64, Mismatch> {
-        let is_allowed = self.range.contains(stated);
-        is_allowed
-            .then(|| self.unit.to_si(stated))
-            .ok_or(Mismatch::Range)
-    }
-}
-
-impl Kind for Number {
-    type Value = f64;
-
-    fn read(&self, value: &Value) -> Result<f64, Mismatch> {
-        self.accept(float(value)?)
-    }
-
-    fn allowed(&self) -> String {
-        format!("a number {}", self.range)
-    }
-
-    fn unit(&self) -> Unit {
-        self.unit
-    }
-
-    fn is_real(&self) -> bool {
-        true
     }
 }
 
@@ -175,275 +156,184 @@ fn items(value: &Value) -> Result<&Array, Mismatch> {
     value.as_array().ok_or(Mismatch::Type)
 }
 
-/// Numbers of a list.
-fn numbers(item: &Number, list: &Value) -> Result<Vec<f64>, Mismatch> {
-    items(list)?.iter().map(|value| item.read(value)).collect()
+/// A number that may be replaced by a word.
+pub trait Number: Sized {
+    /// Reads it within its limits, in SI units.
+    fn read(limits: &Limits, value: &Value) -> Result<Self, Mismatch>;
+}
+
+impl Number for f64 {
+    fn read(limits: &Limits, value: &Value) -> Result<Self, Mismatch> {
+        let number = limits.range.check(float(value)?)?;
+        Ok(limits.unit.to_si(number))
+    }
+}
+
+impl Number for usize {
+    fn read(limits: &Limits, value: &Value) -> Result<Self, Mismatch> {
+        Ok(limits.range.check(integer(value)? as f64)? as Self)
+    }
+}
+
+/// A real number with a unit and a range. Integer literals are accepted.
+pub const fn number(unit: Unit, range: Range) -> Kind<f64> {
+    let mut kind = Kind::new(|range| format!("a number {range}"), f64::read);
+    (kind.limits.unit, kind.limits.range) = (unit, range);
+    (kind.limits.is_number, kind.limits.is_real) = (true, true);
+    kind
 }
 
 /// An integer between two bounds, inclusive.
-#[derive(Clone, Copy, Debug)]
-pub struct Count(pub u32, pub u32);
-
-impl Kind for Count {
-    type Value = usize;
-
-    fn read(&self, value: &Value) -> Result<usize, Mismatch> {
-        let n = u32::try_from(integer(value)?).ok();
-        n.filter(|n| (self.0..=self.1).contains(n))
-            .map(|n| n as usize)
-            .ok_or(Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        format!("an integer from {} to {}", self.0, self.1)
-    }
-
-    fn is_number(&self) -> bool {
-        true
-    }
+pub const fn count(low: usize, high: usize) -> Kind<usize> {
+    let mut kind = Kind::new(|range| format!("an integer {range}"), usize::read);
+    kind.limits.range = Range::Closed(low as f64, high as f64);
+    kind.limits.is_number = true;
+    kind
 }
 
 /// A random seed: a non-negative integer.
-#[derive(Clone, Copy, Debug)]
-pub struct Seed;
-
-impl Kind for Seed {
-    type Value = u64;
-
-    fn read(&self, value: &Value) -> Result<u64, Mismatch> {
-        u64::try_from(integer(value)?).map_err(|_| Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        format!("an integer from 0 to {}", i64::MAX)
-    }
-
-    fn is_number(&self) -> bool {
-        true
-    }
+pub const fn seed() -> Kind<u64> {
+    let mut kind = Kind::new(
+        |_| format!("an integer from 0 to {}", i64::MAX),
+        |_, value| u64::try_from(integer(value)?).map_err(|_| Mismatch::Range),
+    );
+    kind.limits.is_number = true;
+    kind
 }
 
 /// A flag: `true` or `false`.
-#[derive(Clone, Copy, Debug)]
-pub struct Flag;
-
-impl Kind for Flag {
-    type Value = bool;
-
-    fn read(&self, value: &Value) -> Result<bool, Mismatch> {
-        value.as_bool().ok_or(Mismatch::Type)
-    }
-
-    fn allowed(&self) -> String {
-        "true or false".to_owned()
-    }
+pub const fn flag() -> Kind<bool> {
+    Kind::new(
+        |_| "true or false".to_owned(),
+        |_, value| value.as_bool().ok_or(Mismatch::Type),
+    )
 }
 
 /// Text that is not blank.
-#[derive(Clone, Copy, Debug)]
-pub struct Text;
-
-impl Kind for Text {
-    type Value = String;
-
-    fn read(&self, value: &Value) -> Result<String, Mismatch> {
-        let text = value.as_str().ok_or(Mismatch::Type)?.trim();
-        let given = (!text.is_empty()).then(|| text.to_owned());
-        given.ok_or(Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        "a non-empty string".to_owned()
-    }
+pub const fn text() -> Kind<String> {
+    Kind::new(
+        |_| "a non-empty string".to_owned(),
+        |_, value| {
+            let text = value.as_str().ok_or(Mismatch::Type)?.trim();
+            let given = (!text.is_empty()).then(|| text.to_owned());
+            given.ok_or(Mismatch::Range)
+        },
+    )
 }
 
-/// A variant of an enum, by its name.
-#[derive(Clone, Copy, Debug)]
-pub struct Choice<T>(PhantomData<T>);
-
-/// A choice among the variants of an enum.
-pub const fn choice<T>() -> Choice<T> {
-    Choice(PhantomData)
+/// A choice among the variants of an enum, by its name.
+pub const fn choice<T: VariantArray + Clone + Into<&'static str> + FromStr>() -> Kind<T> {
+    Kind::new(
+        |_| {
+            let names: Vec<_> = names::<T>().map(|name| format!("\"{name}\"")).collect();
+            names.join(" or ")
+        },
+        |_, value| {
+            let word = value.as_str().ok_or(Mismatch::Type)?;
+            let unknown = |_| Mismatch::Choice(nearest(word, names::<T>()));
+            word.parse().map_err(unknown)
+        },
+    )
 }
 
-impl<T: VariantArray + Clone + Into<&'static str> + Sync> Choice<T> {
-    fn names() -> impl Iterator<Item = &'static str> {
-        T::VARIANTS.iter().map(|variant| variant.clone().into())
-    }
+fn names<T: VariantArray + Clone + Into<&'static str>>() -> impl Iterator<Item = &'static str> {
+    T::VARIANTS.iter().map(|variant| variant.clone().into())
 }
 
-impl<T: VariantArray + Clone + Into<&'static str> + FromStr + Sync> Kind for Choice<T> {
-    type Value = T;
-
-    fn read(&self, value: &Value) -> Result<T, Mismatch> {
-        let word = value.as_str().ok_or(Mismatch::Type)?;
-        let unknown = |_| Mismatch::Choice(nearest(word, Self::names()));
-        word.parse().map_err(unknown)
-    }
-
-    fn allowed(&self) -> String {
-        let names: Vec<_> = Self::names().map(|name| format!("\"{name}\"")).collect();
-        names.join(" or ")
-    }
-}
-
-/// A value of another type, or a word with a special meaning.
-#[derive(Clone, Copy, Debug)]
-pub struct OrWord<K: Kind, V> {
-    kind: K,
-    given: fn(K::Value) -> V,
-    word: &'static str,
-    meaning: V,
-}
-
-/// A value, or the word `auto`.
-pub const fn auto_or<K: Kind>(kind: K) -> OrWord<K, AutoOr<K::Value>>
-where
-    K::Value: Copy,
-{
-    OrWord {
-        kind,
-        given: AutoOr::Given,
-        word: "auto",
-        meaning: AutoOr::Auto,
-    }
+/// A number, or the word `auto`.
+pub const fn auto_or<T: Number>(number: Kind<T>) -> Kind<AutoOr<T>> {
+    let mut limits = number.limits;
+    (limits.word, limits.is_real) = ("auto", false);
+    let read = |limits: &Limits, value: &Value| {
+        let number = number_unless_word(limits, value)?;
+        Ok(number.map_or(AutoOr::Auto, AutoOr::Given))
+    };
+    Kind { limits, read }
 }
 
 /// An upper limit, or the word `all` for no limit.
-pub const fn all_or(count: Count) -> OrWord<Count, usize> {
-    OrWord {
-        kind: count,
-        given: |limit| limit,
-        word: "all",
-        meaning: usize::MAX,
+pub const fn all_or(count: Kind<usize>) -> Kind<usize> {
+    let mut limits = count.limits;
+    limits.word = "all";
+    let read = |limits: &Limits, value: &Value| {
+        Ok(number_unless_word(limits, value)?.unwrap_or(usize::MAX))
+    };
+    Kind { limits, read }
+}
+
+/// A number; `None` for the word.
+fn number_unless_word<T: Number>(limits: &Limits, value: &Value) -> Result<Option<T>, Mismatch> {
+    match value.as_str() {
+        Some(word) if word == limits.word => Ok(None),
+        Some(_) => Err(Mismatch::Choice(None)),
+        None => T::read(limits, value).map(Some),
     }
 }
 
-impl<K: Kind, V: Copy + Sync> Kind for OrWord<K, V> {
-    type Value = V;
-
-    fn read(&self, value: &Value) -> Result<V, Mismatch> {
-        match value.as_str() {
-            Some(word) if word == self.word => Ok(self.meaning),
-            Some(_) => Err(Mismatch::Choice(None)),
-            None => self.kind.read(value).map(self.given),
-        }
-    }
-
-    fn allowed(&self) -> String {
-        format!("\"{}\", or {}", self.word, self.kind.allowed())
-    }
-
-    fn unit(&self) -> Unit {
-        self.kind.unit()
-    }
-
-    fn is_number(&self) -> bool {
-        self.kind.is_number()
-    }
+/// Numbers of a list.
+fn numbers(limits: &Limits, list: &Value) -> Result<Vec<f64>, Mismatch> {
+    let numbers = items(list)?.iter().map(|value| f64::read(limits, value));
+    numbers.collect()
 }
 
-/// A vector of three numbers, each of the given type.
-#[derive(Clone, Copy, Debug)]
-pub struct Vector(pub Number);
-
-impl Kind for Vector {
-    type Value = [f64; 3];
-
-    fn read(&self, value: &Value) -> Result<[f64; 3], Mismatch> {
-        let numbers = numbers(&self.0, value)?;
-        numbers.try_into().map_err(|_| Mismatch::Type)
-    }
-
-    fn allowed(&self) -> String {
-        format!("three values [x, y, z], each {}", self.0.allowed())
-    }
-
-    fn unit(&self) -> Unit {
-        self.0.unit
-    }
+/// Numbers of a list that is not empty.
+fn some_numbers(limits: &Limits, list: &Value) -> Result<Vec<f64>, Mismatch> {
+    let numbers = Some(numbers(limits, list)?);
+    let given = numbers.filter(|numbers| !numbers.is_empty());
+    given.ok_or(Mismatch::Range)
 }
 
-/// A list of at least one number, each of the given type; possibly a single number instead.
-#[derive(Clone, Copy, Debug)]
-pub struct List {
-    item: Number,
-    takes_one: bool,
+/// A vector of three numbers.
+pub const fn vector(item: Kind<f64>) -> Kind<[f64; 3]> {
+    let mut kind = Kind::new(
+        |range| format!("three values [x, y, z], each a number {range}"),
+        |limits, value| {
+            let numbers = numbers(limits, value)?;
+            numbers.try_into().map_err(|_| Mismatch::Type)
+        },
+    );
+    (kind.limits.unit, kind.limits.range) = (item.limits.unit, item.limits.range);
+    kind
 }
 
-/// A list of numbers.
-pub const fn list(item: Number) -> List {
-    List {
-        item,
-        takes_one: false,
-    }
+/// A list of at least one number.
+pub const fn list(item: Kind<f64>) -> Kind<Vec<f64>> {
+    let description = |range| format!("a list of numbers, each a number {range}");
+    let mut kind = Kind::new(description, some_numbers);
+    (kind.limits.unit, kind.limits.range) = (item.limits.unit, item.limits.range);
+    kind
 }
 
 /// One number or a list of many.
-pub const fn one_or_many(item: Number) -> List {
-    List {
-        item,
-        takes_one: true,
-    }
-}
-
-impl Kind for List {
-    type Value = Vec<f64>;
-
-    fn read(&self, value: &Value) -> Result<Vec<f64>, Mismatch> {
-        if self.takes_one && !value.is_array() {
-            return Ok(vec![self.item.read(value)?]);
-        }
-        let numbers = numbers(&self.item, value)?;
-        (!numbers.is_empty())
-            .then_some(numbers)
-            .ok_or(Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        let item = self.item.allowed();
-        if self.takes_one {
-            format!("{item}, or a list of them")
-        } else {
-            format!("a list of numbers, each {item}")
-        }
-    }
-
-    fn unit(&self) -> Unit {
-        self.item.unit
-    }
-
-    fn is_real(&self) -> bool {
-        self.takes_one
-    }
+pub const fn one_or_many(item: Kind<f64>) -> Kind<Vec<f64>> {
+    let mut limits = item.limits;
+    limits.description = |range| format!("a number {range}, or a list of them");
+    let read = |limits: &Limits, value: &Value| match value {
+        Value::Array(_) => some_numbers(limits, value),
+        one => Ok(vec![f64::read(limits, one)?]),
+    };
+    Kind { limits, read }
 }
 
 /// Two coordinates of the modal state: `q` or `qdot` followed by the number of the mode, counted from 1.
-#[derive(Clone, Copy, Debug)]
-pub struct Coordinates;
-
-impl Kind for Coordinates {
-    type Value = [StateCoordinate; 2];
-
-    fn read(&self, value: &Value) -> Result<Self::Value, Mismatch> {
-        let pair: Result<Vec<_>, _> = items(value)?.iter().map(coordinate).collect();
-        pair?.try_into().map_err(|_| Mismatch::Type)
-    }
-
-    fn allowed(&self) -> String {
-        "two of \"q1\", \"qdot1\", \"q2\", \"qdot2\", ...".to_owned()
-    }
+pub const fn coordinates() -> Kind<[StateCoordinate; 2]> {
+    Kind::new(
+        |_| "two of \"q1\", \"qdot1\", \"q2\", \"qdot2\", ...".to_owned(),
+        |_, value| {
+            let pair: Result<Vec<_>, _> = items(value)?.iter().map(coordinate).collect();
+            pair?.try_into().map_err(|_| Mismatch::Type)
+        },
+    )
 }
 
 /// A coordinate of the modal state, such as `qdot12`.
 fn coordinate(value: &Value) -> Result<StateCoordinate, Mismatch> {
+    use StateCoordinate::{Q, Qdot};
+
     let word = value.as_str().ok_or(Mismatch::Type)?;
     let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot") {
-        Some(number) => (number, StateCoordinate::Qdot),
-        None => (
-            word.strip_prefix('q').unwrap_or_default(),
-            StateCoordinate::Q,
-        ),
+        Some(number) => (number, Qdot),
+        None => (word.strip_prefix('q').unwrap_or_default(), Q),
     };
     let number: u16 = number.parse().map_err(|_| Mismatch::Choice(None))?;
     let index = number.checked_sub(1).ok_or(Mismatch::Range)?;
@@ -452,22 +342,18 @@ fn coordinate(value: &Value) -> Result<StateCoordinate, Mismatch> {
 
 /// A list of 1 to the given number of tables. The keys of the tables are declared separately; the value is
 /// the number of tables.
-#[derive(Clone, Copy, Debug)]
-pub struct Tables(pub usize);
-
-impl Kind for Tables {
-    type Value = usize;
-
-    fn read(&self, value: &Value) -> Result<usize, Mismatch> {
-        let tables = items(value)?;
-        if !tables.iter().all(Value::is_inline_table) {
-            return Err(Mismatch::Type);
-        }
-        let is_allowed = (1..=self.0).contains(&tables.len());
-        is_allowed.then_some(tables.len()).ok_or(Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        format!("a list of 1 to {} tables", self.0)
-    }
+pub const fn tables(most: usize) -> Kind<usize> {
+    let mut kind = Kind::new(
+        |range| format!("a list of {range} tables").replace("from ", ""),
+        |limits, value| {
+            let tables = items(value)?;
+            if !tables.iter().all(Value::is_inline_table) {
+                return Err(Mismatch::Type);
+            }
+            limits.range.check(tables.len() as f64)?;
+            Ok(tables.len())
+        },
+    );
+    kind.limits.range = Range::Closed(1.0, most as f64);
+    kind
 }

@@ -6,11 +6,11 @@ use super::kind::*;
 use super::unit::DEGREE;
 use crate::scene::tables::analysis::{AutoOr, StateCoordinate};
 
-fn read<K: Kind>(kind: &K, text: &str) -> Result<K::Value, Mismatch> {
+fn read<T>(kind: &Kind<T>, text: &str) -> Result<T, Mismatch> {
     kind.read(&text.parse::<Value>().expect("valid TOML"))
 }
 
-const TILT: Number = number(DEGREE, Range::Closed(-90.0, 90.0));
+const TILT: Kind<f64> = number(DEGREE, Range::Closed(-90.0, 90.0));
 
 #[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString)]
 #[strum(serialize_all = "kebab-case")]
@@ -49,14 +49,14 @@ fn open_ends_are_excluded() {
 
 #[test]
 fn counts_are_integral_and_bounded() {
-    let nodes = Count(1, 10_000);
+    let nodes = count(1, 10_000);
     assert_eq!(read(&nodes, "0x64"), Ok(100));
     for out in ["0", "-1", "10001", "4294967297"] {
         assert_eq!(read(&nodes, out), Err(Mismatch::Range), "{out}");
     }
     assert_eq!(read(&nodes, "100.0"), Err(Mismatch::Type));
-    assert_eq!(read(&Seed, "9223372036854775807"), Ok(i64::MAX as u64));
-    assert_eq!(read(&Seed, "-1"), Err(Mismatch::Range));
+    assert_eq!(read(&seed(), "9223372036854775807"), Ok(i64::MAX as u64));
+    assert_eq!(read(&seed(), "-1"), Err(Mismatch::Range));
 }
 
 #[test]
@@ -68,12 +68,12 @@ fn choices_suggest_the_most_similar_word() {
         Err(Mismatch::Choice(Some("gauss")))
     );
     assert_eq!(read(&choice, "\"zzz\""), Err(Mismatch::Choice(None)));
-    assert_eq!(choice.expected(), "\"rings\" or \"gauss\"");
+    assert_eq!(choice.limits.expected(), "\"rings\" or \"gauss\"");
 }
 
 #[test]
 fn lists_have_the_required_length() {
-    let vector = Vector(TILT);
+    let vector = vector(TILT);
     assert_eq!(read(&vector, "[0, 0.0, 0]"), Ok([0.0; 3]));
     assert_eq!(read(&vector, "[0, 0]"), Err(Mismatch::Type));
     assert_eq!(read(&vector, "[0, 0, nan]"), Err(Mismatch::Range));
@@ -84,7 +84,7 @@ fn lists_have_the_required_length() {
     assert_eq!(read(&list, "[0, 0.0]"), Ok(vec![0.0, 0.0]));
     assert_eq!(read(&list, "[]"), Err(Mismatch::Range));
     assert_eq!(read(&list, "0"), Err(Mismatch::Type));
-    let tables = Tables(2);
+    let tables = tables(2);
     assert_eq!(read(&tables, "[{}, {}]"), Ok(2));
     assert_eq!(read(&tables, "[{}, {}, {}]"), Err(Mismatch::Range));
     assert_eq!(read(&tables, "[]"), Err(Mismatch::Range));
@@ -99,24 +99,30 @@ fn auto_is_accepted_for_numbers() {
     assert_eq!(read(&lag, "0"), Ok(AutoOr::Given(0.0)));
     assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
     assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
-    assert_eq!(lag.expected(), "\"auto\", or a number from -90 to 90 deg");
+    assert_eq!(
+        lag.limits.expected(),
+        "\"auto\", or a number from -90 to 90 deg"
+    );
 }
 
 #[test]
 fn all_is_accepted_for_counts() {
-    let count = all_or(Count(1, 9));
+    let count = all_or(count(1, 9));
     assert_eq!(read(&count, "\"all\""), Ok(usize::MAX));
     assert_eq!(read(&count, "3"), Ok(3));
     assert_eq!(read(&count, "\"every\""), Err(Mismatch::Choice(None)));
     assert_eq!(read(&count, "0"), Err(Mismatch::Range));
     assert_eq!(read(&count, "2.0"), Err(Mismatch::Type));
-    assert_eq!(count.expected(), "\"all\", or an integer from 1 to 9");
+    assert_eq!(
+        count.limits.expected(),
+        "\"all\", or an integer from 1 to 9"
+    );
 }
 
 #[test]
 fn coordinates_count_modes_from_one() {
     use StateCoordinate::{Q, Qdot};
-    let pair = |text: &str| read(&Coordinates, text);
+    let pair = |pair: &str| read(&coordinates(), pair);
     assert_eq!(pair("[\"q1\", \"qdot12\"]"), Ok([Q(0), Qdot(11)]));
     assert_eq!(pair("[\"q1\"]"), Err(Mismatch::Type));
     assert_eq!(pair("[\"q1\", 2]"), Err(Mismatch::Type));
@@ -129,7 +135,7 @@ fn coordinates_count_modes_from_one() {
 
 #[test]
 fn texts_are_not_blank() {
-    assert_eq!(read(&Text, "\" a \""), Ok("a".to_owned()));
-    assert_eq!(read(&Text, "\" \""), Err(Mismatch::Range));
-    assert_eq!(read(&Text, "1"), Err(Mismatch::Type));
+    assert_eq!(read(&text(), "\" a \""), Ok("a".to_owned()));
+    assert_eq!(read(&text(), "\" \""), Err(Mismatch::Range));
+    assert_eq!(read(&text(), "1"), Err(Mismatch::Type));
 }

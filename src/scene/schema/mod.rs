@@ -9,10 +9,10 @@ pub mod kind;
 mod kind_tests;
 pub mod unit;
 
-use kind::Kind;
+use kind::{Kind, Limits};
 
-/// A key of a table.
-pub struct Key<K: ?Sized> {
+/// A key of a table, read as `T`.
+pub struct Key<T> {
     /// Name in its table.
     pub name: &'static str,
     /// Meaning, in one sentence.
@@ -22,7 +22,7 @@ pub struct Key<K: ?Sized> {
     /// The laws that use the key, where the table selects one; empty for all.
     pub laws: &'static [&'static str],
     /// Type and range of the value.
-    pub kind: K,
+    pub kind: Kind<T>,
 }
 
 /// Behaviour if a key is absent.
@@ -36,12 +36,25 @@ pub enum IfAbsent {
     Described(&'static str),
 }
 
-impl<K: Kind + ?Sized> Key<K> {
+/// A declared key with its position in the schema; the fields are those of [`Key`].
+pub struct Declared {
+    /// Dotted path of the table; empty for the top level.
+    pub table: String,
+    /// Dotted path of the key.
+    pub path: String,
+    pub name: &'static str,
+    pub meaning: &'static str,
+    pub if_absent: IfAbsent,
+    pub laws: &'static [&'static str],
+    pub limits: Limits,
+}
+
+impl Declared {
     /// Description of the permitted values, and of when the key is required.
     pub fn expected_if_missing(&self) -> String {
         match (self.if_absent, self.laws) {
-            (IfAbsent::Default(_), _) | (IfAbsent::Required, []) => self.kind.expected(),
-            _ => format!("{} ({})", self.kind.expected(), self.if_absent()),
+            (IfAbsent::Default(_), _) | (IfAbsent::Required, []) => self.limits.expected(),
+            _ => format!("{} ({})", self.limits.expected(), self.if_absent()),
         }
     }
 
@@ -59,18 +72,9 @@ impl<K: Kind + ?Sized> Key<K> {
     pub fn guide_row(&self) -> String {
         let if_absent = self.if_absent();
         let (name, meaning) = (self.name, self.meaning);
-        let (unit, allowed) = (self.kind.unit().symbol, self.kind.allowed());
+        let (unit, allowed) = (self.limits.unit.symbol, self.limits.allowed());
         format!("| `{name}` | {meaning} | {unit} | {allowed} | {if_absent} |\n")
     }
-}
-
-/// A declared key with its position in the schema.
-pub struct Declared {
-    /// Dotted path of the table; empty for the top level.
-    pub table: String,
-    /// Dotted path of the key.
-    pub path: String,
-    pub key: &'static Key<dyn Kind>,
 }
 
 /// All keys, in the order of the guide.
@@ -78,10 +82,16 @@ pub struct Declared {
 pub struct Schema(pub Vec<Declared>);
 
 impl Schema {
-    pub fn add(&mut self, table: &str, key: &'static Key<dyn Kind>) {
-        let table = table.to_owned();
-        let path = join(&table, key.name);
-        self.0.push(Declared { table, path, key });
+    pub fn add<T>(&mut self, table: &str, key: &Key<T>) {
+        self.0.push(Declared {
+            table: table.to_owned(),
+            path: join(table, key.name),
+            name: key.name,
+            meaning: key.meaning,
+            if_absent: key.if_absent,
+            laws: key.laws,
+            limits: key.kind.limits,
+        });
     }
 
     pub fn paths(&self) -> impl Iterator<Item = &str> {
@@ -144,9 +154,9 @@ pub fn join(table: &str, name: &str) -> String {
 /// declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a small struct
 /// in place.
 ///
-/// `struct Name` also defines the struct; its fields then need types. IfAbsent `Name` is a struct of
-/// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: Kind`
-/// declares a single key.
+/// `struct Name` also defines the struct; its fields then need types. Otherwise `Name` is a struct of
+/// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: T`
+/// declares a single key that is read as `T`.
 macro_rules! keys {
     (
         @key $meaning:literal, $key:literal: $kind:expr
@@ -173,7 +183,7 @@ macro_rules! keys {
     (@declare $schema:ident, $table:ident, $part:ident { $(
         #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $($schema.add($table, const { &keys!(@key $meaning, $key: $kind $(, default $default)?) });)*
+        $($schema.add($table, &keys!(@key $meaning, $key: $kind $(, default $default)?));)*
     };
     (@declare $schema:ident, $table:ident, $part:ty) => { <$part>::declare($schema, $table) };
     (@declare $schema:ident, $table:ident, $part:ty => $path:literal) => { <$part>::declare($schema, $path) };
@@ -181,7 +191,7 @@ macro_rules! keys {
     (@part $table:ident, $part:ident { $(
         #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $part { $($field: $table.get(const { &keys!(@key $meaning, $key: $kind $(, default $default)?) })?),* }
+        $part { $($field: $table.get(&keys!(@key $meaning, $key: $kind $(, default $default)?))?),* }
     };
     (@part $table:ident, $part:ty) => { <$part>::read($table)? };
     (@part $table:ident, $part:ty => $path:literal) => { <$part>::read($table.document.table($path))? };
@@ -202,7 +212,7 @@ macro_rules! keys {
             fn declare(schema: &mut Schema, table: &str) { $(
                 $(schema.add(
                     table,
-                    const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?) },
+                    &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?),
                 );)?
                 $(keys!(@declare schema, table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?);)?
             )* }
@@ -211,7 +221,7 @@ macro_rules! keys {
                 $(
                     $(let $field = keys!(
                         @value $table,
-                        const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?) }
+                        &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?)
                         $(, default $default)? $(, else $words)? $(, with $laws)?
                     );)?
                     $(let $part = keys!(

@@ -2,62 +2,54 @@
 //!
 //! The program converts inputs only here. The name of a key contains its unit: `tilt_deg`, `load_n`.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Unit of a number in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
     /// Symbol for messages and tables; empty for a dimensionless number.
     pub symbol: &'static str,
-    scale: Scale,
-}
-
-/// Conversion to SI units and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Scale {
-    Times(f64),
-    /// Division by a power of ten. Unlike its inverse the power is exact in binary, so that the conversion
+    /// Factor of the conversion to SI units and radians.
+    factor: f64,
+    /// Divisor, a power of ten. Unlike its inverse the power is exact in binary, so that the conversion
     /// rounds once: `31.75` mm gives exactly the number of `0.03175` m.
-    Over(f64),
-    Degrees,
+    divisor: f64,
 }
 
-const fn unit(symbol: &'static str, scale: Scale) -> Unit {
-    Unit { symbol, scale }
+const fn unit(symbol: &'static str, factor: f64, divisor: f64) -> Unit {
+    Unit {
+        symbol,
+        factor,
+        divisor,
+    }
 }
 
-use Scale::{Degrees, Over, Times};
-
-pub const ONE: Unit = unit("", Times(1.0));
-pub const DEGREE: Unit = unit("deg", Degrees);
-pub const MILLIMETRE: Unit = unit("mm", Over(1e3));
-pub const MICROMETRE: Unit = unit("um", Over(1e6));
-pub const MILLISECOND: Unit = unit("ms", Over(1e3));
-pub const MICROSECOND: Unit = unit("us", Over(1e6));
-pub const HERTZ: Unit = unit("Hz", Times(1.0));
+pub const ONE: Unit = unit("", 1.0, 1.0);
+pub const DEGREE: Unit = unit("deg", PI / 180.0, 1.0);
+pub const MILLIMETRE: Unit = unit("mm", 1.0, 1e3);
+pub const MICROMETRE: Unit = unit("um", 1.0, 1e6);
+pub const MILLISECOND: Unit = unit("ms", 1.0, 1e3);
+pub const MICROSECOND: Unit = unit("us", 1.0, 1e6);
+pub const HERTZ: Unit = unit("Hz", 1.0, 1.0);
 /// A frequency in Hz that is converted to an angular frequency in rad/s.
-pub const TURNS_PER_SECOND: Unit = unit("Hz", Times(TAU));
-pub const KILOHERTZ: Unit = unit("kHz", Times(1e3));
-pub const GIGAPASCAL: Unit = unit("GPa", Times(1e9));
-pub const MEGAPASCAL: Unit = unit("MPa", Times(1e6));
-pub const NEWTON: Unit = unit("N", Times(1.0));
-pub const NEWTON_PER_KILOGRAM: Unit = unit("N/kg", Times(1.0));
-pub const METRE_PER_SECOND_SQUARED: Unit = unit("m/s^2", Times(1.0));
-pub const KILOGRAM_PER_CUBIC_METRE: Unit = unit("kg/m^3", Times(1.0));
-pub const METRE_PER_SECOND: Unit = unit("m/s", Times(1.0));
-pub const MILLIMETRE_PER_SECOND: Unit = unit("mm/s", Over(1e3));
-pub const PER_METRE: Unit = unit("1/m", Times(1.0));
-pub const SECOND_PER_METRE: Unit = unit("s/m", Times(1.0));
-pub const RADIAN_PER_SECOND: Unit = unit("rad/s", Times(1.0));
+pub const TURNS_PER_SECOND: Unit = unit("Hz", TAU, 1.0);
+pub const KILOHERTZ: Unit = unit("kHz", 1e3, 1.0);
+pub const GIGAPASCAL: Unit = unit("GPa", 1e9, 1.0);
+pub const MEGAPASCAL: Unit = unit("MPa", 1e6, 1.0);
+pub const NEWTON: Unit = unit("N", 1.0, 1.0);
+pub const NEWTON_PER_KILOGRAM: Unit = unit("N/kg", 1.0, 1.0);
+pub const METRE_PER_SECOND_SQUARED: Unit = unit("m/s^2", 1.0, 1.0);
+pub const KILOGRAM_PER_CUBIC_METRE: Unit = unit("kg/m^3", 1.0, 1.0);
+pub const METRE_PER_SECOND: Unit = unit("m/s", 1.0, 1.0);
+pub const MILLIMETRE_PER_SECOND: Unit = unit("mm/s", 1.0, 1e3);
+pub const PER_METRE: Unit = unit("1/m", 1.0, 1.0);
+pub const SECOND_PER_METRE: Unit = unit("s/m", 1.0, 1.0);
+pub const RADIAN_PER_SECOND: Unit = unit("rad/s", 1.0, 1.0);
 
 impl Unit {
     /// Converts a number to SI units and radians.
     pub fn to_si(self, value: f64) -> f64 {
-        match self.scale {
-            Times(factor) => value * factor,
-            Over(divisor) => value / divisor,
-            Degrees => value.to_radians(),
-        }
+        value * self.factor / self.divisor
     }
 
     /// Converts back from SI units and radians, with about twelve significant digits.

@@ -11,7 +11,7 @@ use crate::scene::document::Document;
 use crate::scene::edit::knot_list;
 use crate::scene::error::{Location, SceneError};
 use crate::scene::schema::join;
-use crate::scene::schema::kind::{Kind, Mismatch};
+use crate::scene::schema::kind::Mismatch;
 
 /// Size limit, bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -68,10 +68,7 @@ fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, Scen
         let problem = format!("the file `{file}` {problem}");
         table.inconsistent(keys.csv.name, &[], problem, remedy)
     })?;
-    let place = |line| Location {
-        file: file.clone(),
-        line: Some(line),
-    };
+    let place = |line| Location::new(&file, Some(line));
     let refused = |line, problem: String, remedy: &str| {
         let key = join(keys.table, keys.csv.name);
         Err(SceneError::inconsistent(place(line), key, problem, remedy))
@@ -100,10 +97,11 @@ fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, Scen
         let mut knot = [0.0; 2];
         for ((number, field), key) in knot.iter_mut().zip(fields).zip(keys.knot) {
             let stated = field.parse().map_err(|_| Mismatch::Type);
-            let accepted = stated.and_then(|x: f64| key.kind.accept(x).map(|_| x));
+            let limits = &key.kind.limits;
+            let accepted = stated.and_then(|x: f64| limits.range.check(x));
             *number = accepted.map_err(|mismatch| {
-                let (key, expected) = (path_of(key.name), key.kind.expected());
-                mismatch.at(place(line), &key, &expected, &format!("`{field}`"))
+                let (key, found) = (path_of(key.name), format!("`{field}`"));
+                mismatch.at(place(line), &key, &limits.expected(), &found)
             })?;
         }
         if knots.last().is_some_and(|before| knot[0] <= before[0]) {

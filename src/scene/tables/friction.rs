@@ -6,21 +6,20 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::knots::{KnotKeys, MAX_POINTS, points};
 use crate::joint::{
-    Constant, Contact, DynamicFriction, Friction, FrictionTable, LuGre, MAX_NODES_WITH_STATES,
-    RateAndState, Stribeck,
+    Constant, DynamicFriction, Friction, FrictionTable, LuGre, RateAndState, Stribeck,
 };
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, Positive};
-use crate::scene::schema::kind::{Flag, Number, Tables, Text, choice, number};
+use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text};
 use crate::scene::schema::unit::{METRE_PER_SECOND, MICROMETRE, ONE, PER_METRE, SECOND_PER_METRE};
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 
 /// Range of coefficients of friction.
-pub const COEFFICIENT: Number = number(ONE, Closed(0.0, 10.0));
+pub const COEFFICIENT: Kind<f64> = number(ONE, Closed(0.0, 10.0));
 
 /// Range of the slope factor of the creep region.
-pub const CREEP: Number = number(SECOND_PER_METRE, Positive(1e8));
+pub const CREEP: Kind<f64> = number(SECOND_PER_METRE, Positive(1e8));
 
 pub fn declare(schema: &mut Schema) {
     Friction::declare(schema, "friction");
@@ -80,7 +79,7 @@ keys! {
         /// Slip distance `D_c` over which the contact renews its age.
         distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), with ["rate-and-state"];
         /// Whether the radial component of the friction force in Eq. (8) is included.
-        radial = "radial": Flag, default true;
+        radial = "radial": flag(), default true;
     } => {
         table.reject_unused("law", law.into())?;
         match law {
@@ -139,30 +138,15 @@ fn positive(table: Table<'_>, name: &'static str, given: Option<f64>) -> Result<
     Ok(number)
 }
 
-/// Checks what friction with states excludes.
-pub fn check_states(
-    document: &Document<'_>,
-    friction: &Friction,
-    contact: &Contact,
-) -> Result<(), SceneError> {
-    if friction.states() == 0 {
-        return Ok(());
-    }
-    ensure!(document, contact.nodes <= MAX_NODES_WITH_STATES => "contact.nodes", &["friction.law"];
-        "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
-        "use at most {MAX_NODES_WITH_STATES} nodes, or choose another friction.law");
-    Ok(())
-}
-
 keys! {
     /// Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.
-    static CURVE_POINTS: Tables = "points": Tables(MAX_POINTS), else ONE_CURVE, with ["table"];
+    static CURVE_POINTS: usize = "points": tables(MAX_POINTS), else ONE_CURVE, with ["table"];
     /// Slip speed of the point; higher than that of the previous point.
-    static SPEED: Number = "speed_m_per_s": number(METRE_PER_SECOND, Closed(0.0, 1e3));
+    static SPEED: f64 = "speed_m_per_s": number(METRE_PER_SECOND, Closed(0.0, 1e3));
     /// Coefficient of friction at this speed.
-    static MU: Number = "mu": COEFFICIENT;
+    static MU: f64 = "mu": COEFFICIENT;
     /// Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.
-    static CURVE_FILE: Text = "points_csv": Text, else ONE_CURVE, with ["table"];
+    static CURVE_FILE: String = "points_csv": text(), else ONE_CURVE, with ["table"];
 }
 
 /// Keys of the measured friction curve.
@@ -184,8 +168,6 @@ fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError>
         "the scene gives the friction curve more than once";
         "keep one of friction.{list} and friction.{file}");
     // A file has been replaced by its points.
-    if !table.has(list) {
-        return Err(document.missing("friction.points"));
-    }
+    table.needed(list, table.has(list).then_some(()))?;
     points(table.list(CURVE.knots)?, CURVE.knot, CURVE.order)
 }

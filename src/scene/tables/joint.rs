@@ -1,6 +1,5 @@
 //! Tables of the joint: body, socket, contact, damping; assembly with friction and loading.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use strum::{EnumString, IntoStaticStr, VariantArray};
@@ -8,21 +7,18 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 use super::SCHEMA;
 use super::friction;
 use super::knots::{MAX_POINTS, points};
-use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
+use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, SPIN, TILT};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, ImportedModes,
-    ImportedModesError, JointSpec, MAX_MODES, PUBLISHED, PressureTable, Quadrature, Socket,
-    StiffnessLaw,
+    ImportedModesError, JointSpec, MAX_MODES, MAX_NODES_WITH_STATES, PUBLISHED, PressureTable,
+    Quadrature, Socket, StiffnessLaw,
 };
 use crate::numpy::Npz;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
-use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
-use crate::scene::schema::kind::{
-    Count, Flag, Kind, List, Number, Tables, Text, choice, number, one_or_many,
-};
+use crate::scene::schema::kind::{Kind, choice, count, flag, number, one_or_many, tables, text};
 use crate::scene::schema::unit::{
     GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
     SECOND_PER_METRE,
@@ -43,10 +39,10 @@ pub const TABLES: [&str; 8] = [
 ];
 
 /// Range of Young's moduli.
-const YOUNG: Number = number(GIGAPASCAL, Closed(0.001, 2000.0));
+const YOUNG: Kind<f64> = number(GIGAPASCAL, Closed(0.001, 2000.0));
 
 /// Range of Poisson's ratios.
-const POISSON: Number = number(ONE, Open(-1.0, 0.5));
+const POISSON: Kind<f64> = number(ONE, Open(-1.0, 0.5));
 
 pub fn declare(schema: &mut Schema) {
     schema.add("body", &MODES);
@@ -63,7 +59,7 @@ pub fn declare(schema: &mut Schema) {
 
 keys! {
     /// File (.npz) of modes and contact patch from another finite-element program, relative to the folder of the scene file; excludes all other keys of `[body]`, `[socket]` and the layout of the patch.
-    static MODES: Text = "modes": Text, else "ball and beam, as defined below";
+    static MODES: String = "modes": text(), else "ball and beam, as defined below";
 
     BallOnBeam {
         /// Dimensions.
@@ -102,16 +98,16 @@ keys! {
         /// Maximum edge length of the finite elements.
         size = "element_size_mm": number(MILLIMETRE, Closed(0.1, 100.0)), default 16.0;
         /// Polynomial order of the finite elements: 1 linear (locks in bending), 2 quadratic, 3 cubic and so on.
-        order = "element_order": Count(*Elements::ORDERS.start() as u32, *Elements::ORDERS.end() as u32), default 4;
+        order = "element_order": count(*Elements::ORDERS.start(), *Elements::ORDERS.end()), default 4;
     }
 
     Families {
         /// Number of bending pairs, from the lowest frequency; each pair is two modes.
-        bending_pairs = "bending_pairs": Count(0, 50), default 4;
+        bending_pairs = "bending_pairs": count(0, 50), default 4;
         /// Number of torsion modes, from the lowest frequency.
-        torsion = "torsion_modes": Count(0, 50), default 2;
+        torsion = "torsion_modes": count(0, 50), default 2;
         /// Number of axial modes, from the lowest frequency.
-        axial = "axial_modes": Count(0, 50), default 1;
+        axial = "axial_modes": count(0, 50), default 1;
     }
 
     Socket {
@@ -125,7 +121,7 @@ keys! {
 
     Contact |table| {
         /// Number of contact nodes.
-        nodes = "nodes": Count(1, 10_000), default 16;
+        nodes = "nodes": count(1, 10_000), default 16;
         /// Layout of the nodes: rings of cells of equal area, or a Gauss rule for the Hertz pressure and a uniform stiffness.
         quadrature = "quadrature": choice::<Quadrature>(), default "gauss";
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
@@ -135,7 +131,7 @@ keys! {
         /// Factor on the Hertz radius of the patch; load and total stiffness are unchanged.
         radius_factor = "radius_factor": number(ONE, Closed(0.1, 5.0)), default 1.0;
         /// Whether contact nodes can separate, Eq. (2).
-        unilateral = "unilateral": Flag, default true;
+        unilateral = "unilateral": flag(), default true;
         /// Damping of the normal contact.
         ..damping: Option<ContactDamping> => "contact_damping";
     } => {
@@ -175,11 +171,11 @@ keys! {
 
 keys! {
     /// Pressure over the radius of the patch instead of that of Hertz, linear between these points and scaled to carry the load along its direction; for wide patches. The last point is the edge of the patch, whose radius does not change with the load. The total stiffness stays that of Hertz: adjust `stiffness_factor`.
-    static PRESSURE: Tables = "pressure": Tables(MAX_POINTS), else "the pressure of Hertz";
+    static PRESSURE: usize = "pressure": tables(MAX_POINTS), else "the pressure of Hertz";
     /// Distance of the point from the axis of the patch: zero for the first point, then larger than that of the previous point.
-    static RADIUS: Number = "radius_mm": number(MILLIMETRE, Closed(0.0, 250.0));
+    static RADIUS: f64 = "radius_mm": number(MILLIMETRE, Closed(0.0, 250.0));
     /// Pressure at this distance; positive, or zero at the edge.
-    static LOCAL_PRESSURE: Number = "pressure_mpa": number(MEGAPASCAL, Closed(0.0, 1e6));
+    static LOCAL_PRESSURE: f64 = "pressure_mpa": number(MEGAPASCAL, Closed(0.0, 1e6));
 }
 
 /// Largest half-angle of a Hertz patch, degrees.
@@ -190,30 +186,39 @@ const WIDEST_PATCH: f64 = 0.98;
 
 keys! {
     /// Modal damping ratio of all modes, or of each mode in order of frequency.
-    static DAMPING: List = "ratio": one_or_many(number(ONE, HalfOpen(0.0, 1.0)));
+    static DAMPING: Vec<f64> = "ratio": one_or_many(number(ONE, HalfOpen(0.0, 1.0)));
 }
 
 /// Reads the joint and its loading. `known` are imported modes that need not be read
 /// again.
 pub fn read_joint(
     document: &Document<'_>,
-    file: &str,
     known: Option<&Arc<ImportedModes>>,
 ) -> Result<LoadedJoint, SceneError> {
-    let missing = |path: &str| document.missing(path);
-    let (load, load_is_function) = LOAD.read(document)?.ok_or_else(|| missing("load.load_n"))?;
-    let mut spec = joint(document, load.at(0.0), file, known)?;
-    check_patch(document, &spec, load.max())?;
-    let (tilt, tilt_is_function) = TILT
-        .read(document)?
-        .ok_or_else(|| missing("load.tilt_deg"))?;
+    let loaded = document.table("load");
+    let (load, load_is_function) = loaded.needed("load_n", LOAD.read(document)?)?;
+    let mut spec = joint(document, load.at(0.0), known)?;
+    let (largest, degrees) = (load.max(), spec.hertz_half_angle(load.max()));
+    let degrees = degrees.map_or(0.0, f64::to_degrees);
+    ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths();
+        "at {largest} N the contact patch has a half-angle of {degrees:.0} degrees, for which Hertz contact is not valid";
+        "reduce the load for at most {WIDEST_HERTZ_PATCH} degrees, or give the pressure over the radius as contact.pressure; \
+         modes of another program (body.modes) have a patch of their own");
+    let (tilt, tilt_is_function) = loaded.needed("tilt_deg", TILT.read(document)?)?;
     let moves_patch = document.table("rotation").get(&MOVES_PATCH)?;
     ensure!(document, !(moves_patch && tilt_is_function) => "rotation.moves_patch", &TILT.paths();
         "the tilt is also a function of time";
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
     let mut rotation = None;
     if let Some((factor, _)) = FACTOR.read(document)? {
-        let scaled = scaled_rotation(document, spec.rotation, factor)?;
+        let (rad_s, component) = (spec.rotation, SPIN.limits);
+        let fastest = factor.min().abs().max(factor.max());
+        let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * fastest;
+        ensure!(document,
+            component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
+            "with its factor a component reaches {largest} rad/s";
+            "reduce the angular velocity or the factor; each component must be {}", component.expected());
+        let scaled = ScaledRotation { rad_s, factor };
         spec.rotation = scaled.at(0.0);
         rotation = Some(scaled);
     }
@@ -225,16 +230,6 @@ pub fn read_joint(
         patch_moves_from: moves_patch.then_some(0.0),
         carry: document.table("time").get(&CARRY)?,
     })
-}
-
-/// Checks that Hertz contact is a fair description of the patch under the largest load (N).
-fn check_patch(document: &Document<'_>, spec: &JointSpec, load: f64) -> Result<(), SceneError> {
-    let degrees = spec.hertz_half_angle(load).map_or(0.0, f64::to_degrees);
-    ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths();
-        "at {load} N the contact patch has a half-angle of {degrees:.0} degrees, for which Hertz contact is not valid";
-        "reduce the load for at most {WIDEST_HERTZ_PATCH} degrees, or give the pressure over the radius as contact.pressure; \
-         modes of another program (body.modes) have a patch of their own");
-    Ok(())
 }
 
 /// Reads the pressure over the radius of the patch, if it is given.
@@ -266,26 +261,9 @@ fn pressure(
     Ok(pressure.map(Arc::new))
 }
 
-/// Builds a rotation and checks its largest component.
-fn scaled_rotation(
-    document: &Document<'_>,
-    rad_s: [f64; 3],
-    factor: Schedule,
-) -> Result<ScaledRotation, SceneError> {
-    let component = ROTATION.kind.0;
-    let largest =
-        rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.min().abs().max(factor.max());
-    ensure!(document,
-        component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
-        "with its factor a component reaches {largest} rad/s";
-        "reduce the angular velocity or the factor; each component must be {}", component.expected());
-    Ok(ScaledRotation { rad_s, factor })
-}
-
 fn joint(
     document: &Document<'_>,
     load: f64,
-    file: &str,
     known: Option<&Arc<ImportedModes>>,
 ) -> Result<JointSpec, SceneError> {
     let mut contact = Contact::read(document.table("contact"))?;
@@ -293,7 +271,7 @@ fn joint(
     let mut own_pressure = None;
     let body = match document.table("body").find(&MODES)? {
         Some(named) => {
-            let modes = imported_modes(document, file, &named, known)?;
+            let modes = imported_modes(document, &named, known)?;
             contact.nodes = modes.nodes();
             BodySpec::Imported(modes)
         }
@@ -308,7 +286,14 @@ fn joint(
     let [loaded, turned] = ["load", "rotation"].map(|path| document.table(path));
     let friction = Option::<Friction>::read(document.table("friction"))?;
     let friction = friction.unwrap_or(Friction::None);
-    friction::check_states(document, &friction, &contact)?;
+    let limit = if friction.states() == 0 {
+        usize::MAX
+    } else {
+        MAX_NODES_WITH_STATES
+    };
+    ensure!(document, contact.nodes <= limit => "contact.nodes", &["friction.law"];
+        "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
+        "use at most {limit} nodes, or choose another friction.law");
     Ok(JointSpec {
         socket,
         load,
@@ -326,7 +311,6 @@ fn joint(
 /// Reads the imported modes of a scene, which define body and contact patch.
 fn imported_modes(
     document: &Document<'_>,
-    file: &str,
     named: &str,
     known: Option<&Arc<ImportedModes>>,
 ) -> Result<Arc<ImportedModes>, SceneError> {
@@ -338,8 +322,8 @@ fn imported_modes(
         "pressure",
     ];
     let excluded = SCHEMA.0.iter().filter(|key| match &key.table[..] {
-        "body" => key.key.name != MODES.name,
-        "contact" => patch.contains(&key.key.name),
+        "body" => key.name != MODES.name,
+        "contact" => patch.contains(&key.name),
         table => table == "socket",
     });
     for key in excluded {
@@ -350,8 +334,7 @@ fn imported_modes(
     if let Some(known) = known.filter(|known| known.name() == named) {
         return Ok(Arc::clone(known));
     }
-    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
-    let path = folder.join(named);
+    let path = document.folder().join(named);
     let modes = Npz::open(&path).map_err(|problem| ImportedModesError::File(problem.into()));
     let modes = modes.and_then(|mut file| ImportedModes::read(&mut file, named));
     let modes = modes.map_err(|problem| {

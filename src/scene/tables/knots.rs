@@ -3,7 +3,6 @@
 use crate::scene::document::Table;
 use crate::scene::error::{Location, SceneError};
 use crate::scene::schema::Key;
-use crate::scene::schema::kind::{Number, Tables, Text};
 
 /// Maximum number of knots or steps.
 pub const MAX_POINTS: usize = 10_000;
@@ -13,11 +12,11 @@ pub struct KnotKeys {
     /// Table of the curve.
     pub table: &'static str,
     /// List of the knots.
-    pub knots: &'static Key<Tables>,
+    pub knots: &'static Key<usize>,
     /// Variable and value of a knot.
-    pub knot: [&'static Key<Number>; 2],
+    pub knot: [&'static Key<f64>; 2],
     /// Name of a CSV file with knots.
-    pub csv: &'static Key<Text>,
+    pub csv: &'static Key<String>,
     /// Name of the variable in messages, with the comparative for its order: `time`, `later`.
     pub order: [&'static str; 2],
 }
@@ -25,7 +24,7 @@ pub struct KnotKeys {
 /// Reads points of a list in the scene, converted to SI units. Their variable must increase.
 pub fn points(
     tables: Vec<Table<'_>>,
-    [variable, value]: [&Key<Number>; 2],
+    [variable, value]: [&Key<f64>; 2],
     order: [&str; 2],
 ) -> Result<Vec<[f64; 2]>, SceneError> {
     let mut points: Vec<[f64; 2]> = Vec::with_capacity(tables.len());

@@ -9,9 +9,7 @@ use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::{Schedule, Sine};
 use crate::scene::schema::IfAbsent::{self, Described, Required};
 use crate::scene::schema::kind::Range::{Closed, Positive};
-use crate::scene::schema::kind::{
-    Choice, Flag, Kind, Number, Tables, Text, Vector, choice, number,
-};
+use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text, vector};
 use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
 use crate::scene::schema::{Key, Schema, join, keys, split};
 use crate::scene::subject::Carry;
@@ -27,12 +25,12 @@ pub struct ScheduleKeys {
     /// Table of the quantity, and its knots: time and value.
     pub curve: KnotKeys,
     /// Key of the constant; the factor on the rotation has none.
-    constant: Option<&'static Key<Number>>,
-    steps: &'static Key<Tables>,
+    constant: Option<&'static Key<f64>>,
+    steps: &'static Key<usize>,
     /// Time and value of a step.
-    step: [&'static Key<Number>; 2],
+    step: [&'static Key<f64>; 2],
     /// Mean, amplitude, frequency and phase of a sine.
-    sine: [&'static Key<Number>; 4],
+    sine: [&'static Key<f64>; 4],
     /// Alternative forms with their paths, the constant first.
     forms: Vec<(Form, &'static str)>,
 }
@@ -48,7 +46,7 @@ enum Form {
 }
 
 /// A key whose texts are composed; it lives as long as the program, like all keys.
-fn key<K>(name: &str, meaning: &str, kind: K, if_absent: IfAbsent) -> &'static Key<K> {
+fn key<T>(name: &str, meaning: &str, kind: Kind<T>, if_absent: IfAbsent) -> &'static Key<T> {
     Box::leak(Box::new(Key {
         name: name.to_owned().leak(),
         meaning: meaning.to_owned().leak(),
@@ -63,7 +61,7 @@ impl ScheduleKeys {
     fn new(
         word: &'static str,
         [table, name, suffix]: [&'static str; 3],
-        value: Number,
+        value: Kind<f64>,
         constant: Option<&str>,
     ) -> Self {
         let value_name = format!("{name}{suffix}");
@@ -79,12 +77,8 @@ impl ScheduleKeys {
             [&TIME, key(&value_name, &meaning, value, Required)]
         };
         let list = |name: &str, meaning: &str| {
-            key(
-                name,
-                &format!("The {word} as {meaning}"),
-                Tables(MAX_POINTS),
-                form,
-            )
+            let meaning = format!("The {word} as {meaning}");
+            key(name, &meaning, tables(MAX_POINTS), form)
         };
         let constant = constant.map(|meaning| key(&value_name, meaning, value, form));
         Self {
@@ -103,7 +97,7 @@ impl ScheduleKeys {
                         "The {word} as knots from a CSV file, relative to the folder of the scene file: the line \
                          `time_ms,{value_name}`, then one knot on each line."
                     ),
-                    Text,
+                    text(),
                     form,
                 ),
                 order: TIME_ORDER,
@@ -124,7 +118,7 @@ impl ScheduleKeys {
                 key(
                     &format!("amplitude{suffix}"),
                     "Amplitude of the sine, all of whose values must be permitted.",
-                    number(value.unit, Closed(0.0, 1e6)),
+                    number(value.limits.unit, Closed(0.0, 1e6)),
                     Required,
                 ),
                 &FREQUENCY,
@@ -154,7 +148,7 @@ impl ScheduleKeys {
         schema.add(curve.table, self.steps);
         schema.add(curve.table, curve.csv);
         for (form, path) in &self.forms {
-            let keys: &[&'static Key<Number>] = match form {
+            let keys: &[&'static Key<f64>] = match form {
                 Form::Knots => &curve.knot,
                 Form::Steps => &self.step,
                 Form::Sine => &self.sine,
@@ -203,7 +197,7 @@ impl ScheduleKeys {
 
     /// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
     fn read_sine(&self, table: Table<'_>) -> Result<Option<Schedule>, SceneError> {
-        let (word, value) = (self.word, self.curve.knot[1].kind);
+        let (word, value) = (self.word, self.curve.knot[1].kind.limits);
         let [mean, amplitude, frequency, phase] = self.sine;
         let sine = Sine {
             mean: table.get(mean)?,
@@ -257,29 +251,32 @@ pub fn schedules() -> [&'static ScheduleKeys; 3] {
     [&LOAD, &TILT, &FACTOR]
 }
 
+/// Range of components of an angular velocity.
+pub const SPIN: Kind<f64> = number(RADIAN_PER_SECOND, Closed(-1e4, 1e4));
+
 keys! {
     /// Time of the point; later than that of the previous one.
-    static TIME: Number = "time_ms": number(MILLISECOND, Closed(0.0, 1e6));
+    static TIME: f64 = "time_ms": number(MILLISECOND, Closed(0.0, 1e6));
     /// Frequency of the sine. The value is updated at the start of each frame; a period must be at least 20 frames.
-    static FREQUENCY: Number = "frequency_hz": number(HERTZ, Positive(1e5));
+    static FREQUENCY: f64 = "frequency_hz": number(HERTZ, Positive(1e5));
     /// Phase of the sine at time 0.
-    static PHASE: Number = "phase_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
+    static PHASE: f64 = "phase_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
 
     /// Azimuth of the tilt direction, from +x towards +y.
-    static AZIMUTH: Number = "azimuth_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
+    static AZIMUTH: f64 = "azimuth_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
 
     /// Angular velocity vector of the ball, Omega of Eq. (4); not parallel to the load, where the centre of the patch would not slide. Zero is a joint at rest.
-    static ROTATION: Vector = "angular_velocity_rad_per_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
+    static ROTATION: [f64; 3] = "angular_velocity_rad_per_s": vector(SPIN),
         default [0.7071067811865476, 0.7071067811865476, 0];
 
     /// Whether the rotation moves the contact patch over the ball: the load has a fixed direction in the socket, so that the tilt, from the constant `load.tilt_deg` at the start, and the azimuth follow from the rotation. Otherwise the patch stays at the tilt whatever the rotation.
-    static MOVES_PATCH: Flag = "moves_patch": Flag, default false;
+    static MOVES_PATCH: bool = "moves_patch": flag(), default false;
 
     /// Whether the slip velocity includes the term Omega x u, the rotation of the vibration with the ball (a possible reading of Eq. (4)); its relative size is about 1e-4.
-    static CONVECTION: Flag = "convection": Flag, default false;
+    static CONVECTION: bool = "convection": flag(), default false;
 
     /// Part of the motion that a change of tilt, load or rotation carries over to the new equilibrium: the `perturbation` from it, so that a change excites nothing, or the `displacement`, so that a step excites an oscillation about the new equilibrium. The modal velocities are carried over in both cases.
-    static CARRY: Choice<Carry> = "carry": choice::<Carry>(), default "perturbation";
+    static CARRY: Carry = "carry": choice::<Carry>(), default "perturbation";
 }
 
 pub fn declare(schema: &mut Schema) {

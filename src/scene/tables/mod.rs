@@ -60,7 +60,7 @@ pub fn key_reference() -> String {
             "\n## {heading}\n\n| key | meaning | unit | value | default |\n|---|---|---|---|---|\n"
         ));
         let keys = SCHEMA.0.iter().filter(|key| key.table == *table);
-        reference.extend(keys.map(|declared| declared.key.guide_row()));
+        reference.extend(keys.map(Declared::guide_row));
     }
     reference
 }

@@ -7,7 +7,7 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::mechanism::Mechanism;
 use crate::scene::schema::kind::Range::Closed;
-use crate::scene::schema::kind::{Count, Number, Seed, Text, choice, number};
+use crate::scene::schema::kind::{Kind, choice, count, number, seed, text};
 use crate::scene::schema::unit::{
     KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
 };
@@ -15,17 +15,17 @@ use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::SystemSpec;
 
 /// Range of positions.
-pub const PLACE: Number = number(MICROMETRE, Closed(-1e6, 1e6));
+pub const PLACE: Kind<f64> = number(MICROMETRE, Closed(-1e6, 1e6));
 
 keys! {
     /// Name and description of a scene.
     pub struct Header {
         /// Name of the scene.
-        name: Option<String> = "name": Text, else "the file's name";
+        name: Option<String> = "name": text(), else "the file's name";
         /// One line that states the content of the scene.
-        title: Option<String> = "title": Text, else "the name";
+        title: Option<String> = "title": text(), else "the name";
         /// A few sentences (Markdown) on what to observe.
-        about: Option<String> = "about": Text, else "empty";
+        about: Option<String> = "about": text(), else "empty";
         /// Mechanism that the scene demonstrates. A lesson explains it next to the view that shows it, with numbers measured in the run (guide `mechanisms`).
         mechanism: Option<Mechanism> = "mechanism": choice::<Mechanism>(), else "no lesson";
     }
@@ -41,7 +41,7 @@ keys! {
         /// Standard deviation of the random initial modal velocities (the kick), in sqrt(kg) mm/s; 0 starts exactly at the equilibrium.
         kick: f64 = "kick_mm_per_s": number(MILLIMETRE_PER_SECOND, Closed(0.0, 1000.0)), default 0.01;
         /// Seed of the random kick.
-        seed: u64 = "seed": Seed, default 1;
+        seed: u64 = "seed": seed(), default 1;
     }
 
     /// Duration and sampling of a run.
@@ -51,7 +51,7 @@ keys! {
         /// Sampling rate.
         sample_rate: f64 = "sample_rate_khz": number(KILOHERTZ, Closed(10.0, 2000.0)), default 200;
         /// Samples in a frame, the unit that the simulation passes to the analyses.
-        frame_samples: usize = "frame_samples": Count(1, 65_536), default 256;
+        frame_samples: usize = "frame_samples": count(1, 65_536), default 256;
     }
 
     /// Integrator and its accuracy. SI units.
@@ -86,7 +86,7 @@ keys! {
         /// Rate at which contact nodes are counted, and of their snapshots; 0 for none. All rates are at most the sampling rate.
         patch_rate: f64 = "patch_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
         /// Number of contact nodes in rings that are shown and counted, whatever the number of simulated nodes; with a friction law that has a state at each node, and with imported modes, the simulated nodes are shown.
-        patch_nodes: usize = "patch_nodes": Count(1, 10_000), default 100;
+        patch_nodes: usize = "patch_nodes": count(1, 10_000), default 100;
         /// Rate of three-dimensional views of the deformed body; 0 for none.
         body_rate: f64 = "body_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
         /// Rate of energy samples; 0 for none, which also omits the work of friction and the energy audit.
@@ -116,13 +116,11 @@ impl RecordSpec {
 
 pub fn start(document: &Document<'_>, subject: &SystemSpec) -> Result<Start, SceneError> {
     let table = document.table("start");
-    if let SystemSpec::Joint(_) = subject {
-        table.reject(
-            &["position_um", "velocity_mm_per_s"],
-            &[],
-            "a ball joint starts at steady sliding",
-            "remove it; start.kick_mm_per_s sets the initial perturbation",
-        )?;
+    let is_joint = matches!(subject, SystemSpec::Joint(_));
+    for name in ["position_um", "velocity_mm_per_s"] {
+        ensure!(table, !(is_joint && table.has(name)) => name, &[];
+            "a ball joint starts at steady sliding";
+            "remove it; start.kick_mm_per_s sets the initial perturbation");
     }
     Start::read(table)
 }

@@ -5,7 +5,7 @@ use super::{friction, joint};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Positive};
-use crate::scene::schema::kind::{Number, number};
+use crate::scene::schema::kind::{Kind, number};
 use crate::scene::schema::unit::{
     DEGREE, METRE_PER_SECOND_SQUARED, MILLIMETRE_PER_SECOND, NEWTON_PER_KILOGRAM, ONE,
     SECOND_PER_METRE, TURNS_PER_SECOND,
@@ -15,52 +15,37 @@ use crate::scene::subject::SmallSystem;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Range of natural frequencies.
-const FREQUENCY: Number = number(TURNS_PER_SECOND, Positive(1e5));
+const FREQUENCY: Kind<f64> = number(TURNS_PER_SECOND, Positive(1e5));
 
 /// Range of damping ratios.
-const RATIO: Number = number(ONE, HalfOpen(0.0, 1.0));
+const RATIO: Kind<f64> = number(ONE, HalfOpen(0.0, 1.0));
 
 /// Range of drive amplitudes.
-const DRIVE: Number = number(METRE_PER_SECOND_SQUARED, Closed(0.0, 1e6));
+const DRIVE: Kind<f64> = number(METRE_PER_SECOND_SQUARED, Closed(0.0, 1e6));
 
 /// Range of drive frequencies.
-const DRIVE_FREQUENCY: Number = number(TURNS_PER_SECOND, Closed(0.0, 1e5));
+const DRIVE_FREQUENCY: Kind<f64> = number(TURNS_PER_SECOND, Closed(0.0, 1e5));
 
 /// Range of specific normal loads.
-const LOAD: Number = number(NEWTON_PER_KILOGRAM, Positive(1e6));
+const LOAD: Kind<f64> = number(NEWTON_PER_KILOGRAM, Positive(1e6));
 
 /// Range of belt speeds.
-const BELT: Number = number(MILLIMETRE_PER_SECOND, Positive(1e5));
-
-/// A function that reads a system from its table.
-type Reader = fn(Table<'_>) -> Result<SmallSystem, SceneError>;
-
-/// The tables with their functions.
-const TABLES: [(&str, Reader); 4] = [
-    ("impact_oscillator", |table| {
-        ImpactOscillator::read(table).map(SmallSystem::ImpactOscillator)
-    }),
-    ("mass_on_belt", |table| {
-        MassOnBelt::read(table).map(SmallSystem::MassOnBelt)
-    }),
-    ("two_modes_on_belt", |table| {
-        TwoModesOnBelt::read(table).map(SmallSystem::TwoModesOnBelt)
-    }),
-    ("damped_contact", |table| {
-        DampedContact::read(table).map(SmallSystem::DampedContact)
-    }),
-];
+const BELT: Kind<f64> = number(MILLIMETRE_PER_SECOND, Positive(1e5));
 
 /// Names of the tables.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    TABLES.iter().map(|(name, _)| *name)
-}
+pub const NAMES: [&str; 4] = [
+    "impact_oscillator",
+    "mass_on_belt",
+    "two_modes_on_belt",
+    "damped_contact",
+];
 
 pub fn declare(schema: &mut Schema) {
-    ImpactOscillator::declare(schema, "impact_oscillator");
-    MassOnBelt::declare(schema, "mass_on_belt");
-    TwoModesOnBelt::declare(schema, "two_modes_on_belt");
-    DampedContact::declare(schema, "damped_contact");
+    let [impact, belt, two_modes, contact] = NAMES;
+    ImpactOscillator::declare(schema, impact);
+    MassOnBelt::declare(schema, belt);
+    TwoModesOnBelt::declare(schema, two_modes);
+    DampedContact::declare(schema, contact);
 }
 
 keys! {
@@ -138,23 +123,25 @@ keys! {
 
 /// Reads the small system of a scene; `None` if no table defines one.
 pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError> {
-    let mut given = TABLES.iter().filter(|(table, _)| document.has(table));
-    let Some((table, read)) = given.next() else {
+    let mut given = NAMES.into_iter().filter(|table| document.has(table));
+    let Some(table) = given.next() else {
         return Ok(None);
     };
-    let others = given.map(|(table, _)| *table).chain(joint::TABLES);
-    for other in others {
+    for other in given.chain(joint::TABLES) {
         ensure!(document, !document.has(other) => other, &[];
             "a scene defines one system, and [{table}] already defines one";
             "keep [{table}] or [{other}]");
     }
-    document.table("time").reject(
-        &["carry"],
-        &[],
-        "a small system has no load, tilt or rotation that changes",
-        "remove it",
-    )?;
-    let system = read(document.table(table))?;
+    ensure!(document, !document.has("time.carry") => "time.carry", &[];
+        "a small system has no load, tilt or rotation that changes";
+        "remove it");
+    let given = document.table(table);
+    let system = match table {
+        "impact_oscillator" => SmallSystem::ImpactOscillator(FromTable::read(given)?),
+        "mass_on_belt" => SmallSystem::MassOnBelt(FromTable::read(given)?),
+        "two_modes_on_belt" => SmallSystem::TwoModesOnBelt(FromTable::read(given)?),
+        _ => SmallSystem::DampedContact(FromTable::read(given)?),
+    };
     check(document, &system)?;
     Ok(Some(system))
 }

@@ -8,8 +8,8 @@ use crate::scene::tables::SCHEMA;
 
 #[test]
 fn keys_are_unique_and_named_with_their_units() {
-    for Declared { path, key, .. } in &SCHEMA.0 {
-        let row = key.guide_row();
+    for key in &SCHEMA.0 {
+        let (path, row) = (&key.path, key.guide_row());
         let suffix = match row.split('|').nth(3).map(str::trim) {
             Some("m/s") => "_m_per_s".to_owned(),
             Some("mm/s") => "_mm_per_s".to_owned(),
@@ -31,12 +31,15 @@ fn keys_are_unique_and_named_with_their_units() {
 
 #[test]
 fn laws_of_keys_are_choices_of_their_table() {
-    let with_laws = SCHEMA.0.iter().filter(|key| !key.key.laws.is_empty());
-    for Declared { table, path, key } in with_laws {
-        for law in key.laws {
+    let with_laws = SCHEMA.0.iter().filter(|key| !key.laws.is_empty());
+    for Declared {
+        table, path, laws, ..
+    } in with_laws
+    {
+        for law in *laws {
             let choice = format!("\"{law}\"");
             let mut keys = SCHEMA.0.iter().filter(|key| key.table == *table);
-            let is_choice = keys.any(|key| key.key.kind.allowed().contains(&choice));
+            let is_choice = keys.any(|key| key.limits.allowed().contains(&choice));
             assert!(is_choice, "{path}: {law}");
         }
     }
@@ -137,8 +140,7 @@ fn out_of_range_values_are_reported_with_line_and_range() {
 /// No numeric key accepts a value that is not finite.
 #[test]
 fn values_that_are_not_finite_are_rejected() {
-    for Declared { table, key, .. } in &SCHEMA.0 {
-        let name = key.name;
+    for Declared { table, name, .. } in &SCHEMA.0 {
         for value in ["nan", "inf", "-inf"] {
             let text = match &table[..] {
                 "" => format!("{name} = {value}\n{SMALLEST}"),

@@ -234,14 +234,16 @@ fn points_out_of_order_are_reported_with_line() {
 fn parameters_of_functions_are_finite() {
     let numbers = || SCHEMA.0.iter().filter(|key| is_schedule_key(&key.path));
     assert_eq!(numbers().count(), 3 * (2 + 2 + 4));
-    for Declared { table, path, key } in numbers() {
-        let name = key.name;
+    for Declared {
+        table, path, name, ..
+    } in numbers()
+    {
         let is_list = SCHEMA.find(table).is_some();
         for value in ["nan", "inf", "-inf"] {
             let siblings = numbers().filter(|sibling| sibling.table == *table);
             let fields: Vec<String> = siblings
-                .map(|sibling| match sibling.key.name {
-                    sibling if sibling == name => format!("{name} = {value}"),
+                .map(|sibling| match sibling.name {
+                    sibling if sibling == *name => format!("{name} = {value}"),
                     sibling => format!("{sibling} = 0.5"),
                 })
                 .collect();

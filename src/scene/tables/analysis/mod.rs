@@ -12,9 +12,7 @@ use crate::analysis::{
 use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
-use crate::scene::schema::kind::{
-    Coordinates, Count, Number, all_or, auto_or, choice, list, number,
-};
+use crate::scene::schema::kind::{Kind, all_or, auto_or, choice, coordinates, count, list, number};
 use crate::scene::schema::unit::{
     KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
 };
@@ -23,22 +21,22 @@ use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 pub use check::read;
 
 /// Range of the lengths of sliding windows.
-const WINDOW: Number = number(MILLISECOND, Closed(0.1, 10_000.0));
+const WINDOW: Kind<f64> = number(MILLISECOND, Closed(0.1, 10_000.0));
 
 /// Range of the intervals between results.
-const EVERY: Number = number(MILLISECOND, Closed(0.01, 10_000.0));
+const EVERY: Kind<f64> = number(MILLISECOND, Closed(0.01, 10_000.0));
 
 /// Range of delays.
-const LAG: Number = number(MICROSECOND, Closed(0.5, 1e6));
+const LAG: Kind<f64> = number(MICROSECOND, Closed(0.5, 1e6));
 
 /// Range of embedding dimensions.
-const DIMENSION: Count = Count(1, 20);
+const DIMENSION: Kind<usize> = count(1, 20);
 
 /// Range of Theiler windows.
-const THEILER: Number = number(MICROSECOND, Closed(0.0, 1e6));
+const THEILER: Kind<f64> = number(MICROSECOND, Closed(0.0, 1e6));
 
 /// Range of times from the start of the run.
-const FROM_START: Number = number(MILLISECOND, Closed(0.0, 1e5));
+const FROM_START: Kind<f64> = number(MILLISECOND, Closed(0.0, 1e5));
 
 /// The four thresholds of a table exclude each other.
 const ONE_THRESHOLD: &str =
@@ -137,7 +135,7 @@ keys! {
         /// Maximum embedding dimension tested.
         largest_dimension: usize = "max_dimension": DIMENSION, default 8;
         /// Bins along each axis of the joint histogram for the mutual information.
-        bins: usize = "bins": Count(2, 256), default 32;
+        bins: usize = "bins": count(2, 256), default 32;
         /// Maximum share of false nearest neighbours: the smallest dimension that does not exceed it is chosen.
         false_share: f64 = "max_false_neighbour_share": number(ONE, HalfOpen(0.0, 1.0)), default 0.01;
     }
@@ -172,7 +170,7 @@ keys! {
         /// Threshold of Eq. (26) as a multiple of the standard deviation of the displacement in the window.
         spread = "threshold_std": number(ONE, Positive(100.0)), else ONE_THRESHOLD;
         /// Number of nearest neighbours of each state, which gives each state an individual threshold.
-        neighbours = "neighbours": Count(1, 10_000), else ONE_THRESHOLD;
+        neighbours = "neighbours": count(1, 10_000), else ONE_THRESHOLD;
     } => {
         let threshold = only_one(table, [
             ("recurrence_rate", rate.map(Threshold::Rate)),
@@ -210,7 +208,7 @@ keys! {
             every = "every_ms": EVERY, default 2.5;
         };
         /// Number of points along each side of the plot.
-        size: usize = "size": Count(16, 2048), default 400;
+        size: usize = "size": count(16, 2048), default 400;
         /// Delay vectors.
         ..embedding: EmbeddingSpec;
         /// Recurrence criterion.
@@ -236,9 +234,9 @@ keys! {
         /// Theiler window: states closer in time are not compared; at least one step, so that no state is compared with itself.
         theiler: f64 = "theiler_us": THEILER, default 60;
         /// Minimum length of diagonal lines, in states; about one period distinguishes recurrence from smoothness.
-        least_diagonal: usize = "min_diagonal_length": Count(2, 10_000), default 24;
+        least_diagonal: usize = "min_diagonal_length": count(2, 10_000), default 24;
         /// Minimum length of vertical lines, in states.
-        least_vertical: usize = "min_vertical_length": Count(2, 10_000), default 2;
+        least_vertical: usize = "min_vertical_length": count(2, 10_000), default 2;
     }
 
     /// Poincare section.
@@ -264,7 +262,7 @@ keys! {
         /// Offset of the plane, in sqrt(kg) um: the scalar product of normal and state on the plane.
         offset = "offset_um": number(MICROMETRE, Closed(-1e6, 1e6)), else "0, with a plane";
         /// The two coordinates of the section plot, such as `["q1", "qdot1"]`; modes are counted from 1 in order of frequency.
-        shown = "coordinates": Coordinates, else "required with a plane";
+        shown = "coordinates": coordinates(), else "required with a plane";
     } => if normal_q.is_none() && normal_qdot.is_none() {
         let problem = "this key applies to a plane in the modal state space, and the scene gives none";
         table.reject(&["offset_um", "coordinates"], &[], problem, "add plane_q or plane_qdot_ms, or remove this key")?;
@@ -343,7 +341,7 @@ keys! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct LyapunovSpec {
         /// Number of Lyapunov exponents, from the largest; there are twice as many as modes.
-        count: usize = "count": all_or(Count(1, 1000)), default 3;
+        count: usize = "count": all_or(count(1, 1000)), default 3;
         /// Discarded transient: growth before this time does not contribute, so that the motion can reach its attractor.
         settle: f64 = "transient_ms": FROM_START, default 50;
         /// Interval between results.
