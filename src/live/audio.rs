@@ -1,8 +1,8 @@
 //! Audio of a live run.
 
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
+use serde::Serialize;
 use tokio::sync::broadcast;
 
 use super::lock;
@@ -32,10 +32,16 @@ pub struct AudioStream {
     source: Source,
     handle: Mutex<Option<RunHandle>>,
     blocks: broadcast::Sender<Sound>,
-    /// Present time stretch, as the bits of an `f32`.
-    time_stretch: AtomicU32,
-    /// Description of the audio signal.
-    description: Mutex<String>,
+    info: Mutex<AudioInfo>,
+}
+
+/// Description of the audio signal, for a listener.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct AudioInfo {
+    /// Quantity and point.
+    pub what: String,
+    /// Time stretch: the sound is slower and lower by this factor.
+    pub time_stretch: f32,
 }
 
 impl AudioStream {
@@ -45,8 +51,7 @@ impl AudioStream {
             source,
             handle: Mutex::default(),
             blocks: broadcast::channel(QUEUE).0,
-            time_stretch: AtomicU32::new(1.0f32.to_bits()),
-            description: Mutex::default(),
+            info: Mutex::default(),
         }
     }
 
@@ -55,14 +60,9 @@ impl AudioStream {
         self.blocks.subscribe()
     }
 
-    /// Description of the audio signal of this run.
-    pub fn description(&self) -> String {
-        lock(&self.description).clone()
-    }
-
-    /// Present time stretch: the sound is slower and lower by this factor.
-    pub fn time_stretch(&self) -> f32 {
-        f32::from_bits(self.time_stretch.load(Ordering::Relaxed))
+    /// Description of the audio signal at present.
+    pub fn info(&self) -> AudioInfo {
+        lock(&self.info).clone()
     }
 
     /// Follows the playback speed of a run.
@@ -141,17 +141,14 @@ impl Sink for AudioSink {
             Record::Header(header) => {
                 self.rate = header.sample_rate;
                 let probe = SurfaceProbe::with_fallback(self.stream.source, &header);
-                *lock(&self.stream.description) = probe.description();
+                lock(&self.stream.info).what = probe.description();
                 self.probe = Some(probe);
             }
             // Without listeners there is nothing to compute.
             Record::Samples(_) if self.stream.blocks.receiver_count() == 0 => self.resampler = None,
             Record::Samples(frame) => {
                 let speed = self.stream.speed();
-                let time_stretch = (1.0 / speed) as f32;
-                self.stream
-                    .time_stretch
-                    .store(time_stretch.to_bits(), Ordering::Relaxed);
+                lock(&self.stream.info).time_stretch = (1.0 / speed) as f32;
                 let sound = self.convert(&frame, speed);
                 if !sound.is_empty() {
                     // The last listener may have disconnected in the meantime.

@@ -59,24 +59,22 @@ impl DiagramStore {
         present.scene = Some(scene.clone());
         let shipped = shipped_diagram(scene);
         present.set(shipped.and_then(|text| serde_json::from_str(text).ok()));
-        let interval = match interval.filter(|[low, high]| low < high) {
-            _ if present.shown.is_some() => Err(String::new()),
-            // A rotation that moves the patch changes the tilt itself.
-            Some(_) if scene.joint().is_ok_and(|joint| joint.patch_moves()) => Err(
-                "no branch diagram: the rotation of this scene changes the tilt itself".to_owned(),
-            ),
-            Some(interval) => Ok(interval),
-            None => Err("no branch diagram: this scene has no tilt to change".to_owned()),
-        };
-        let interval = match interval {
-            Ok(interval) => interval,
-            Err(note) => {
-                present.note = note;
-                present.computation = before;
-                return;
+        let interval = interval.filter(|[low, high]| low < high);
+        // A rotation that moves the patch changes the tilt itself.
+        let turns = scene.joint().is_ok_and(|joint| joint.patch_moves());
+        present.note = match interval {
+            _ if present.shown.is_some() => String::new(),
+            Some(_) if turns => {
+                "no branch diagram: the rotation of this scene changes the tilt itself".to_owned()
             }
+            Some(_) => computing("steady sliding"),
+            None => "no branch diagram: this scene has no tilt to change".to_owned(),
         };
-        present.note = computing("steady sliding");
+        let is_needed = present.shown.is_none() && !turns;
+        let Some(interval) = interval.filter(|_| is_needed) else {
+            present.computation = before;
+            return;
+        };
         let stop = Arc::<AtomicBool>::default();
         let (diagrams, scene, store) = (Arc::clone(self), scene.clone(), Arc::clone(store));
         let stopped = Arc::clone(&stop);

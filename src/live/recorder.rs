@@ -19,16 +19,9 @@ pub struct RecordingControl {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Requested file; `None` while nothing is recorded.
-    requested: Option<RequestedFile>,
+    /// Requested file, with its reserved name until the recorder uses it; `None` while nothing is recorded.
+    requested: Option<(PathBuf, Option<PartFile>)>,
     saved: Vec<SavedFile>,
-}
-
-#[derive(Debug)]
-struct RequestedFile {
-    file: PathBuf,
-    /// Reserved file name, until the recorder uses it.
-    reserved: Option<PartFile>,
 }
 
 /// Result for a saved file that was requested.
@@ -57,12 +50,8 @@ impl SavedFile {
 impl RecordingControl {
     /// Creates new files in a folder with automatic names; `first` is recorded from the start if given.
     pub fn new(folder: PathBuf, first: Option<PathBuf>) -> Self {
-        let requested = first.map(|file| RequestedFile {
-            file,
-            reserved: None,
-        });
         let state = State {
-            requested,
+            requested: first.map(|file| (file, None)),
             ..State::default()
         };
         Self {
@@ -77,26 +66,20 @@ impl RecordingControl {
     /// If no file can be created in the folder.
     pub fn start(&self) -> Result<PathBuf, RecordError> {
         let mut state = lock(&self.state);
-        if let Some(requested) = &state.requested {
-            return Ok(requested.file.clone());
+        if let Some((file, _)) = &state.requested {
+            return Ok(file.clone());
         }
         let names = (1..=u32::MAX).map(|k| self.folder.join(format!("live-{k}.rrd")));
         let reserved = PartFile::reserve(names)?;
         let file = reserved.path().to_owned();
-        state.requested = Some(RequestedFile {
-            file: file.clone(),
-            reserved: Some(reserved),
-        });
+        state.requested = Some((file.clone(), Some(reserved)));
         Ok(file)
     }
 
     /// Stops the recording.
     pub fn stop(&self) {
-        if let Some(reserved) = lock(&self.state)
-            .requested
-            .take()
-            .and_then(|requested| requested.reserved)
-        {
+        let requested = lock(&self.state).requested.take();
+        if let Some((_, Some(reserved))) = requested {
             reserved.discard();
         }
     }
@@ -122,26 +105,19 @@ impl RecordingControl {
     pub fn take_results(&self) -> Vec<SavedFile> {
         let mut state = lock(&self.state);
         let mut saved = std::mem::take(&mut state.saved);
-        let left = state
-            .requested
-            .take()
-            .map(|requested| match requested.reserved {
-                Some(reserved) => reserved.discard(),
-                None => requested.file,
-            });
+        let left = state.requested.take();
+        let left = left.map(|(file, reserved)| reserved.map_or(file, PartFile::discard));
         saved.extend(left.map(SavedFile::never_started));
         saved
     }
 
     fn requested(&self) -> Option<PathBuf> {
-        lock(&self.state)
-            .requested
-            .as_ref()
-            .map(|requested| requested.file.clone())
+        let state = lock(&self.state);
+        state.requested.as_ref().map(|(file, _)| file.clone())
     }
 
     fn take_reserved(&self) -> Option<PartFile> {
-        lock(&self.state).requested.as_mut()?.reserved.take()
+        lock(&self.state).requested.as_mut()?.1.take()
     }
 }
 

@@ -30,7 +30,7 @@ mod tests;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock};
 use std::thread::JoinHandle;
 
 use axum::extract::{Path, State};
@@ -166,14 +166,9 @@ fn serve(
 
 /// Rerun's web viewer, 42 MB, embedded in the binary.
 fn viewer() -> io::Result<&'static WebViewerData> {
-    static VIEWER: OnceLock<WebViewerData> = OnceLock::new();
-    match VIEWER.get() {
-        Some(viewer) => Ok(viewer),
-        None => {
-            let viewer = WebViewerData::load(None).map_err(io::Error::other)?;
-            Ok(VIEWER.get_or_init(|| viewer))
-        }
-    }
+    static VIEWER: LazyLock<Result<WebViewerData, String>> =
+        LazyLock::new(|| WebViewerData::load(None).map_err(|fault| fault.to_string()));
+    VIEWER.as_ref().map_err(|fault| io::Error::other(&**fault))
 }
 
 /// The running server of the page.
@@ -268,7 +263,7 @@ fn run_routes(session: &Arc<Session>) -> Router<Arc<Shared>> {
 }
 
 async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
-    match shared.session.diagram() {
+    match shared.session.diagrams.diagram() {
         Some(diagram) => json(&*diagram),
         None => StatusCode::NO_CONTENT.into_response(),
     }
@@ -281,7 +276,8 @@ fn json(value: &impl serde::Serialize) -> Response {
 }
 
 async fn tour(State(shared): State<Arc<Shared>>) -> Response {
-    json(&serde_json::json!({ "tour": shared.session.tour(), "bookmarks": shared.bookmarks }))
+    let tour = &shared.session.options.tour;
+    json(&serde_json::json!({ "tour": tour, "bookmarks": shared.bookmarks }))
 }
 
 async fn bookmark(Extension(session): Extension<Arc<Session>>) -> Response {
@@ -294,7 +290,7 @@ async fn lesson(Extension(session): Extension<Arc<Session>>) -> Response {
 
 /// A complete recording of this session, for a download.
 async fn recording(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
-    let Some(path) = shared.session.complete_recording(&name) else {
+    let Some(path) = shared.session.recording.complete(&name) else {
         return StatusCode::NOT_FOUND.into_response();
     };
     let saved = (header::CONTENT_DISPOSITION, "attachment");

@@ -26,7 +26,6 @@ use crate::pipeline::{
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
 use crate::sound::{Source, WavSink};
-use crate::study::branch::TiltDiagram;
 
 /// Options of a session.
 #[derive(Debug)]
@@ -57,14 +56,16 @@ pub struct SessionOptions {
 
 /// A session, shared by all clients that control it.
 pub struct Session {
-    options: SessionOptions,
+    pub(super) options: SessionOptions,
     /// Data for the views of the page.
     pub views: Arc<ViewStore>,
     /// Audio for the listeners of the page.
     pub audio: Arc<AudioStream>,
     store: Arc<StatusStore>,
-    recording: Arc<RecordingControl>,
-    diagrams: Arc<DiagramStore>,
+    /// Recordings of the runs.
+    pub(super) recording: Arc<RecordingControl>,
+    /// The branch diagram of the present scene.
+    pub(super) diagrams: Arc<DiagramStore>,
     current: Mutex<Current>,
     kicks: AtomicU64,
     /// Stops a run within a frame.
@@ -243,11 +244,6 @@ impl Session {
         saved
     }
 
-    /// Path of a complete recording with this file name.
-    pub fn complete_recording(&self, name: &str) -> Option<PathBuf> {
-        self.recording.complete(name)
-    }
-
     /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
         let (status, tour_step, blank, promise) = {
@@ -274,16 +270,6 @@ impl Session {
             speed_ms_per_s: Some(1e3 * lock(&self.current).speed),
             ..self.store.bookmark()
         }
-    }
-
-    /// The branch diagram of the present scene; `None` if it has none, or none yet.
-    pub fn diagram(&self) -> Option<Arc<TiltDiagram>> {
-        self.diagrams.diagram()
-    }
-
-    /// The guided tour.
-    pub fn tour(&self) -> Option<&Tour> {
-        self.options.tour.as_ref()
     }
 
     /// The available scenes: name and title.

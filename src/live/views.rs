@@ -21,19 +21,11 @@ use crate::plot::Panel;
 pub use self::store::ViewCursor;
 
 /// Store of the page's views: the present picture of a run, shared by all clients.
+#[derive(Default)]
 pub struct ViewStore {
     state: Mutex<State>,
     /// Changes when a client may draw something new.
     version: watch::Sender<u64>,
-}
-
-impl Default for ViewStore {
-    fn default() -> Self {
-        Self {
-            state: Mutex::default(),
-            version: watch::channel(0).0,
-        }
-    }
 }
 
 impl ViewStore {

@@ -84,29 +84,31 @@ impl SurfaceProbe {
     /// # Errors
     /// [`NoSurface`].
     pub fn new(source: Source, header: &Header) -> Result<Self, NoSurface> {
-        let outline = header.joint().map(|joint| &joint.outline);
-        let point = match source.place {
-            Place::Probe => probe(header),
-            Place::Surface(point) => outline
-                .and_then(|outline| nearest(outline, point))
-                .ok_or_else(|| NoSurface {
-                    scene: header.scene.clone(),
-                })?,
-        };
-        Ok(Self::at_point(source.quantity, point))
-    }
-
-    fn at_point(quantity: Quantity, point: ProbePoint) -> Self {
-        Self {
-            quantity,
-            point,
-            last: None,
+        let probe = Self::with_fallback(source, header);
+        if let (Place::Surface(_), ProbePoint::Probe { .. }) = (source.place, &probe.point) {
+            let scene = header.scene.clone();
+            return Err(NoSurface { scene });
         }
+        Ok(probe)
     }
 
     /// As [`SurfaceProbe::new`], but with the probe of the scene if the run has no surface.
     pub fn with_fallback(source: Source, header: &Header) -> Self {
-        Self::new(source, header).unwrap_or_else(|_| Self::at_point(source.quantity, probe(header)))
+        let outline = header.joint().map(|joint| &joint.outline);
+        let nearest = match source.place {
+            Place::Probe => None,
+            Place::Surface(point) => outline.and_then(|outline| nearest(outline, point)),
+        };
+        let name = if header.joint().is_some() {
+            "the contact centre"
+        } else {
+            "the mass"
+        };
+        Self {
+            quantity: source.quantity,
+            point: nearest.unwrap_or(ProbePoint::Probe { name }),
+            last: None,
+        }
     }
 
     /// Description of the signal.
@@ -166,14 +168,6 @@ impl SurfaceProbe {
             }
         })
     }
-}
-
-fn probe(header: &Header) -> ProbePoint {
-    let name = match header.joint() {
-        Some(_) => "the contact centre",
-        None => "the mass",
-    };
-    ProbePoint::Probe { name }
 }
 
 /// The vertex of a surface closest to a point, along its outward normal; `None` without a surface.

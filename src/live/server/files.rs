@@ -3,63 +3,30 @@
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
+use include_dir::{Dir, include_dir};
 
-/// Path of a file, its type and its content.
-type File = (&'static str, &'static str, &'static str);
+/// The folder of the page; its folder `viewer` belongs to the page of a recording.
+static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/live/page");
 
-const HTML: &str = "text/html; charset=utf-8";
-const CSS: &str = "text/css; charset=utf-8";
-const JS: &str = "text/javascript; charset=utf-8";
-
-macro_rules! files {
-    ($($path:literal: $type:ident = $file:literal),* $(,)?) => {
-        &[$(($path, $type, include_str!(concat!("../page/", $file)))),*]
-    };
+/// The files of the page: path, type and content.
+fn files() -> impl Iterator<Item = (String, &'static str, &'static str)> {
+    let views = PAGE.get_dir("views").into_iter().flat_map(Dir::files);
+    PAGE.files().chain(views).map(|file| {
+        let name = file.path().to_string_lossy().replace('\\', "/");
+        let (path, kind) = match name.rsplit_once('.') {
+            Some((_, "html")) => ("/".to_owned(), "text/html; charset=utf-8"),
+            Some((_, "css")) => (format!("/{name}"), "text/css; charset=utf-8"),
+            _ => (format!("/{name}"), "text/javascript; charset=utf-8"),
+        };
+        (path, kind, file.contents_utf8().unwrap_or_default())
+    })
 }
-
-/// The files of the page.
-const FILES: &[File] = files! {
-    "/": HTML = "index.html",
-    "/page.css": CSS = "page.css",
-    "/page.js": JS = "page.js",
-    "/bookmarks.js": JS = "bookmarks.js",
-    "/compare.js": JS = "compare.js",
-    "/qr.js": JS = "qr.js",
-    "/share.js": JS = "share.js",
-    "/tour.js": JS = "tour.js",
-    "/colours.js": JS = "colours.js",
-    "/data.js": JS = "data.js",
-    "/diagram.js": JS = "diagram.js",
-    "/dom.js": JS = "dom.js",
-    "/keys.js": JS = "keys.js",
-    "/controls.js": JS = "controls.js",
-    "/listen.js": JS = "listen.js",
-    "/markdown.js": JS = "markdown.js",
-    "/panel.js": JS = "panel.js",
-    "/plot.js": JS = "plot.js",
-    "/run.js": JS = "run.js",
-    "/sound.js": JS = "sound.js",
-    "/stage.js": JS = "stage.js",
-    "/texts.js": JS = "texts.js",
-    "/theme.js": JS = "theme.js",
-    "/views/body.js": JS = "views/body.js",
-    "/views/lesson.js": JS = "views/lesson.js",
-    "/views/patch.js": JS = "views/patch.js",
-    "/views/portrait.js": JS = "views/portrait.js",
-    "/views/recurrence.js": JS = "views/recurrence.js",
-    "/views/scope.js": JS = "views/scope.js",
-    "/views/section.js": JS = "views/section.js",
-    "/views/spectrogram.js": JS = "views/spectrogram.js",
-    "/views/spectrum.js": JS = "views/spectrum.js",
-};
 
 /// Serves the files.
 pub(super) fn routes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
-    FILES.iter().fold(router, |router, &(path, kind, text)| {
-        router.route(
-            path,
-            get(move || async move { ([(header::CONTENT_TYPE, kind)], text) }),
-        )
+    files().fold(router, |router, (path, kind, text)| {
+        let answer = ([(header::CONTENT_TYPE, kind)], text);
+        router.route(&path, get(answer))
     })
 }
 
@@ -73,7 +40,7 @@ mod tests {
     #[test]
     fn the_page_is_small() {
         let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-        for (path, _, text) in FILES {
+        for (path, _, text) in files() {
             let name = path.trim_start_matches('/');
             archive
                 .start_file(name, zip::write::SimpleFileOptions::default())
@@ -89,14 +56,14 @@ mod tests {
     #[test]
     fn imports_are_served() {
         let imported = |text: &str, path: &str| text.contains(&format!("\"{path}\""));
-        for (path, _, _) in FILES.iter().filter(|(path, ..)| *path != "/") {
-            let used = FILES.iter().any(|(_, _, text)| imported(text, path));
+        for (path, _, _) in files().filter(|(path, ..)| path != "/") {
+            let used = files().any(|(_, _, text)| imported(text, &path));
             assert!(used, "{path} is not used");
         }
-        for (file, _, text) in FILES {
+        for (file, _, text) in files() {
             for line in text.lines().filter(|line| line.starts_with("import ")) {
                 let path = line.rsplit('"').nth(1).unwrap_or_default();
-                let served = FILES.iter().any(|(served, ..)| *served == path);
+                let served = files().any(|(served, ..)| served == path);
                 assert!(served, "{file} imports {path}");
             }
         }

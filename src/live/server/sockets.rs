@@ -16,6 +16,7 @@ use super::Shared;
 use super::accept::Connection;
 use super::client::{Client, Disconnected};
 use super::roles::Role;
+use crate::live::audio::AudioInfo;
 use crate::live::command::{Command, HARD_KICK};
 use crate::live::session::Session;
 use crate::live::views::ViewCursor;
@@ -26,21 +27,6 @@ const PANEL_EVERY: Duration = Duration::from_millis(50);
 const VIEWS_RATE: f64 = 2e6;
 /// Maximum number of messages for the views that are sent but not drawn.
 const VIEWS_AHEAD: u64 = 3;
-
-/// The first message to the page.
-#[derive(Serialize)]
-struct Welcome {
-    scenes: Vec<[String; 2]>,
-    hard_kick_mm_per_s: f64,
-    /// Sampling rate of the audio, Hz.
-    audio_rate_hz: u32,
-    /// Whether the client controls the run: it may send commands.
-    controls: bool,
-    /// Whether the page compares runs: a second one is available.
-    compares: bool,
-    /// Address (URL) for an audience that only watches; for the presenter of a page that other machines can reach.
-    audience_url: Option<String>,
-}
 
 pub(super) async fn control(
     State(shared): State<Arc<Shared>>,
@@ -76,17 +62,18 @@ async fn serve_control(
     role: Role,
 ) -> Result<(), Disconnected> {
     let session = &session;
-    let welcome = Welcome {
-        scenes: session.scenes(),
-        hard_kick_mm_per_s: HARD_KICK,
-        audio_rate_hz: crate::sound::RATE,
-        controls: role == Role::Presenter,
-        compares: shared.second.is_some(),
-        audience_url: shared
-            .audience_url
-            .clone()
-            .filter(|_| role == Role::Presenter),
-    };
+    let controls = role == Role::Presenter;
+    let welcome = serde_json::json!({
+        "scenes": session.scenes(),
+        "hard_kick_mm_per_s": HARD_KICK,
+        "audio_rate_hz": crate::sound::RATE,
+        // Whether the client may send commands.
+        "controls": controls,
+        // Whether a second run is available, for comparison.
+        "compares": shared.second.is_some(),
+        // Address (URL) for an audience that only watches, if other machines can reach the page.
+        "audience_url": shared.audience_url.as_ref().filter(|_| controls),
+    });
     client.send(message("welcome", &welcome)).await?;
     let mut tick = tokio::time::interval(PANEL_EVERY);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -190,23 +177,6 @@ pub(super) async fn sound(
     Client::serve(upgrade, connection, |client| serve_sound(client, session))
 }
 
-/// Description of the audio signal, for a listener.
-#[derive(Debug, Default, Serialize)]
-struct AudioInfo {
-    /// What is compared: quantity and point.
-    what: String,
-    /// Time stretch: the sound is slower and lower by this factor.
-    time_stretch: f32,
-}
-
-impl AudioInfo {
-    /// Whether the change is large enough for a new message.
-    fn differs_from(&self, sent: &Self) -> bool {
-        self.what != sent.what
-            || (self.time_stretch - sent.time_stretch).abs() > 0.02 * sent.time_stretch
-    }
-}
-
 /// Streams audio to a listener until it disconnects. A slow listener misses some.
 async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Disconnected> {
     let stream = &session.audio;
@@ -224,11 +194,9 @@ async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Di
                 continue;
             }
         };
-        let info = AudioInfo {
-            what: stream.description(),
-            time_stretch: stream.time_stretch(),
-        };
-        if info.differs_from(&sent) {
+        let info = stream.info();
+        let change = (info.time_stretch - sent.time_stretch).abs();
+        if info.what != sent.what || change > 0.02 * sent.time_stretch {
             client.send(message("audio", &info)).await?;
             sent = info;
         }
