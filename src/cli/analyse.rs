@@ -18,7 +18,7 @@ use crate::analysis::{events::TonalEvent, levels::LevelReference, stats::range};
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
-use crate::plot::{SIGNAL_FIGURES, signal_figures};
+use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
@@ -39,7 +39,7 @@ pub(super) fn execute(
         .file("--save", Kind::RECORDING, args.save.as_ref())
         .file("--labels", Kind::LABELS, args.labels.as_ref())
         .file("--events", Kind::TABLE, args.events.as_ref());
-    let outputs = outputs.figures(&args.figures, PIXELS, SIGNAL_FIGURES.iter().copied());
+    let outputs = outputs.figures(&args.figures, PIXELS, signal_figure_names());
     let mut files = outputs.check()?;
     let watch = Watch::new(stop);
     let analysed = analyse(args, file, args.column.as_deref(), &watch)?;
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(json["signal"]["start_s"], 2.0);
         assert_eq!(json["signal"]["duration_s"], 2.0);
         let files = json["files"].as_array().expect("a list");
-        assert_eq!(files.len(), SIGNAL_FIGURES.len() + 1);
+        assert_eq!(files.len(), signal_figure_names().len() + 1);
         for file in files {
             let bytes = std::fs::read(file["path"].as_str().expect("a path")).expect("written");
             assert_eq!(file["bytes"], bytes.len());

@@ -21,7 +21,7 @@ use super::resources;
 use crate::escape;
 use crate::import::{Format, channels};
 use crate::number::fixed;
-use crate::plot::{SIGNAL_FIGURES, signal_figures};
+use crate::plot::{signal_figure_names, signal_figures};
 use crate::report::{Block, Report, Table};
 use crate::study::signal::{AnalysedFile, Score};
 
@@ -192,7 +192,7 @@ fn check_directories<'a>(
     }
     let overwrite = args.output.overwrite;
     if let Some(directory) = &args.figures.path {
-        let names = drawn(args).names(&SIGNAL_FIGURES);
+        let names = drawn(args).names(&signal_figure_names());
         for name in named.keys() {
             overwrite.check_directory(&directory.join(name), "--figures", &names)?;
         }

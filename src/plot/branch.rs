@@ -7,6 +7,7 @@ use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Layer, Panel};
 use super::orbits::stability_lines;
 use crate::analysis::stats::range;
+use crate::joint::NamedMode;
 use crate::study::branch::{
     Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
 };
@@ -30,24 +31,16 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let points = &branch.equilibria;
     let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
     let shown = |growth: f64| -> bool { growth >= lowest(points) };
-    let growths = all(points, |mode| Some(mode.growth).filter(|g| shown(*g)));
+    let growths = all(points, |mode| mode.growth).filter(|growth| shown(*growth));
     let [low, high] = extent(growths.chain([0.0]));
     let margin = 0.08 * (high - low);
-    let growth_axis = Axis::linear("growth rate, 1/s", [low - margin, high + margin]);
-    let growth = Panel::new(
-        "growth rates of the modes of steady sliding",
-        x.clone(),
-        growth_axis,
-        layers(branch, true),
-    );
-    let frequencies = all(points, |mode| Some(mode.frequency_hz));
-    let [_, highest] = extent(frequencies);
-    let frequency = Panel::new(
-        "frequencies: solid if stable, dashed if unstable",
-        x,
-        Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz"),
-        layers(branch, false),
-    );
+    let y = Axis::linear("growth rate, 1/s", [low - margin, high + margin]);
+    let title = "growth rates of the modes of steady sliding";
+    let growth = Panel::new(title, x.clone(), y, layers(branch, true));
+    let [_, highest] = extent(all(points, |mode| mode.frequency_hz));
+    let y = Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz");
+    let title = "frequencies: solid if stable, dashed if unstable";
+    let frequency = Panel::new(title, x, y, layers(branch, false));
     let title = format!("{scene}: modes of steady sliding");
     let rows = vec![vec![growth], vec![frequency]];
     Figure::new("modes", title, 2.0 * ROW_MM, rows)
@@ -55,8 +48,7 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
 
 /// The lowest growth rate shown: overdamped modes would determine the axis.
 fn lowest(points: &[EquilibriumPoint]) -> f64 {
-    let growths = all(points, |mode| Some(mode.growth));
-    let [low, high] = range(growths);
+    let [low, high] = range(all(points, |mode| mode.growth));
     if high > 0.0 {
         (LOWEST * high).max(low)
     } else {
@@ -67,12 +59,11 @@ fn lowest(points: &[EquilibriumPoint]) -> f64 {
 /// Values of all oscillating modes.
 fn all<'a>(
     points: &'a [EquilibriumPoint],
-    of: impl Fn(&crate::joint::NamedMode) -> Option<f64> + 'a,
+    of: impl Fn(&NamedMode) -> f64 + 'a,
 ) -> impl Iterator<Item = f64> + 'a {
     let modes = points.iter().flat_map(|point| &point.modes);
-    modes
-        .filter(|mode| mode.mode.frequency_hz > 0.0)
-        .filter_map(move |mode| of(&mode.mode))
+    let modes = modes.map(|mode| &mode.mode);
+    modes.filter(|mode| mode.frequency_hz > 0.0).map(of)
 }
 
 /// The lines of the modes by label, the zero line and the bifurcations, over growth rate or frequency.
@@ -102,11 +93,8 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
-            let value = if of_growth {
-                mode.growth
-            } else {
-                mode.frequency_hz
-            };
+            let growth = Some(mode.growth).filter(|_| of_growth);
+            let value = growth.unwrap_or(mode.frequency_hz);
             Some(([point.at.value, value], !mode.unstable))
         });
         layers.extend(stability_lines(course, color, label));
@@ -128,10 +116,11 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
 /// The figure `stability-map`: number of unstable modes and largest growth rate over two parameters, with the curves on
 /// which a mode changes its stability.
 pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
-    let axes = map.axes.each_ref().map(|axis| {
-        let name = readable(&axis.parameter, &axis.unit);
-        Axis::cells(name, &axis.values)
-    });
+    let names = map
+        .axes
+        .each_ref()
+        .map(|axis| readable(&axis.parameter, &axis.unit));
+    let axes = [0, 1].map(|k| Axis::cells(&names[k], &map.axes[k].values));
     let image = |palette: &mut dyn Iterator<Item = Rgb>,
                  index: &dyn Fn(&MapPoint) -> Option<u8>| {
         let cells: Vec<Option<u8>> = map.grid.iter().map(index).collect();
@@ -160,17 +149,10 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         Some(count(point)? as u8)
     });
     let layers = [counted].into_iter().chain(keys).collect();
-    let curves_are = if map.curves.is_empty() {
-        ""
-    } else {
-        "; curves: Hopf points"
-    };
-    let title = format!("number of unstable modes{curves_are}");
+    let hopf = (!map.curves.is_empty()).then_some("; curves: Hopf points");
+    let title = format!("number of unstable modes{}", hopf.unwrap_or_default());
     let mut panels = vec![panel(title, layers)];
-    let growths = map
-        .grid
-        .iter()
-        .filter_map(|point| point.largest_growth_per_s);
+    let growths = map.grid.iter().filter_map(|p| p.largest_growth_per_s);
     let [low, high] = range(growths.filter(|growth| *growth > 0.0));
     if low <= high {
         let [pale, dark] = GROWTH_SHARES;
@@ -200,7 +182,7 @@ fn curves(map: &StabilityMap) -> Vec<Layer> {
         let own = map.curves.iter().filter(|curve| curve.label == *label);
         let strips = own.map(|curve| curve.points.iter().map(|point| point.values).collect());
         Layer::lines(strips.collect(), Color::Series(k))
-            .with_line_width(1.6)
+            .with_size(1.6)
             .with_label(*label)
             .with_id(format!("curve {k}"))
     });
@@ -210,7 +192,7 @@ fn curves(map: &StabilityMap) -> Vec<Layer> {
     let torus = (!tori.is_empty()).then(|| {
         Layer::lines(tori, Color::Ink)
             .dashed()
-            .with_line_width(1.6)
+            .with_size(1.6)
             .with_label("birth of a torus")
             .with_id("torus curves")
     });

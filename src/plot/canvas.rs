@@ -13,6 +13,9 @@ pub const LINE_HEIGHT: f64 = 1.4;
 /// Boxes that overlap by rounding errors only are apart, points.
 const ROUNDING: f64 = 0.01;
 
+/// Size relative to the font size, weight and colour of a text.
+pub type TextStyle = (f64, bool, Color);
+
 /// A rectangle in points; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
@@ -23,6 +26,11 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// A rectangle of a size.
+    pub fn new(at: [f64; 2], size: [f64; 2]) -> Self {
+        Self { at, size }
+    }
+
     /// Right and bottom.
     pub fn end(&self) -> [f64; 2] {
         [0, 1].map(|c| self.at[c] + self.size[c])
@@ -55,7 +63,8 @@ pub struct Canvas {
 }
 
 /// Anchor of a text: its horizontal alignment relative to its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, strum::IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Anchor {
     Start,
     Middle,
@@ -68,7 +77,7 @@ impl Canvas {
         Self {
             out: String::new(),
             font_size,
-            page: Rect { at: [0.0; 2], size },
+            page: Rect::new([0.0; 2], size),
             texts: Vec::new(),
             fits: true,
             plots: 0.0,
@@ -88,7 +97,7 @@ impl Canvas {
 
     /// Draws a straight line.
     pub fn line(&mut self, [x1, y1, x2, y2]: [f64; 4], color: Color, width: f64, more: &str) {
-        let (color, width) = (hex(color.on_light()), self.scaled(width));
+        let (color, width) = (hex(color), self.scaled(width));
         self.push(format_args!(
             "<path d=\"M{x1:.2},{y1:.2}L{x2:.2},{y2:.2}\" stroke=\"{color}\" \
              stroke-width=\"{width:.2}\" fill=\"none\"{more}/>"
@@ -100,53 +109,35 @@ impl Canvas {
         place.is_in(&self.page) && !self.texts.iter().any(|text| text.overlaps(place))
     }
 
-    /// Draws a text, vertically centred at a position; `size` is relative to the font size.
-    pub fn text(
-        &mut self,
-        [x, y]: [f64; 2],
-        text: &str,
-        anchor: Anchor,
-        (size, bold, color): (f64, bool, Color),
-    ) {
+    /// Draws a text, vertically centred at a position.
+    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, anchor: Anchor, style: TextStyle) {
+        let (size, bold, _) = style;
         let height = size * self.font_size;
         let width = width(&shown(text), height, bold);
-        let (before, name) = match anchor {
-            Anchor::Start => (0.0, "start"),
-            Anchor::Middle => (0.5, "middle"),
-            Anchor::End => (1.0, "end"),
-        };
+        let left = x - 0.5 * f64::from(anchor as u8) * width;
+        let (name, base): (&str, f64) = (anchor.into(), y + 0.36 * height);
+        let place = format!("x=\"{x:.2}\" y=\"{base:.2}\" text-anchor=\"{name}\"");
         // From the top of the capital letters to the bottom of letters such as "g".
-        self.take(Rect {
-            at: [x - before * width, y - 0.42 * height],
-            size: [width, height],
-        });
-        let y = y + 0.36 * height;
-        let place = format!("x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"{name}\"");
-        self.write(&place, text, (size, bold, color));
+        let taken = Rect::new([left, y - 0.42 * height], [width, height]);
+        self.write(taken, &place, text, style);
     }
 
     /// Draws a text that is read from below, centred at a position.
     pub fn turned_text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
         let (width, height) = (self.font_size, width(&shown(text), self.font_size, false));
-        self.take(Rect {
-            at: [x - 0.42 * width, y - 0.5 * height],
-            size: [width, height],
-        });
-        let x = x + 0.36 * width;
+        let base = x + 0.36 * width;
         let place =
-            format!("transform=\"translate({x:.2},{y:.2}) rotate(-90)\" text-anchor=\"middle\"");
-        self.write(&place, text, (1.0, false, color));
+            format!("transform=\"translate({base:.2},{y:.2}) rotate(-90)\" text-anchor=\"middle\"");
+        let taken = Rect::new([x - 0.42 * width, y - 0.5 * height], [width, height]);
+        self.write(taken, &place, text, (1.0, false, color));
     }
 
-    fn take(&mut self, place: Rect) {
-        let is_empty = place.size.contains(&0.0);
-        self.fits &= is_empty || self.is_free(&place);
-        self.texts.push(place);
-    }
-
-    fn write(&mut self, place: &str, text: &str, (size, bold, color): (f64, bool, Color)) {
+    fn write(&mut self, taken: Rect, place: &str, text: &str, (size, bold, color): TextStyle) {
+        let is_empty = taken.size.contains(&0.0);
+        self.fits &= is_empty || self.is_free(&taken);
+        self.texts.push(taken);
         let weight = if bold { " font-weight=\"600\"" } else { "" };
-        let (size, color) = (size * self.font_size, hex(color.on_light()));
+        let (size, color) = (size * self.font_size, hex(color));
         let text = escape(&shown(text));
         self.push(format_args!(
             "<text {place} font-size=\"{size:.2}\" fill=\"{color}\"{weight}>{text}</text>"
@@ -154,8 +145,9 @@ impl Canvas {
     }
 }
 
-/// An SVG colour, such as `#d55e00`.
-pub fn hex([r, g, b]: Rgb) -> String {
+/// A colour of SVG on a white background, such as `#d55e00`.
+pub fn hex(color: Color) -> String {
+    let [r, g, b]: Rgb = color.on_light();
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
@@ -168,9 +160,6 @@ pub struct PlotArea<'a> {
 impl PlotArea<'_> {
     /// Position of a pair of values; `None` if either is not finite.
     pub fn position(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
-        if !(x.is_finite() && y.is_finite()) {
-            return None;
-        }
         // Lines across the panel end at its edges: layers as wide as lines far beyond take memory. Other positions far
         // outside are clamped, because SVG viewers use single precision.
         let share = |axis: &Axis, value: f64| {
@@ -180,16 +169,21 @@ impl PlotArea<'_> {
                 axis.fraction(value).clamp(-1e3, 1e3)
             }
         };
-        let [x, y] = [share(&self.panel.x, x), share(&self.panel.y, y)];
+        let shares = [share(&self.panel.x, x), 1.0 - share(&self.panel.y, y)];
         let Rect { at, size } = self.rect;
-        Some([at[0] + x * size[0], at[1] + (1.0 - y) * size[1]])
+        (x.is_finite() && y.is_finite()).then(|| [0, 1].map(|c| at[c] + shares[c] * size[c]))
     }
 
-    /// Whether a pair of values lies within the axes.
-    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
-        let shares = [self.panel.x.fraction(x), self.panel.y.fraction(y)];
-        shares
-            .iter()
-            .all(|share| (-1e-9..=1.0 + 1e-9).contains(share))
+    /// Positions of the points within the axes.
+    pub fn inside<'b>(
+        &self,
+        points: impl IntoIterator<Item = &'b [f64; 2]>,
+    ) -> impl Iterator<Item = [f64; 2]> {
+        let points = points.into_iter().filter(move |[x, y]| {
+            let shares = [self.panel.x.fraction(*x), self.panel.y.fraction(*y)];
+            let is_inside = |share: &f64| (-1e-9..=1.0 + 1e-9).contains(share);
+            shares.iter().all(is_inside)
+        });
+        points.filter_map(move |point| self.position(*point))
     }
 }

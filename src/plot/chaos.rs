@@ -4,10 +4,7 @@ use super::axis::{Axis, extent, round_up};
 use super::color::Color;
 use super::figure::{Layer, Panel};
 use super::unit::Unit;
-use crate::analysis::{
-    chaos::{Divergence, ScalingRegion, ZeroOne},
-    stats::range,
-};
+use crate::analysis::chaos::{Divergence, ScalingRegion, ZeroOne};
 use crate::number::{short, with_error};
 
 /// Mean logarithmic distance of nearby states over time, with its linear part. Times are in s, distances in `unit`.
@@ -16,27 +13,26 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
     let last = divergence.step * divergence.curve.len().saturating_sub(1).max(1) as f64;
     let values = divergence.curve.iter().map(|value| value + shift);
     let [low, high] = extent(values.clone());
-    let points = values
-        .enumerate()
-        .map(|(k, value)| [divergence.step * k as f64, value]);
-    let mut layers = vec![Layer::line(points.collect(), Color::Ink)];
+    let points = values.enumerate();
+    let points = points.map(|(k, value)| [divergence.step * k as f64, value]);
     let region = divergence.region.as_ref();
     // Without a region the line is empty, so that a recording clears the last one.
     let line = region.map_or_else(Vec::new, |region| {
         let at = |t: f64| [t, region.intercept + region.slope * t + shift];
         vec![at(region.from), at(region.to)]
     });
-    let line = Layer::line(line, Color::Accent);
-    layers.push(line.with_line_width(2.2).with_id("fit"));
+    let line = Layer::line(line, Color::Accent).with_size(2.2);
+    let curve = Layer::line(points.collect(), Color::Ink);
+    let layers = vec![curve, line.with_id("fit")];
     let distance = match &*unit.symbol {
         "" => "mean ln(distance)".to_owned(),
         symbol => format!("mean ln(distance / {symbol})"),
     };
     let verdict = match region {
-        Some(ScalingRegion { slope, error, .. }) => format!(
-            "largest Lyapunov exponent λ = {} per s",
-            with_error(*slope, *error)
-        ),
+        Some(ScalingRegion { slope, error, .. }) => {
+            let exponent = with_error(*slope, *error);
+            format!("largest Lyapunov exponent λ = {exponent} per s")
+        }
         None => "no scaling region: no chaos, or too weak for this length".to_owned(),
     };
     let x = Axis::linear("time", [0.0, last]).of("s");
@@ -55,7 +51,7 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
     let full = round_up(half);
     let axis = |name| Axis::linear(name, [-full, full]).of(unit);
     let points = path.iter().map(|[p, q]| [p - middle[0], q - middle[1]]);
-    let path = Layer::line(points.collect(), Color::Ink).with_line_width(0.7);
+    let path = Layer::line(points.collect(), Color::Ink).with_size(0.7);
     let meaning = match test.k {
         ..0.4 => "regular or weak chaos",
         0.6.. => "chaos or noise",
@@ -78,13 +74,12 @@ pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
         Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
     ];
     let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);
-    let [low, high] = range(ends.chain([0.0]));
-    let (y, note) = if exponents.is_empty() {
-        let note = "no exponent so far: no window has a scaling region";
-        (Axis::linear("λ, 1/s", [0.0, 100.0]), note)
-    } else {
-        (Axis::with_margin("λ, 1/s", [low, high].into_iter()), "")
-    };
     let x = Axis::linear("time", span).of("s");
-    Panel::new("largest exponent of each window", x, y, layers).with_note(note)
+    let y = Axis::with_margin("λ, 1/s", ends.chain([0.0]));
+    let mut panel = Panel::new("largest exponent of each window", x, y, layers);
+    if exponents.is_empty() {
+        panel.y = Axis::linear("λ, 1/s", [0.0, 100.0]);
+        panel.note = "no exponent so far: no window has a scaling region".to_owned();
+    }
+    panel
 }

@@ -13,18 +13,12 @@ pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel 
     let curve = curve.map(|(k, bits)| [step * k as f64, *bits]).collect();
     let largest = step * bits.len().saturating_sub(1).max(1) as f64;
     let [_, most] = extent(bits.iter().copied());
-    Panel::new(
-        "average mutual information",
-        Axis::linear("delay", [0.0, largest]).of(unit),
-        Axis::linear(
-            "average mutual information, bits",
-            [0.0, round_up(most.max(1e-3))],
-        ),
-        vec![
-            Layer::line(curve, Color::Ink),
-            Layer::vertical_line(step * choice.lag as f64, Color::Accent),
-        ],
-    )
+    let x = Axis::linear("delay", [0.0, largest]).of(unit);
+    let range = [0.0, round_up(most.max(1e-3))];
+    let y = Axis::linear("average mutual information, bits", range);
+    let chosen = Layer::vertical_line(step * choice.lag as f64, Color::Accent);
+    let layers = vec![Layer::line(curve, Color::Ink), chosen];
+    Panel::new("average mutual information", x, y, layers)
 }
 
 /// Share of false nearest neighbours over the dimension, with the chosen dimension as the top layer.

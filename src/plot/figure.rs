@@ -4,8 +4,10 @@ use serde::Serialize;
 
 use super::axis::Axis;
 use super::color::{Color, Rgb};
+use crate::analysis::regime::Regime;
 
 /// Rows of panels with a title and a caption.
+#[must_use]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Stem of the file name, such as `recurrence`.
@@ -59,30 +61,21 @@ impl Figure {
 
     /// A figure for each panel, with the number of the panel in its name. A figure of one panel remains as it is.
     pub fn panels(&self) -> Vec<Self> {
-        let panels = self.rows.iter().flatten();
-        let mut figures: Vec<Self> = panels
-            .zip(1..)
-            .map(|(panel, number)| Self {
-                name: format!("{}-{number}", self.name),
-                rows: vec![vec![panel.clone()]],
-                ..self.clone()
-            })
-            .collect();
-        if let [one] = &mut figures[..] {
-            one.name.clone_from(&self.name);
+        let panels: Vec<&Panel> = self.rows.iter().flatten().collect();
+        if panels.len() == 1 {
+            return vec![self.clone()];
         }
-        figures
-    }
-
-    /// Sets the width.
-    #[must_use]
-    pub fn with_width(mut self, width_mm: f64) -> Self {
-        self.size_mm[0] = width_mm;
-        self
+        let figures = panels.into_iter().zip(1..).map(|(panel, number)| Self {
+            name: format!("{}-{number}", self.name),
+            rows: vec![vec![panel.clone()]],
+            ..self.clone()
+        });
+        figures.collect()
     }
 }
 
 /// Two axes with layers.
+#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Panel {
     /// A short title.
@@ -135,35 +128,32 @@ impl Panel {
     }
 
     /// Sets the title.
-    #[must_use]
-    pub fn with_title(mut self, title: impl Into<String>) -> Self {
-        self.title = title.into();
-        self
+    pub fn with_title(self, title: impl Into<String>) -> Self {
+        let title = title.into();
+        Self { title, ..self }
     }
 
     /// Makes the plot area square.
-    #[must_use]
-    pub fn square(mut self) -> Self {
-        self.square = true;
-        self
+    pub fn square(self) -> Self {
+        Self {
+            square: true,
+            ..self
+        }
     }
 
     /// Sets the note in the centre.
-    #[must_use]
-    pub fn with_note(mut self, note: impl Into<String>) -> Self {
-        self.note = note.into();
-        self
+    pub fn with_note(self, note: impl Into<String>) -> Self {
+        let note = note.into();
+        Self { note, ..self }
     }
 
     /// Sets the caption.
-    #[must_use]
-    pub fn with_caption(mut self, caption: impl Into<String>) -> Self {
-        self.caption = caption.into();
-        self
+    pub fn with_caption(self, caption: impl Into<String>) -> Self {
+        let caption = caption.into();
+        Self { caption, ..self }
     }
 
     /// Adds a legend entry for the top layer.
-    #[must_use]
     pub fn with_top_label(mut self, label: impl Into<String>) -> Self {
         if let Some(top) = self.layers.last_mut() {
             top.label = label.into();
@@ -173,12 +163,13 @@ impl Panel {
 
     /// Whether an image fills the plot area and would hide a grid.
     pub fn has_image(&self) -> bool {
-        let mut shapes = self.layers.iter().map(|layer| &layer.shape);
-        shapes.any(|shape| matches!(shape, Shape::Image(_)))
+        let mut layers = self.layers.iter();
+        layers.any(|layer| matches!(layer.shape, Shape::Image(_)))
     }
 }
 
 /// One element of a panel. Values outside the axes are clipped; non-finite values are skipped.
+#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Layer {
     /// Entity of the layer in a recording, relative to that of the panel.
@@ -189,40 +180,27 @@ pub struct Layer {
     pub color: Color,
     /// Geometry of the layer.
     pub shape: Shape,
+    /// Width of lines or radius of points, in points for a font size of 8 points; opacity of areas, 0 to 1.
+    pub size: f64,
+    /// Shape of the markers of points.
+    pub marker: Marker,
+    /// Whether lines are dashed.
+    pub dashed: bool,
     /// Whether points fade with age in a recording, the oldest first.
     pub fading: bool,
 }
 
-/// The geometry of a layer. Widths and radii are in points for a font size of 8 points.
+/// The geometry of a layer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Shape {
-    /// Polylines.
-    Lines {
-        /// Vertices of each line.
-        strips: Vec<Vec<[f64; 2]>>,
-        /// Line width.
-        width: f64,
-        /// Whether the lines are dashed.
-        dashed: bool,
-    },
+    /// Polylines: the vertices of each.
+    Lines(Vec<Vec<[f64; 2]>>),
     /// Points.
-    Points {
-        /// Positions.
-        points: Vec<[f64; 2]>,
-        /// Radius.
-        radius: f64,
-        /// Shape of the marker.
-        marker: Marker,
-    },
+    Points(Vec<[f64; 2]>),
     /// Peaks of a curve: labelled points. A label that would overlap another is omitted.
     Peaks(Vec<([f64; 2], String)>),
-    /// Filled polygons.
-    Areas {
-        /// Vertices of each polygon.
-        outlines: Vec<Vec<[f64; 2]>>,
-        /// Opacity, 0 to 1.
-        opacity: f64,
-    },
+    /// Filled polygons: the vertices of each.
+    Areas(Vec<Vec<[f64; 2]>>),
     /// An image in a rectangle of the axes.
     Image(Image),
 }
@@ -276,12 +254,15 @@ const UNKNOWN: Rgb = [245, 246, 247];
 pub(super) const FAR: f64 = 1e300;
 
 impl Layer {
-    fn new(id: &str, color: Color, shape: Shape) -> Self {
+    fn new(id: &str, color: Color, size: f64, shape: Shape) -> Self {
         Self {
             id: id.to_owned(),
             label: String::new(),
             color,
             shape,
+            size,
+            marker: Marker::Dot,
+            dashed: false,
             fading: false,
         }
     }
@@ -293,33 +274,22 @@ impl Layer {
 
     /// Several polylines.
     pub fn lines(strips: Vec<Vec<[f64; 2]>>, color: Color) -> Self {
-        let (width, dashed) = (1.1, false);
-        let lines = Shape::Lines {
-            strips,
-            width,
-            dashed,
-        };
-        Self::new("curve", color, lines)
+        Self::new("curve", color, 1.1, Shape::Lines(strips))
     }
 
     /// Points with a radius.
     pub fn points(points: Vec<[f64; 2]>, radius: f64, color: Color) -> Self {
-        let points = Shape::Points {
-            points,
-            radius,
-            marker: Marker::Dot,
-        };
-        Self::new("points", color, points)
+        Self::new("points", color, radius, Shape::Points(points))
     }
 
     /// Peaks with labels.
     pub fn peaks(peaks: Vec<([f64; 2], String)>) -> Self {
-        Self::new("peaks", Color::Accent, Shape::Peaks(peaks))
+        Self::new("peaks", Color::Accent, 2.3, Shape::Peaks(peaks))
     }
 
     /// Filled polygons.
     pub fn areas(outlines: Vec<Vec<[f64; 2]>>, opacity: f64, color: Color) -> Self {
-        Self::new("areas", color, Shape::Areas { outlines, opacity })
+        Self::new("areas", color, opacity, Shape::Areas(outlines))
     }
 
     /// The area between two curves, with low opacity. Each span is abscissa, lower and upper end; spans with
@@ -345,7 +315,7 @@ impl Layer {
     pub fn horizontal_line(y: f64) -> Self {
         let ends = [[-FAR, y], [FAR, y]];
         Self::line(ends.to_vec(), Color::Ink)
-            .with_line_width(0.8)
+            .with_size(0.8)
             .with_id("level")
     }
 
@@ -357,7 +327,7 @@ impl Layer {
 
     /// An image.
     pub fn image(image: Image) -> Self {
-        Self::new("image", Color::Ink, Shape::Image(image))
+        Self::new("image", Color::Ink, 1.0, Shape::Image(image))
     }
 
     /// Cells of two axes made by [`Axis::cells`], the lower row first: the index of the colour of each, `None` for an
@@ -396,7 +366,7 @@ impl Layer {
     /// The last point of the last line.
     pub fn last_point(&self) -> Option<[f64; 2]> {
         match &self.shape {
-            Shape::Lines { strips, .. } => strips.last()?.last().copied(),
+            Shape::Lines(strips) => strips.last()?.last().copied(),
             _ => None,
         }
     }
@@ -404,8 +374,8 @@ impl Layer {
     /// All points of lines and of points.
     pub fn points_of(&self) -> impl Iterator<Item = [f64; 2]> {
         let (strips, points) = match &self.shape {
-            Shape::Lines { strips, .. } => (&strips[..], &[][..]),
-            Shape::Points { points, .. } => (&[][..], &points[..]),
+            Shape::Lines(strips) => (&strips[..], &[][..]),
+            Shape::Points(points) => (&[][..], &points[..]),
             _ => (&[][..], &[][..]),
         };
         strips.iter().flatten().chain(points).copied()
@@ -413,56 +383,44 @@ impl Layer {
 
     /// Whether the layer has points.
     pub fn has_points(&self) -> bool {
-        matches!(&self.shape, Shape::Points { points, .. } if !points.is_empty())
+        self.points_of().next().is_some()
     }
 
     /// Adds a legend entry.
-    #[must_use]
-    pub fn with_label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
-        self
+    pub fn with_label(self, label: impl Into<String>) -> Self {
+        let label = label.into();
+        Self { label, ..self }
     }
 
     /// Sets the entity of the layer in a recording.
-    #[must_use]
-    pub fn with_id(mut self, id: impl Into<String>) -> Self {
-        self.id = id.into();
-        self
+    pub fn with_id(self, id: impl Into<String>) -> Self {
+        let id = id.into();
+        Self { id, ..self }
     }
 
-    /// Makes points fade with age, the oldest first.
-    #[must_use]
-    pub fn fading(mut self) -> Self {
-        self.fading = true;
-        self
-    }
-
-    /// Sets the width of lines.
-    #[must_use]
-    pub fn with_line_width(mut self, new: f64) -> Self {
-        if let Shape::Lines { width, .. } = &mut self.shape {
-            *width = new;
-        }
-        self
+    /// Sets the width of lines or the radius of points.
+    pub fn with_size(self, size: f64) -> Self {
+        Self { size, ..self }
     }
 
     /// Makes lines dashed.
-    #[must_use]
-    pub fn dashed(mut self) -> Self {
-        if let Shape::Lines { dashed, .. } = &mut self.shape {
-            *dashed = true;
+    pub fn dashed(self) -> Self {
+        Self {
+            dashed: true,
+            ..self
         }
-        self
     }
 
     /// Sets the marker of points.
-    #[must_use]
-    pub fn with_marker(mut self, new: Marker) -> Self {
-        if let Shape::Points { marker, .. } = &mut self.shape {
-            *marker = new;
-        }
-        self
+    pub fn with_marker(self, marker: Marker) -> Self {
+        Self { marker, ..self }
     }
+}
+
+/// Legend entries of the types of motion that a picture shows.
+pub(super) fn regime_legend(shows: impl Fn(Regime) -> bool) -> impl Iterator<Item = Layer> {
+    let shown = Regime::ALL.into_iter().filter(move |regime| shows(*regime));
+    shown.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)))
 }
 
 impl Swatch {

@@ -58,10 +58,9 @@ impl Course {
         let ends = [self.points.front(), self.points.back()];
         let ends = ends.map(|end| end.map_or(0.0, |(t, _)| *t));
         let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
-        let y = if scale == Scale::Logarithmic {
-            Axis::rounded_logarithmic(name, values)
-        } else {
-            Axis::with_margin(name, values.chain([0.0]))
+        let y = match scale {
+            Scale::Logarithmic => Axis::rounded_logarithmic(name, values),
+            _ => Axis::with_margin(name, values.chain([0.0])),
         };
         let y = if unit.is_empty() { y } else { y.of(unit) };
         Panel::new(title, Axis::linear("time", ends).of("s"), y, layers)
@@ -101,15 +100,15 @@ impl LessonPictures {
             self.now = vec![point];
             return;
         }
+        let predicted = sample.predicted.unwrap_or(f64::NAN);
         let ends = [self.level.points.front(), self.level.points.back()];
         if let [Some((start, _)), Some((_, last))] = ends
             && last[1].is_finite()
-            && sample.predicted.is_none()
+            && predicted.is_nan()
         {
             // The growth and half as long after it.
             self.level.end = Some(time + 0.5 * (time - start));
         }
-        let predicted = sample.predicted.unwrap_or(f64::NAN);
         self.level.push(time, vec![sample.level, predicted], COURSE);
     }
 
@@ -123,13 +122,8 @@ impl LessonPictures {
     }
 
     /// Sets the spectrum: spacing of the bins, Hz, amplitudes, m/s, and lines.
-    pub fn add_spectrum(
-        &mut self,
-        bin: f64,
-        amplitude: impl Iterator<Item = f64>,
-        lines: &[SpectralLine],
-    ) {
-        self.spectrum = (bin, amplitude.collect(), lines.to_vec());
+    pub fn add_spectrum(&mut self, bin: f64, amplitude: Vec<f64>, lines: &[SpectralLine]) {
+        self.spectrum = (bin, amplitude, lines.to_vec());
     }
 
     /// Adds the energies, contact forces and states of a frame.
@@ -177,9 +171,8 @@ impl LessonPictures {
             }
             Evidence::Turning | Evidence::Loop => {
                 let tones = self.tones.clone().map(Vec::from);
-                let joint = header.joint();
-                let tones = joint.map(|joint| tone_loop(joint, tones, self.now.clone()));
-                Vec::from_iter(tones)
+                let picture = |joint| tone_loop(joint, tones, self.now.clone());
+                Vec::from_iter(header.joint().map(picture))
             }
             Evidence::Contact if header.joint().is_none() => vec![self.portrait()],
             Evidence::Contact if computed.mechanism == Mechanism::StickSlip => vec![self.nodes()],
@@ -199,9 +192,9 @@ impl LessonPictures {
 
     fn distance(&self) -> Panel {
         let title = "Distance of the perturbed trajectory";
-        let curves = [(0, Color::Run, "distance")];
-        let distance = ("relative to the motion", "", Scale::Logarithmic);
-        let mut panel = self.distance.panel(title, distance, &curves);
+        let axis = ("relative to the motion", "", Scale::Logarithmic);
+        let curve = (0, Color::Run, "distance");
+        let mut panel = self.distance.panel(title, axis, &[curve]);
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
             let at = |t: f64| [t, (line.intercept + line.rate * (t - now.start)).exp()];
             let ends = vec![at(line.since), at(now.saturated.unwrap_or(now.time))];
@@ -237,25 +230,18 @@ impl LessonPictures {
     }
 
     fn portrait(&self) -> Panel {
+        let values = || self.motion.points.iter().map(|(_, values)| values);
         let layer = |holds: f64, color, label| {
-            let values = self.motion.points.iter().map(|(_, values)| values);
-            let points = values
-                .filter(|values| values[2] == holds)
-                .map(|v| [v[0], v[1]]);
-            Layer::points(points.collect(), 1.2, color).with_label(label)
+            let points = values().filter(|values| values[2] == holds);
+            let points = points.map(|v| [v[0], v[1]]).collect();
+            Layer::points(points, 1.2, color).with_label(label)
         };
         let layers = vec![
             layer(0.0, Color::Run, "slides"),
             layer(1.0, Color::Compared, "sticks"),
         ];
-        let axis = |k: usize, name| {
-            let values = self.motion.points.iter().map(|(_, values)| values[k]);
-            Axis::with_margin(name, values)
-        };
-        let [x, y] = [
-            axis(0, "displacement").of("m"),
-            axis(1, "velocity").of("m/s"),
-        ];
+        let x = Axis::with_margin("displacement", values().map(|v| v[0])).of("m");
+        let y = Axis::with_margin("velocity", values().map(|v| v[1])).of("m/s");
         Panel::new("Phase portrait", x, y, layers)
     }
 
@@ -264,9 +250,8 @@ impl LessonPictures {
         let (bin, amplitude, lines) = &self.spectrum;
         let named = lines.iter().filter(|line| !line.label.is_empty());
         let named: Vec<SpectralLine> = named.cloned().collect();
-        let axes = SpectrumAxes::of_run(header);
         let amplitude = amplitude.iter().copied();
-        let mut panel = axes.panel(*bin, amplitude, &named, Color::Run);
+        let mut panel = SpectrumAxes::of_run(header).panel(*bin, amplitude, &named, Color::Run);
         for layer in &mut panel.layers {
             match &*layer.id {
                 "computed" => layer.label = "computed, unstable modes".to_owned(),
@@ -281,15 +266,15 @@ impl LessonPictures {
 /// The strongest line (Hz) over the tilt (deg), with rising and with falling tilt and now: the hysteresis loop. `modes`
 /// gives the axes.
 pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f64; 2]>) -> Panel {
-    let layer = |points: Vec<_>, radius, color, label: &str, id| {
+    let layers = [
+        (up, 2.0, Color::Run, "rising tilt", "up"),
+        (down, 2.0, Color::Compared, "falling tilt", "down"),
+        (now, 3.5, Color::Ink, "now", "now"),
+    ];
+    let layers = layers.map(|(points, radius, color, label, id)| {
         let points = Layer::points(points, radius, color);
         points.with_label(label).with_id(id)
-    };
-    let layers = vec![
-        layer(up, 2.0, Color::Run, "rising tilt", "up"),
-        layer(down, 2.0, Color::Compared, "falling tilt", "down"),
-        layer(now, 3.5, Color::Ink, "now", "now"),
-    ];
+    });
     let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
     let frequencies = joint.modes.iter().map(|mode| mode.frequency_hz);
     let highest = 1.2 * frequencies.fold(2e3, f64::max);
@@ -297,7 +282,7 @@ pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f6
         "Strongest line over tilt",
         Axis::linear("tilt, °", [low, 1.05 * high]),
         Axis::rounded_logarithmic("strongest line", [1e3, highest].into_iter()).of("Hz"),
-        layers,
+        layers.to_vec(),
     )
 }
 

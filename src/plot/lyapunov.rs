@@ -16,14 +16,13 @@ const MOST: usize = 5;
 /// the largest ones over `omega_1`. `name` names the motion.
 pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     let spectrum = &found.study.spectrum;
+    let below = vec![all(spectrum), largest(spectrum, found.omega_1)];
+    let title = format!("Lyapunov exponents of {name}");
     Figure::new(
         "lyapunov",
-        format!("Lyapunov exponents of {name}"),
+        title,
         135.0,
-        vec![
-            vec![running(&found.study)],
-            vec![all(spectrum), largest(spectrum, found.omega_1)],
-        ],
+        vec![vec![running(&found.study)], below],
     )
 }
 
@@ -47,10 +46,9 @@ fn running(study: &LyapunovStudy) -> Panel {
         Layer::line(points.collect(), Color::Exponent(k)).with_label(format!("λ{}", k + 1))
     }));
     // The first estimates are far off; the second half of the run determines the axis.
-    let late = &running[running.len() / 2..];
-    let late = late
-        .iter()
-        .flat_map(|at| at.exponents[..count].iter().copied());
+    let late = running[running.len() / 2..].iter();
+    let late = late.flat_map(|at| &at.exponents[..count]);
+    let late = late.flat_map(|e| [e.value, e.low(), e.high()]);
     let times = match running.as_slice() {
         [first, .., last] => [first.time, last.time],
         _ => [0.1, 1.0],
@@ -65,27 +63,22 @@ fn running(study: &LyapunovStudy) -> Panel {
             spectrum.time
         ),
         Axis::logarithmic("averaging time, s", times),
-        Axis::with_margin("exponent, 1/s", ends(late).chain([0.0])),
+        Axis::with_margin("exponent, 1/s", late.chain([0.0])),
         layers,
     )
 }
 
 fn all(spectrum: &LyapunovSpectrum) -> Panel {
     let exponents = &spectrum.exponents;
-    let (sum, count) = (
-        exponents.iter().map(|e| e.value).sum::<f64>(),
-        exponents.len(),
-    );
-    let mut title = match count == spectrum.dimension {
-        true if sum.is_finite() => format!("all {count}, sum {sum:.1} 1/s"),
-        true => format!("all {count}"),
-        false => format!("the largest {count} of {}", spectrum.dimension),
+    let (values, count) = (exponents.iter().map(|e| e.value), exponents.len());
+    let sum: f64 = values.clone().sum();
+    let mut title = match spectrum.dimension {
+        dimension if dimension > count => format!("the largest {count} of {dimension}"),
+        _ if sum.is_finite() => format!("all {count}, sum {sum:.1} 1/s"),
+        _ => format!("all {count}"),
     };
     // Exponents of minus infinity have no position on the axis.
-    let collapsed = exponents
-        .iter()
-        .filter(|e| e.value == f64::NEG_INFINITY)
-        .count();
+    let collapsed = values.filter(|value| *value == f64::NEG_INFINITY).count();
     if collapsed > 0 {
         title += &format!("; minus infinity: {collapsed}");
     }
@@ -151,13 +144,10 @@ fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
         let own = own.filter(|(k, _)| spectrum.sign(*k) == sign);
         let spans: Vec<[f64; 3]> = own.clone().map(|(k, e)| span(k as f64 + 1.0, *e)).collect();
         let points = own.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
-        let points = Layer::points(points, 2.4, Color::Exponent(0))
-            .with_marker(marker)
-            .with_label(label);
+        let points = Layer::points(points, 2.4, Color::Exponent(0)).with_marker(marker);
         let intervals = Layer::intervals(&spans, Color::Exponent(0));
-        [intervals, points]
-            .into_iter()
-            .filter(move |_| !spans.is_empty())
+        let layers = [intervals, points.with_label(label)].into_iter();
+        layers.filter(move |_| !spans.is_empty())
     });
     layers.collect()
 }
@@ -165,11 +155,6 @@ fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
 /// Index of an exponent and the ends of its interval.
 fn span(x: f64, exponent: Exponent) -> [f64; 3] {
     [x, exponent.low(), exponent.high()]
-}
-
-/// Values and interval ends of all exponents.
-fn ends(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
-    exponents.flat_map(|e| [e.value, e.low(), e.high()])
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ pub use run::{
 };
 pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
-pub use signal::{SIGNAL_FIGURES, signal_figures};
+pub use signal::{signal_figure_names, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
 pub use sweep::{exponent_axis_values, maxima, start_label, sweep_figures};

@@ -36,26 +36,25 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
     });
     let dots: Vec<(Regime, [f64; 2])> = dots.collect();
     let amplitude = |orbit: &PeriodicOrbit| orbit.amplitude;
-    let amplitudes = branch.points.iter().map(|point| point.orbit.amplitude);
-    let amplitudes = amplitudes.chain(dots.iter().map(|(_, at)| at[1]));
-    let [_, highest] = extent(amplitudes.chain([0.0]));
-    let branches = 0..branch.orbit_branches();
-    let several = branches.clone().filter(|_| branches.len() > 1);
-    let mut layers: Vec<Layer> = several
-        .map(|k| Layer::legend_entry(format!("branch {k}"), color(k)))
-        .collect();
+    let branches = branch.orbit_branches();
+    let mut layers = Vec::new();
+    if branches > 1 {
+        let entry = |k| Layer::legend_entry(format!("branch {k}"), color(k));
+        layers.extend((0..branches).map(entry));
+    }
     let equilibria = branch.equilibria.iter();
-    let equilibria =
-        equilibria.map(|point| Some(([point.at.value, 0.0], point.unstable_modes == 0)));
+    let equilibria = equilibria.map(|p| Some(([p.at.value, 0.0], p.unstable_modes == 0)));
     layers.extend(stability_lines(equilibria, Color::Faint, "equilibrium"));
     layers.extend(lines(branch, &amplitude));
-    layers.extend(Regime::ALL.into_iter().filter_map(|regime| {
+    let dots = Regime::ALL.map(|regime| {
         let own = dots.iter().filter(|(found, _)| *found == regime);
-        let dots = Layer::points(own.map(|(_, at)| *at).collect(), 1.5, Color::Regime(regime))
+        Layer::points(own.map(|(_, at)| *at).collect(), 1.5, Color::Regime(regime))
             .with_label(format!("sweep: {regime}"))
-            .with_id(format!("sweep {regime}"));
-        Some(dots).filter(Layer::has_points)
-    }));
+            .with_id(format!("sweep {regime}"))
+    });
+    layers.extend(dots.into_iter().filter(Layer::has_points));
+    let values = layers.iter().flat_map(Layer::points_of).map(|at| at[1]);
+    let [_, highest] = extent(values.chain([0.0]));
     layers.push(rings(branch, &amplitude));
     let names = branch.orbit_bifurcations();
     let names = names.map(|found| (place(found, &amplitude), name(found)));
@@ -67,7 +66,7 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
         layers,
     );
     let frequencies = branch.points.iter().map(|point| point.orbit.frequency_hz());
-    let mut layers: Vec<Layer> = lines(branch, &PeriodicOrbit::frequency_hz);
+    let mut layers = lines(branch, &PeriodicOrbit::frequency_hz);
     // The names are in the upper panel: here they would cover the curve.
     layers.push(rings(branch, &PeriodicOrbit::frequency_hz));
     let lower = Panel::new(
@@ -90,14 +89,9 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
     points().next()?;
     let births = branch.tori.iter().filter_map(|torus| {
         let mut found = branch.orbit_bifurcations();
-        let born =
-            found.find(|found| found.branch == torus.branch && found.at.value == torus.born)?;
+        let born = found.find(|b| b.branch == torus.branch && b.at.value == torus.born)?;
         Some([torus.born, born.bifurcation.rotation_number?])
     });
-    let births: Vec<[f64; 2]> = births.collect();
-    let rotations = points().filter_map(|point| point.rotation_number);
-    let shown = rotations.chain(births.iter().map(|[_, rotation]| *rotation));
-    let y = Axis::with_margin("rotation number", shown);
     let mut layers = vec![Layer::rings(births).with_label("birth").with_id("births")];
     let kinds = [
         (TorusKind::Torus, Color::Regime(Regime::QuasiPeriodic)),
@@ -105,14 +99,16 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
         (TorusKind::Locked, Color::Regime(Regime::Periodic)),
         (TorusKind::Irregular, Color::Regime(Regime::Chaotic)),
     ];
-    for (kind, color) in kinds {
+    let kinds = kinds.map(|(kind, color)| {
         let own = points().filter(|point| point.kind == kind);
         let places = own.filter_map(|point| Some([point.at.value, point.rotation_number?]));
-        let layer = Layer::points(places.collect(), 2.4, color)
+        Layer::points(places.collect(), 2.4, color)
             .with_label(kind.to_string())
-            .with_id(kind.to_string());
-        layers.extend(Some(layer).filter(Layer::has_points));
-    }
+            .with_id(kind.to_string())
+    });
+    layers.extend(kinds.into_iter().filter(Layer::has_points));
+    let rotations = layers.iter().flat_map(Layer::points_of).map(|at| at[1]);
+    let y = Axis::with_margin("rotation number", rotations);
     let tongues = branch.tori.iter().flat_map(|torus| &torus.tongues);
     let bars = tongues.filter_map(|tongue| {
         let [p, q] = tongue.locking.map(f64::from);
@@ -121,7 +117,7 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
     });
     layers.push(
         Layer::lines(bars.collect(), Color::Regime(Regime::Periodic))
-            .with_line_width(1.6)
+            .with_size(1.6)
             .with_id("tongues"),
     );
     let title = "rotation number of the tori; bars: phase-locked";
@@ -131,7 +127,6 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
 /// The figure `multipliers`: the Floquet multipliers of all orbits in the complex plane, and the largest magnitudes over
 /// the parameter.
 pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
-    let circle = multipliers_panel(branch, None);
     let mut layers = vec![Layer::horizontal_line(1.0)];
     let magnitude = |point: &OrbitPoint, k: usize| {
         let magnitude = point.orbit.nontrivial_multipliers().nth(k)?.magnitude();
@@ -139,17 +134,14 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
     };
     for (k, label) in ["largest", "second", "third"].into_iter().enumerate().rev() {
         let branches = branch.points.chunk_by(|a, b| a.branch == b.branch);
-        let strips = branches.map(|part| {
-            part.iter()
-                .filter_map(|point| magnitude(point, k))
-                .collect()
-        });
+        let strip = |part: &[OrbitPoint]| part.iter().filter_map(|at| magnitude(at, k)).collect();
+        let strips = branches.map(strip);
         // Lines behind are wider, so that those of a complex pair, which coincide, remain visible.
         let line = Layer::lines(strips.collect(), Color::Exponent(k))
-            .with_line_width(1.1 + 1.1 * k as f64)
+            .with_size(1.1 + 1.1 * k as f64)
             .with_label(label)
             .with_id(label);
-        layers.extend(Some(line).filter(|line| line.points_of().next().is_some()));
+        layers.extend(Some(line).filter(Layer::has_points));
     }
     let values = layers.iter().flat_map(Layer::points_of).map(|at| at[1]);
     let y = Axis::with_margin("magnitude", values);
@@ -163,7 +155,7 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
         layers,
     );
     let title = format!("{scene}: Floquet multipliers");
-    let rows = vec![vec![circle, magnitude]];
+    let rows = vec![vec![multipliers_panel(branch, None), magnitude]];
     Figure::new("multipliers", title, 85.0, rows)
 }
 
@@ -173,16 +165,11 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
         let angle = TAU * f64::from(k) / f64::from(CIRCLE);
         [angle.cos(), angle.sin()]
     });
+    let horizontal = vec![[-RADIUS, 0.0], [RADIUS, 0.0]];
+    let cross = vec![horizontal, vec![[0.0, -RADIUS], [0.0, RADIUS]]];
     let mut layers = vec![
         Layer::line(circle.collect(), Color::Ink).with_id("circle"),
-        Layer::lines(
-            vec![
-                vec![[-RADIUS, 0.0], [RADIUS, 0.0]],
-                vec![[0.0, -RADIUS], [0.0, RADIUS]],
-            ],
-            Color::Pale,
-        )
-        .with_id("cross"),
+        Layer::lines(cross, Color::Pale).with_id("cross"),
     ];
     let at = |point: &OrbitPoint, is_outside: bool| -> Vec<[f64; 2]> {
         let multipliers = point.orbit.multipliers.iter();
@@ -201,22 +188,13 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
     }
     layers.extend(chosen.into_iter().flat_map(|point| {
         sides.map(|(side, is_outside)| {
-            let color = if is_outside {
-                Color::Accent
-            } else {
-                Color::Ink
-            };
+            let outside = Some(Color::Accent).filter(|_| is_outside);
+            let color = outside.unwrap_or(Color::Ink);
             Layer::points(at(point, is_outside), 2.2, color).with_id(side)
         })
     }));
-    let axis = |name: &str| Axis::linear(name, [-RADIUS, RADIUS]);
-    Panel::new(
-        "multipliers in the unit circle",
-        axis("real part"),
-        axis("imaginary part"),
-        layers,
-    )
-    .square()
+    let [x, y] = ["real part", "imaginary part"].map(|name| Axis::linear(name, [-RADIUS, RADIUS]));
+    Panel::new("multipliers in the unit circle", x, y, layers).square()
 }
 
 fn color(branch: usize) -> Color {
@@ -258,7 +236,7 @@ pub(super) fn stability_lines(
     let [unstable, stable] = parts.map(|strips| Layer::lines(strips, color));
     [
         unstable.dashed().with_id(format!("{id}, unstable")),
-        stable.with_line_width(1.6).with_id(format!("{id}, stable")),
+        stable.with_size(1.6).with_id(format!("{id}, stable")),
     ]
 }
 

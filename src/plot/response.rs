@@ -36,11 +36,9 @@ pub fn samples(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
     samples.map(|(&u, &v)| [u, v].map(f64::from)).collect()
 }
 
-/// Displacement (m) and velocity (m/s), interpolated between the samples by the cubic Hermite polynomial of
+/// Displacement (m) and velocity (m/s), interpolated between samples `h` (s) apart by the cubic Hermite polynomial of
 /// displacements and velocities, and its derivative.
-pub fn interpolated(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
-    let h = portrait.dt;
-    let samples = samples(portrait);
+pub fn interpolated(samples: &[[f64; 2]], h: f64) -> Vec<[f64; 2]> {
     let pieces = samples.windows(2).flat_map(|pair| {
         let [[u0, v0], [u1, v1]] = [pair[0], pair[1]];
         (0..FINER).map(move |k| {
@@ -67,13 +65,11 @@ pub fn largest(response: &SettledResponse) -> [f64; 2] {
     })
 }
 
-/// Displacement over the last 5 ms.
-pub fn time_series(portrait: &PhasePortrait, color: Color) -> Panel {
-    let dt = portrait.dt / FINER as f64;
-    let fine = interpolated(portrait);
-    let first = fine
-        .len()
-        .saturating_sub((WINDOW / dt).round() as usize + 1);
+/// Displacement over the last 5 ms of an interpolated motion with samples `dt` (s) apart.
+pub fn time_series(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
+    let dt = dt / FINER as f64;
+    let count = (WINDOW / dt).round() as usize + 1;
+    let first = fine.len().saturating_sub(count);
     let points = fine[first..].iter().enumerate();
     let points: Vec<[f64; 2]> = points.map(|(k, [u, _])| [dt * k as f64, *u]).collect();
     Panel::new(
@@ -86,20 +82,16 @@ pub fn time_series(portrait: &PhasePortrait, color: Color) -> Panel {
 
 /// Phase portrait: velocity (m/s) over displacement (m), on axes of ± `reach` if it is given.
 pub fn phase_portrait(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Panel {
-    let axis = |c: usize, name, unit| {
-        let axis = match reach {
-            Some(reach) => Axis::linear(name, [-reach[c], reach[c]]),
-            None => Axis::with_margin(name, points.iter().map(|p| p[c])),
-        };
-        axis.of(unit)
+    let axis = |c: usize, name| match reach {
+        Some(reach) => Axis::linear(name, [-reach[c], reach[c]]),
+        None => Axis::with_margin(name, points.iter().map(|p| p[c])),
     };
-    let trail = Layer::line(points.to_vec(), color).with_line_width(0.9);
-    Panel::new(
-        "phase portrait",
-        axis(0, "displacement", "m"),
-        axis(1, "velocity", "m/s"),
-        vec![trail.with_id("trail")],
-    )
+    let (x, y) = (
+        axis(0, "displacement").of("m"),
+        axis(1, "velocity").of("m/s"),
+    );
+    let trail = Layer::line(points.to_vec(), color).with_size(0.9);
+    Panel::new("phase portrait", x, y, vec![trail.with_id("trail")])
 }
 
 /// Common range of displacement (m) and speed (m/s) of phase portraits that are compared; `least` is the
@@ -110,19 +102,16 @@ pub fn common_range(found: &[&SettledResponse], least: [f64; 2]) -> [f64; 2] {
     largest.map(|size| round_up(1.02 * size))
 }
 
-/// Delay reconstruction in two dimensions.
-pub fn reconstruction(portrait: &PhasePortrait, color: Color) -> Panel {
-    let fine = interpolated(portrait);
-    let lag = (FINER as f64 * LAG / portrait.dt).round().max(1.0) as usize;
+/// Delay reconstruction of an interpolated motion with samples `dt` (s) apart in two dimensions.
+pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
+    let lag = (FINER as f64 * LAG / dt).round().max(1.0) as usize;
     let pairs = fine.iter().zip(fine.iter().skip(lag));
     let points: Vec<[f64; 2]> = pairs.map(|([a, _], [b, _])| [*a, *b]).collect();
     let axis = |c: usize, name| Axis::with_margin(name, points.iter().map(|p| p[c])).of("m");
-    Panel::new(
-        format!("delay reconstruction, τ = {:.0} µs", 1e6 * LAG),
-        axis(0, "u(t)"),
-        axis(1, "u(t + τ)"),
-        vec![Layer::line(points.clone(), color).with_line_width(0.9)],
-    )
+    let (x, y) = (axis(0, "u(t)"), axis(1, "u(t + τ)"));
+    let title = format!("delay reconstruction, τ = {:.0} µs", 1e6 * LAG);
+    let curve = Layer::line(points, color).with_size(0.9);
+    Panel::new(title, x, y, vec![curve])
 }
 
 /// The common axes of several spectra.
@@ -189,13 +178,13 @@ impl SpectrumAxes {
             };
             ([line.frequency, line.amplitude], name)
         });
-        let mut layers = vec![Layer::line(points, color), Layer::peaks(peaks.collect())];
-        if !self.marked.is_empty() {
+        let computed = (!self.marked.is_empty()).then(|| {
             let marked = self.marked.iter().filter(|hz| **hz <= end);
             let marked = marked.map(|hz| self.y.range.map(|y| [*hz, y]).to_vec());
-            let lines = Layer::lines(marked.collect(), Color::Faint);
-            layers.insert(0, lines.with_id("computed"));
-        }
+            Layer::lines(marked.collect(), Color::Faint).with_id("computed")
+        });
+        let curves = [Layer::line(points, color), Layer::peaks(peaks.collect())];
+        let layers = computed.into_iter().chain(curves).collect();
         Panel::new("spectrum", self.x.clone(), self.y.clone(), layers)
     }
 }
@@ -326,7 +315,7 @@ mod tests {
             bin: 1.0,
             spectrum: Vec::new(),
         };
-        let fine = interpolated(&portrait);
+        let fine = interpolated(&samples(&portrait), dt);
         assert_eq!(fine.len(), 49 * FINER + 1);
         for (k, [u, v]) in fine.into_iter().enumerate() {
             let phase = omega * dt * k as f64 / FINER as f64;

@@ -23,7 +23,6 @@ use crate::analysis::{
 use crate::number::short;
 use crate::pipeline::message::{Frame, Header, Record, SignalInfo, Subject};
 use crate::pipeline::{Sink, SinkError};
-use crate::study::response::PhasePortrait;
 
 /// Number of intersections shown; a 4 kHz squeak has 1,000 in 0.25 s.
 const PASSAGES: usize = 600;
@@ -175,14 +174,7 @@ impl RunPanels {
             }
             Record::Delay {
                 time, dt, choice, ..
-            } => {
-                let [mutual, neighbours] = embedding(*dt, choice);
-                let pictures = [
-                    ("mutual-information", mutual),
-                    ("false-neighbours", neighbours),
-                ];
-                (*time, pictures.into())
-            }
+            } => (*time, embedding(*dt, choice).into()),
             Record::Section { time, points } => (*time, self.section(*time, points)),
             Record::Chaos {
                 time,
@@ -244,7 +236,7 @@ impl RunPanels {
 }
 
 /// The choice of the delay embedding of samples `dt` (s) apart, with its reasons.
-fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
+fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     let why = match choice.reason {
         LagReason::FirstMinimum => "first minimum",
         LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
@@ -260,20 +252,18 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
     );
     let shares = &choice.neighbours.share;
     let share = shares.get(choice.dimension.wrapping_sub(1));
-    let lowest = if choice.unfolded {
-        ""
-    } else {
-        ", the lowest share"
-    };
+    let lowest = (!choice.unfolded).then_some(", the lowest share");
+    let lowest = lowest.unwrap_or_default();
     let dimension = format!(
         "m = {}: {} % false{lowest}; Theiler window {}",
         choice.dimension,
         short(100.0 * share.copied().unwrap_or(0.0)),
         Unit::write(dt * choice.theiler as f64, "s"),
     );
+    let neighbours = false_neighbours(choice).with_caption(dimension);
     [
-        mutual.with_caption(lag),
-        false_neighbours(choice).with_caption(dimension),
+        ("mutual-information", mutual.with_caption(lag)),
+        ("false-neighbours", neighbours),
     ]
 }
 
@@ -286,8 +276,8 @@ struct Kept {
     panels: Option<RunPanels>,
     lesson: LessonPictures,
     last: BTreeMap<&'static str, Panel>,
-    /// Displacement and velocity at the last samples, and their spacing, s.
-    samples: VecDeque<[f32; 2]>,
+    /// Displacement (m) and velocity (m/s) at the last samples, and their spacing, s.
+    samples: VecDeque<[f64; 2]>,
     dt: f64,
 }
 
@@ -298,48 +288,25 @@ impl RunFigures {
 
     /// The figures, in the order of [`RUN_FIGURES`]; those of analyses without a result are missing.
     pub fn figures(&self) -> Vec<Figure> {
-        let mut kept = self.kept();
-        let Some(header) = kept
-            .panels
-            .as_ref()
-            .map(|panels| Arc::clone(&panels.header))
-        else {
+        let kept = &mut *self.kept();
+        let Some(RunPanels { header, .. }) = &kept.panels else {
             return Vec::new();
         };
-        if !kept.samples.is_empty() {
-            let column = |c: usize| kept.samples.iter().map(|sample| sample[c]).collect();
-            let motion = PhasePortrait {
-                dt: kept.dt,
-                displacement: column(0),
-                velocity: column(1),
-                bin: 1.0,
-                spectrum: Vec::new(),
-            };
-            let portrait = phase_portrait(&interpolated(&motion), None, Color::Run);
+        let motion = interpolated(kept.samples.make_contiguous(), kept.dt);
+        if !motion.is_empty() {
             if header.joint().is_some() {
-                let series = time_series(&motion, Color::Run);
+                let series = time_series(&motion, kept.dt, Color::Run);
                 kept.last.insert("displacement", series);
             }
-            kept.last.insert("portrait", portrait.square());
+            let portrait = phase_portrait(&motion, None, Color::Run).square();
+            kept.last.insert("portrait", portrait);
         }
-        let lesson = kept.lesson.panels(&header);
-        let lesson = (!lesson.is_empty()).then(|| {
-            Figure::grid(
-                "lesson",
-                format!("Lesson of {}", header.scene),
-                90.0,
-                1,
-                &lesson,
-            )
-        });
+        let lesson = kept.lesson.panels(header);
+        let title = format!("Lesson of {}", header.scene);
+        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", title, 90.0, 1, &lesson));
         let pictures = RUN_FIGURES.iter().filter_map(|name| {
-            let panel = kept.last.get(name)?.clone();
-            Some(Figure::new(
-                *name,
-                header.scene.clone(),
-                100.0,
-                vec![vec![panel]],
-            ))
+            let rows = vec![vec![kept.last.get(name)?.clone()]];
+            Some(Figure::new(*name, header.scene.clone(), 100.0, rows))
         });
         lesson.into_iter().chain(pictures).collect()
     }
@@ -348,24 +315,28 @@ impl RunFigures {
 impl Sink for RunFigures {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let kept = &mut *self.kept();
+        if let Record::Header(header) = &record {
+            kept.panels = Some(RunPanels::new(Arc::clone(header)));
+        }
+        let Some(panels) = &mut kept.panels else {
+            return Ok(());
+        };
+        kept.last.extend(panels.accept(&record).1);
         match &record {
-            Record::Header(header) => kept.panels = Some(RunPanels::new(Arc::clone(header))),
             Record::Samples(frame) => {
-                let Some(panels) = &kept.panels else {
-                    return Ok(());
-                };
                 kept.lesson.add_frame(&panels.header, frame);
                 kept.dt = frame.dt;
                 let samples = frame.displacement.iter().zip(&frame.velocity);
-                kept.samples
-                    .extend(samples.map(|(&u, &v)| [u as f32, v as f32]));
+                // Single precision, as the motions of studies.
+                let samples = samples.map(|(&u, &v)| [u as f32, v as f32].map(f64::from));
+                kept.samples.extend(samples);
                 let window = match &panels.header.subject {
                     Subject::Small(small) => PERIODS / small.frequency_hz,
                     Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
                 };
                 let most = (window / frame.dt) as usize;
-                let surplus = kept.samples.len().saturating_sub(most);
-                kept.samples.drain(..surplus);
+                kept.samples
+                    .drain(..kept.samples.len().saturating_sub(most));
             }
             Record::LevelSample(sample) => kept.lesson.add_level(sample),
             Record::TrajectoryDivergence(found) => kept.lesson.add_divergence(found),
@@ -374,13 +345,8 @@ impl Sink for RunFigures {
                 amplitude,
                 peaks,
                 ..
-            } => kept
-                .lesson
-                .add_spectrum(*bin, amplitude.iter().copied(), peaks),
+            } => kept.lesson.add_spectrum(*bin, amplitude.to_vec(), peaks),
             _ => {}
-        }
-        if let Some(panels) = &mut kept.panels {
-            kept.last.extend(panels.accept(&record).1);
         }
         Ok(())
     }

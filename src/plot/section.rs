@@ -58,12 +58,10 @@ impl Coordinate {
     fn fit(&mut self, [low, high]: [f64; 2], half: f64) {
         let [from, to] = self.range;
         let serves = from <= low && high <= to && to - from <= 2.0 * OUTGROWN * half;
-        if !serves || low > high {
-            let centre = if low > high {
-                self.middle
-            } else {
-                0.5 * (low + high)
-            };
+        if low > high {
+            self.range = [self.middle - half, self.middle + half];
+        } else if !serves {
+            let centre = 0.5 * (low + high);
             self.range = [centre - half, centre + half];
         }
     }
@@ -141,13 +139,14 @@ impl SectionAxes {
 
     /// The section: intersections, oldest first.
     pub fn section(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        let [a, b] = &self.coordinates;
-        let common = if a.unit == b.unit {
-            a.reach().max(b.reach())
-        } else {
-            0.0
-        };
-        let [x, y] = [a, b].map(|c| c.axis("", common.max(c.reach())));
+        // Coordinates of the same quantity have the same unit.
+        let [x, y] = self.coordinates.each_ref().map(|own| {
+            let alike = self
+                .coordinates
+                .iter()
+                .filter(|other| other.unit == own.unit);
+            own.axis("", alike.map(Coordinate::reach).fold(0.0, f64::max))
+        });
         let cloud = cloud(points.to_vec(), color);
         Panel::new("Poincaré section", x, y, vec![cloud]).square()
     }
@@ -188,19 +187,19 @@ impl SectionAxes {
         });
         let bars = Layer::areas(bars.collect(), 0.6, color).with_id("bars");
         let y = Axis::linear("number of crossings", [0.0, round_up(1.05 * most)]);
+        let note = returns.is_empty().then_some("fewer than two crossings");
         let panel = Panel::new("times between crossings", x, y, vec![bars]);
-        panel.with_note(if returns.is_empty() {
-            "fewer than two crossings"
-        } else {
-            ""
-        })
+        panel.with_note(note.unwrap_or_default())
     }
 }
 
 /// Points that fade with age, oldest first. A few must be visible, many must not overlap.
 fn cloud(points: Vec<[f64; 2]>, color: Color) -> Layer {
     let radius = if points.len() > 500 { 1.1 } else { 1.8 };
-    Layer::points(points, radius, color).fading()
+    Layer {
+        fading: true,
+        ..Layer::points(points, radius, color)
+    }
 }
 
 #[cfg(test)]
@@ -252,7 +251,7 @@ mod tests {
             });
             let mut axes = SectionAxes::delayed("u", "m", [0.0, 1e-12]);
             let panel = axes.return_times(&times.collect::<Vec<_>>(), Color::Ink);
-            let crate::plot::Shape::Areas { outlines, .. } = &panel.layers[0].shape else {
+            let crate::plot::Shape::Areas(outlines) = &panel.layers[0].shape else {
                 panic!("bars are areas");
             };
             let bar =

@@ -6,7 +6,7 @@ use super::figure::{Figure, Layer, Panel};
 use crate::joint::{Cause, ExplainedMode};
 use crate::number::significant;
 use crate::study::StabilityAt;
-use crate::study::branch::{ModeSensitivities, ParameterSensitivity};
+use crate::study::branch::ModeSensitivities;
 
 /// Largest number of bars of a mode.
 const MOST: usize = 9;
@@ -54,13 +54,10 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
     }
     let [low, high] = extent(bars.iter().map(|(_, [_, end], _)| *end).chain([0.0]));
     let lowest = if high > 0.0 { LOWEST * high } else { low };
-    let title = if low < lowest {
-        "strong damping is cut at the left edge"
-    } else {
-        ""
-    };
+    let cut = (low < lowest).then_some("strong damping is cut at the left edge");
     let axis = Axis::with_margin("growth rate, 1/s", [low.max(lowest), high].into_iter());
     let names = modes.iter().map(|(name, _)| name.clone());
+    let title = cut.unwrap_or_default();
     let mut panel = Panel::bars(title, axis, names.collect(), bars);
     let causes = modes.first().map_or(&[][..], |(_, mode)| &mode.causes);
     let keys = causes.iter().map(|cause| {
@@ -89,29 +86,21 @@ pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure
 }
 
 fn panel(mode: &ModeSensitivities) -> Panel {
-    let shown: Vec<&ParameterSensitivity> = mode
+    let shown = mode
         .parameters
         .iter()
-        .filter(|parameter| parameter.growth_per_percent != 0.0)
-        .take(MOST)
-        .collect();
-    let changes = shown.iter().map(|parameter| parameter.growth_per_percent);
-    let names = shown
-        .iter()
-        .map(|parameter| readable(&parameter.parameter, &parameter.unit));
-    let axis = changes.clone().chain([0.0]);
-    let bars = changes
-        .enumerate()
-        .map(|(row, change)| (row, [0.0, change], COLORS[usize::from(change < 0.0)]));
-    Panel::bars(
-        format!(
-            "{}, {:.1} Hz, growth rate {} 1/s",
-            mode.mode.label,
-            mode.mode.frequency_hz,
-            significant(mode.mode.growth, 4)
-        ),
-        Axis::with_margin("change of the growth rate, 1/s", axis),
-        names.collect(),
-        bars,
-    )
+        .filter(|it| it.growth_per_percent != 0.0);
+    let shown = shown.take(MOST);
+    let changes = shown.clone().map(|it| it.growth_per_percent);
+    let names = shown.map(|it| readable(&it.parameter, &it.unit)).collect();
+    let axis = Axis::with_margin(
+        "change of the growth rate, 1/s",
+        changes.clone().chain([0.0]),
+    );
+    let bars = changes.enumerate();
+    let bars = bars.map(|(row, to)| (row, [0.0, to], COLORS[usize::from(to < 0.0)]));
+    let growth = significant(mode.mode.growth, 4);
+    let (label, hertz) = (&mode.mode.label, mode.mode.frequency_hz);
+    let title = format!("{label}, {hertz:.1} Hz, growth rate {growth} 1/s");
+    Panel::bars(title, axis, names, bars)
 }

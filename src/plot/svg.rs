@@ -1,7 +1,7 @@
 //! A figure as SVG; one user unit is a point (1/72 inch).
 
 use super::axis::{Axis, Scale};
-use super::canvas::{Anchor, Canvas, LINE_HEIGHT, PlotArea, Rect};
+use super::canvas::{Anchor, Canvas, LINE_HEIGHT, PlotArea, Rect, TextStyle};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel, Shape};
 use super::marks;
@@ -24,8 +24,8 @@ const BELOW: f64 = 3.6;
 /// Largest number of ticks of an axis.
 const MOST_TICKS: usize = 10;
 /// The style of most texts: size, weight and colour.
-const PLAIN: (f64, bool, Color) = (1.0, false, Color::Ink);
-const FAINT: (f64, bool, Color) = (1.0, false, Color::Faint);
+const PLAIN: TextStyle = (1.0, false, Color::Ink);
+const FAINT: TextStyle = (1.0, false, Color::Faint);
 
 /// The smallest share of the height for plot areas that a larger font must leave.
 const PLOTS: f64 = 0.5;
@@ -83,10 +83,7 @@ pub fn page(
             top += LINE_HEIGHT * size;
         }
     }
-    let body = Rect {
-        at: [0.0, top],
-        size: [width, height - top],
-    };
+    let body = Rect::new([0.0, top], [width, height - top]);
     rows(&mut canvas, figure, body, marks);
     canvas.out.push_str("</svg>\n");
     canvas
@@ -104,10 +101,10 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
     for _ in 0..3 {
         let rows = figure.rows.iter().zip(&heights).zip(&margins);
         let texts = rows.map(|((row, plot), margins)| {
-            let cell = body_width / row.len().max(1) as f64;
+            let cell = [body_width / row.len().max(1) as f64, *plot];
             let texts = row
                 .iter()
-                .map(|panel| Texts::new(panel, [cell, *plot], *margins, em));
+                .map(|panel| Texts::new(panel, cell, *margins, em));
             texts.collect()
         });
         placed = texts.collect();
@@ -129,19 +126,10 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
             canvas.fits &= plot[0] >= LEAST_PLOT[0] * em && plot[1] >= LEAST_PLOT[1] * em;
             let header = [cell_x + indent(texts.panel, left, em), cell_y + 0.2 * em];
             texts.draw_header(canvas, header);
-            let side = plot[0].min(plot[1]);
-            let (shift, size) = if texts.panel.square {
-                (0.5 * (plot[0] - side), [side; 2])
-            } else {
-                (0.0, plot)
-            };
-            let frame = Rect {
-                at: [
-                    cell_x + left + shift,
-                    cell_y + height - plot[1] - BELOW * em,
-                ],
-                size: size.map(|side| side.max(em)),
-            };
+            let size = sides(texts.panel, plot);
+            let frame_x = cell_x + left + 0.5 * (plot[0] - size[0]);
+            let frame_y = cell_y + height - plot[1] - BELOW * em;
+            let frame = Rect::new([frame_x, frame_y], size.map(|side| side.max(em)));
             draw_panel(canvas, texts, frame, marks);
             let name = &texts.names[1];
             let half = 0.5 * text::width(name, em, false) + 0.3 * em;
@@ -149,6 +137,15 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
             let y = (frame.at[1] + 0.5 * frame.size[1]).min(high).max(low);
             canvas.turned_text([frame.at[0] - left + em, y], name, Color::Faint);
         }
+    }
+}
+
+/// Width and height of the plot area of a panel where it may take a size.
+fn sides(panel: &Panel, [width, height]: [f64; 2]) -> [f64; 2] {
+    if panel.square {
+        [width.min(height); 2]
+    } else {
+        [width, height]
     }
 }
 
@@ -177,25 +174,20 @@ type Ticks = Vec<(f64, Vec<String>)>;
 impl<'a> Texts<'a> {
     /// The texts for the width of a cell and the height of the plot area, and for the margins to its left and right.
     fn new(panel: &'a Panel, [width, plot]: [f64; 2], [left, right]: [f64; 2], em: f64) -> Self {
-        let wide = width - left - right;
-        let sides = if panel.square {
-            [wide.min(plot); 2]
-        } else {
-            [wide, plot]
-        };
-        let x = ticks(&panel.x, sides[0], em, [5.0, 0.6 * em]);
-        let close = match (panel.square, panel.y.scale) {
-            (true, _) => 5.0,
-            (false, Scale::Logarithmic) => 2.0,
+        let [along, up] = sides(panel, [width - left - right, plot]);
+        let x = ticks(&panel.x, along, em, [5.0, 0.6 * em]);
+        let close = match panel.y.scale {
+            _ if panel.square => 5.0,
+            Scale::Logarithmic => 2.0,
             _ => 2.8,
         };
-        let mut y = ticks(&panel.y, sides[1], em, [close, 0.0]);
+        let mut y = ticks(&panel.y, up, em, [close, 0.0]);
         for (_, lines) in &mut y {
             *lines = text::wrap(&lines.concat(), NAMES * width, em, false);
         }
-        let overhangs = x.iter().map(|(tick, lines)| {
-            0.5 * widest(lines, em) - sides[0] * (1.0 - panel.x.fraction(*tick))
-        });
+        let overhangs = x
+            .iter()
+            .map(|(tick, lines)| 0.5 * widest(lines, em) - along * (1.0 - panel.x.fraction(*tick)));
         let header = (width - indent(panel, left, em) - EDGE * em).max(em);
         Self {
             panel,
@@ -211,11 +203,7 @@ impl<'a> Texts<'a> {
     /// Space to the left of the plot area.
     fn left(&self, em: f64) -> f64 {
         let labels = self.ticks[1].iter().map(|(_, lines)| widest(lines, em));
-        let name = if self.names[1].is_empty() {
-            0.0
-        } else {
-            LINE_HEIGHT
-        };
+        let name = LINE_HEIGHT * f64::from(u8::from(!self.names[1].is_empty()));
         labels.fold(0.0, f64::max) + (name + EDGE + GAP) * em
     }
 
@@ -227,10 +215,8 @@ impl<'a> Texts<'a> {
     fn draw_header(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
         let em = canvas.font_size;
         let mut y = top + 0.5 * LINE_HEIGHT * em;
-        let titles = self
-            .title
-            .iter()
-            .map(|line| (line, (1.1, true, Color::Ink)));
+        let bold = (1.1, true, Color::Ink);
+        let titles = self.title.iter().map(|line| (line, bold));
         let captions = self.caption.iter().map(|line| (line, FAINT));
         for (line, style) in titles.chain(captions) {
             canvas.text([left, y], line, Anchor::Start, style);
@@ -275,10 +261,11 @@ fn legend(panel: &Panel, available: f64, em: f64) -> Vec<Vec<&Layer>> {
             taken = 0.0;
         }
         taken += entry;
+        // The first entry starts a line.
         lines
             .last_mut()
-            .expect("the first entry starts a line")
-            .push(layer);
+            .into_iter()
+            .for_each(|line| line.push(layer));
     }
     lines
 }
@@ -291,8 +278,8 @@ fn entry_width(layer: &Layer, em: f64) -> f64 {
 /// Width of a legend sample, relative to the font size.
 fn sample_width(layer: &Layer) -> f64 {
     match layer.shape {
-        Shape::Points { .. } => 0.7,
-        Shape::Areas { .. } => 1.0,
+        Shape::Points(_) => 0.7,
+        Shape::Areas(_) => 1.0,
         _ => 1.9,
     }
 }
@@ -305,36 +292,27 @@ fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Ticks {
         let ticks = axis.ticks(most).into_iter();
         ticks.map(|(tick, label)| (tick, vec![label])).collect()
     };
-    let are_apart = |ticks: &Ticks| {
-        let half = |lines: &[String]| {
-            if gap > 0.0 {
-                0.5 * (widest(lines, em) + gap)
-            } else {
-                0.55 * em
-            }
-        };
-        let mut pairs = ticks.windows(2);
-        ticks.len() > 1
-            && pairs.all(|pair| {
-                let [low, high] = [&pair[0], &pair[1]];
-                let apart = axis.fraction(high.0) - axis.fraction(low.0);
-                apart * length >= half(&low.1) + half(&high.1)
-            })
+    let half = |(_, lines): &(f64, Vec<String>)| match gap {
+        0.0 => 0.55 * em,
+        gap => 0.5 * (widest(lines, em) + gap),
     };
-    let numbers = (1..=most).rev().chain(most + 1..=MOST_TICKS);
-    match axis.scale {
-        Scale::Rows => choice(most),
-        _ => { numbers }
-            .map(choice)
-            .find(are_apart)
-            .unwrap_or_else(|| choice(most)),
-    }
+    let are_apart = |ticks: &Ticks| {
+        let mut pairs = ticks.windows(2);
+        let is_apart = |pair: &[(f64, Vec<String>)]| {
+            let apart = axis.fraction(pair[1].0) - axis.fraction(pair[0].0);
+            apart * length >= half(&pair[0]) + half(&pair[1])
+        };
+        axis.scale == Scale::Rows || ticks.len() > 1 && pairs.all(is_apart)
+    };
+    let mut numbers = (1..=most).rev().chain(most + 1..=MOST_TICKS).map(choice);
+    let found = numbers.find(are_apart);
+    found.unwrap_or_else(|| choice(most))
 }
 
 fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) {
     axes(canvas, texts, frame);
     let panel = texts.panel;
-    let ([x, y], [width, height]) = (frame.at, frame.size);
+    let ([x, y], [width, height], em) = (frame.at, frame.size, canvas.font_size);
     let area = PlotArea { panel, rect: frame };
     if marks {
         // A nested SVG element clips its content and needs no identifier that another figure could share.
@@ -347,12 +325,7 @@ fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) 
         }
         canvas.push(format_args!("</svg>"));
     }
-    let lines = text::wrap(
-        &panel.note,
-        width - canvas.font_size,
-        canvas.font_size,
-        false,
-    );
+    let lines = text::wrap(&panel.note, width - em, em, false);
     let middle = [x + 0.5 * width, y + 0.5 * height];
     centred(canvas, middle, &lines, (Anchor::Middle, FAINT));
     for layer in &panel.layers {
@@ -365,7 +338,7 @@ fn centred(
     canvas: &mut Canvas,
     [x, y]: [f64; 2],
     lines: &[String],
-    (anchor, style): (Anchor, (f64, bool, Color)),
+    (anchor, style): (Anchor, TextStyle),
 ) {
     let step = 1.15 * canvas.font_size;
     let first = y - 0.5 * step * (lines.len() as f64 - 1.0);
@@ -391,12 +364,8 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
             canvas.line([x, top, x, bottom], Color::Grid, 0.7, "");
         }
         canvas.line([x, bottom, x, bottom + tick], Color::Faint, 0.7, "");
-        centred(
-            canvas,
-            [x, bottom + tick + 0.8 * em],
-            label,
-            (Anchor::Middle, PLAIN),
-        );
+        let below = [x, bottom + tick + 0.8 * em];
+        centred(canvas, below, label, (Anchor::Middle, PLAIN));
     }
     let middle = [0.5 * (left + right), bottom + 2.4 * em];
     canvas.text(middle, &texts.names[0], Anchor::Middle, FAINT);

@@ -1,9 +1,11 @@
 //! Figures of a sweep: bifurcation diagram, exponents and spectral lines over one parameter, or a map of
 //! regimes over two. Fig. 11 of the paper.
 
-use super::axis::{Axis, extent, readable};
+use std::ops::Range;
+
+use super::axis::{Axis, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
-use super::figure::{Figure, Layer, Marker, Panel};
+use super::figure::{Figure, Layer, Marker, Panel, regime_legend};
 use crate::analysis::{regime::Regime, stats::range};
 use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
@@ -39,19 +41,14 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
         let shared = ParameterPanels::new(plan, points, &plan.starts);
         let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
-        if shared
-            .found
-            .iter()
-            .any(|(.., response)| response.exponents.is_some())
-        {
+        let mut found = shared.found.iter();
+        if found.any(|(.., response)| response.exponents.is_some()) {
             rows.push(vec![shared.exponents()]);
         }
-        let starts = match &plan.starts[..] {
-            [start] => start_label(*start).to_owned(),
-            starts => {
-                let starts: Vec<String> = starts.iter().map(Start::to_string).collect();
-                format!("starts {}", starts.join(", "))
-            }
+        let starts: Vec<String> = plan.starts.iter().map(Start::to_string).collect();
+        let starts = match plan.starts[..] {
+            [start] => start_label(start).to_owned(),
+            _ => format!("starts {}", starts.join(", ")),
         };
         let title = format!("{}: {starts}", plan.scene.name);
         let height = ROW_MM * rows.len() as f64;
@@ -72,15 +69,9 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
         let title = format!("{letter}: {}", panel.title);
         vec![Panel { title, ..panel }]
     });
-    let starts: Vec<&str> = plan
-        .starts
-        .iter()
-        .map(|start| start_label(*start))
-        .collect();
-    let title = format!(
-        "Fig. 11: Lyapunov exponents and bifurcation diagram, {}",
-        starts.join(", ")
-    );
+    let starts: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
+    let starts = starts.join(", ");
+    let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
     Figure::new("figure-11", title, 3.0 * ROW_MM, rows.collect())
 }
 
@@ -128,26 +119,22 @@ impl<'a> ParameterPanels<'a> {
             let shift = place.map_or(0.0, |k| apart * (k as f64 - middle));
             found(points, start).map(move |(values, response)| (start, values[0] + shift, response))
         });
-        let doublings = sweep::transitions(points).into_iter().filter(|transition| {
-            transition.doubling.is_some() && starts.contains(&transition.start)
-        });
+        let doublings = sweep::transitions(points).into_iter();
+        let doublings = doublings.filter(|t| t.doubling.is_some() && starts.contains(&t.start));
         Self {
             axis,
             starts: starts.to_vec(),
             found: found.collect(),
-            doublings: doublings
-                .map(|transition| 0.5 * (transition.from + transition.to))
-                .collect(),
+            doublings: doublings.map(|t| 0.5 * (t.from + t.to)).collect(),
         }
     }
 
     /// The marker of a start, if there are several.
     fn marker(&self, start: Start) -> Marker {
         match start {
-            _ if self.starts.len() < 2 => Marker::Dot,
-            Start::Fresh => Marker::Dot,
-            Start::Upward => Marker::Up,
-            Start::Downward => Marker::Down,
+            Start::Upward if self.starts.len() > 1 => Marker::Up,
+            Start::Downward if self.starts.len() > 1 => Marker::Down,
+            _ => Marker::Dot,
         }
     }
 
@@ -169,10 +156,7 @@ impl<'a> ParameterPanels<'a> {
     ) -> Vec<Layer> {
         let layers = self.starts.iter().map(|shown| {
             let found = self.found.iter().filter(|(start, ..)| start == shown);
-            let points = found.flat_map(|(_, x, response)| {
-                let heights = of(response).into_iter();
-                heights.map(|y| [*x, y])
-            });
+            let points = found.flat_map(|(_, x, found)| of(found).into_iter().map(|y| [*x, y]));
             let points = Layer::points(points.collect(), radius, color);
             points.with_marker(self.marker(*shown))
         });
@@ -180,15 +164,13 @@ impl<'a> ParameterPanels<'a> {
     }
 
     /// A vertical line at each doubling, the last with the legend entry.
-    fn doublings(&self) -> Vec<Layer> {
-        let lines = self.doublings.iter();
-        let mut lines: Vec<Layer> = lines
-            .map(|middle| Layer::vertical_line(*middle, Color::Ink))
-            .collect();
-        if let Some(last) = lines.last_mut() {
-            last.label = "doubling".to_owned();
-        }
-        lines
+    fn doublings(&self) -> impl Iterator<Item = Layer> {
+        let places = self.doublings.iter().enumerate();
+        places.map(|(k, place)| {
+            let is_last = k + 1 == self.doublings.len();
+            let line = Layer::vertical_line(*place, Color::Ink);
+            line.with_label(if is_last { "doubling" } else { "" })
+        })
     }
 
     /// The maxima of the displacement in the colour of the regime.
@@ -196,33 +178,31 @@ impl<'a> ParameterPanels<'a> {
         let all = self
             .found
             .iter()
-            .flat_map(|(.., response)| maxima_or_zero(response));
-        let [low, high] = extent(all);
-        let mut keys = Vec::new();
-        let mut layers = Vec::new();
-        for regime in Regime::ALL {
-            let color = Color::Regime(regime);
-            let before = layers.len();
+            .flat_map(|(.., found)| maxima_or_zero(found));
+        let y = Axis::with_margin("maximum", all).of("m");
+        let points = Regime::ALL.into_iter().flat_map(|regime| {
             // The few points of a periodic motion are larger, so that they are visible.
-            for (few, radius) in [(false, 0.7), (true, 1.7)] {
-                layers.extend(self.points(radius, color, |response| {
-                    let chosen = response.regime == regime && has_few(&response.maxima) == few;
-                    maxima_or_zero(response).filter(move |_| chosen)
-                }));
-            }
-            if layers.len() > before {
-                keys.push(Layer::legend_entry(regime.to_string(), color));
-            }
-        }
-        keys.extend(self.start_legend());
-        keys.extend(self.doublings());
-        keys.extend(layers);
-        Panel::new(
-            "local maxima of the displacement",
-            self.axis.clone(),
-            Axis::with_margin("maximum", [low, high].into_iter()).of("m"),
-            keys,
-        )
+            [(false, 0.7), (true, 1.7)]
+                .into_iter()
+                .flat_map(move |(few, radius)| {
+                    self.points(radius, Color::Regime(regime), move |response| {
+                        let chosen = response.regime == regime && has_few(&response.maxima) == few;
+                        maxima_or_zero(response).filter(move |_| chosen)
+                    })
+                })
+        });
+        let points: Vec<Layer> = points.collect();
+        let shows = |regime| {
+            points
+                .iter()
+                .any(|layer| layer.color == Color::Regime(regime))
+        };
+        let mut layers: Vec<Layer> = regime_legend(shows).collect();
+        layers.extend(self.start_legend());
+        layers.extend(self.doublings());
+        layers.extend(points);
+        let title = "local maxima of the displacement";
+        Panel::new(title, self.axis.clone(), y, layers)
     }
 
     /// The largest exponents with their intervals.
@@ -262,49 +242,38 @@ impl<'a> ParameterPanels<'a> {
 
     /// The frequencies of the spectral lines; stronger lines have larger points.
     fn lines(&self) -> Panel {
-        // From strong to weak: amplitude relative to the strongest, radius, colour.
+        // From strong to weak: amplitudes relative to the strongest, radius, colour.
         let kinds = [
-            (0.5, 2.4, Color::Ink),
-            (0.1, 1.6, Color::Faint),
-            (FAINTEST, 1.0, Color::Regime(Regime::Undetermined)),
+            (0.5..f64::INFINITY, 2.4, Color::Ink),
+            (0.1..0.5, 1.6, Color::Faint),
+            (FAINTEST..0.1, 1.0, Color::Regime(Regime::Undetermined)),
         ];
-        let strongest = |response: &SettledResponse| {
-            let first = response.lines.first();
-            first.map_or(f64::INFINITY, |line| line.amplitude)
-        };
-        let mut keys = Vec::new();
-        let mut layers = Vec::new();
-        let mut upper = f64::INFINITY;
-        for (least, radius, color) in kinds {
-            layers.extend(self.points(radius, color, |response| {
-                let strongest = strongest(response);
-                let chosen = response.lines.iter().filter(move |line| {
-                    let share = line.amplitude / strongest;
-                    share >= least && share < upper
-                });
-                chosen.map(|line| line.frequency)
-            }));
-            upper = least;
-            keys.push(Layer::legend_entry(
-                format!("from {:.0} %", 100.0 * least),
-                color,
-            ));
-        }
-        let highest = self.found.iter().flat_map(|(.., response)| {
-            let weakest = FAINTEST * strongest(response);
+        let frequencies = |response: &'a SettledResponse, shares: Range<f64>| {
+            let strongest = response
+                .lines
+                .first()
+                .map_or(f64::INFINITY, |line| line.amplitude);
             let lines = response.lines.iter();
-            let strong = lines.filter(move |line| line.amplitude >= weakest);
-            strong.map(|line| line.frequency)
-        });
-        let [_, highest] = range(highest.chain([100.0]));
-        keys.extend(self.start_legend());
-        keys.extend(self.doublings());
-        keys.extend(layers);
+            let lines = lines.filter(move |line| shares.contains(&(line.amplitude / strongest)));
+            lines.map(|line| line.frequency)
+        };
+        let mut layers: Vec<Layer> = Vec::new();
+        layers.extend(kinds.iter().map(|(shares, _, color)| {
+            Layer::legend_entry(format!("from {:.0} %", 100.0 * shares.start), *color)
+        }));
+        layers.extend(self.start_legend());
+        layers.extend(self.doublings());
+        for (shares, radius, color) in kinds {
+            layers.extend(self.points(radius, color, |found| frequencies(found, shares.clone())));
+        }
+        let shown = self.found.iter();
+        let shown = shown.flat_map(|(.., found)| frequencies(found, FAINTEST..f64::INFINITY));
+        let [_, highest] = range(shown.chain([100.0]));
         Panel::new(
             "spectral lines by amplitude relative to the strongest",
             self.axis.clone(),
             Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz"),
-            keys,
+            layers,
         )
     }
 }
@@ -357,9 +326,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
     let place = |regime: Regime| Regime::ALL.iter().position(|one| *one == regime);
     let colors = Regime::ALL.map(|regime| Color::Regime(regime).on_light());
     let regimes = image(&colors, &|response| Some(place(response.regime)? as u8));
-    let occurs = |regime: &Regime| found.iter().any(|(_, response)| response.regime == *regime);
-    let keys = Regime::ALL.into_iter().filter(occurs);
-    let keys = keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
+    let keys = regime_legend(|regime| found.iter().any(|(_, found)| found.regime == regime));
     let unsettled = found.iter().filter(|(_, response)| !response.settled);
     let unsettled = unsettled.map(|(values, _)| [values[0], values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
@@ -385,7 +352,9 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{}: {}", plan.scene.name, start_label(start));
-    Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels).with_width(160.0)
+    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels);
+    figure.size_mm[0] = 160.0;
+    figure
 }
 
 #[cfg(test)]

@@ -143,7 +143,7 @@ fn starts_are_offset_and_have_different_markers() {
     assert_eq!(legend, ["λ1", "λ2", "λ3", "upward", "fresh"]);
     let first = |wanted: Marker| {
         let mut points = panel.layers.iter().filter_map(|layer| match &layer.shape {
-            Shape::Points { points, marker, .. } if *marker == wanted => points.first(),
+            Shape::Points(points) if layer.marker == wanted => points.first(),
             _ => None,
         });
         points.next().unwrap()[0]

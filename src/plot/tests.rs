@@ -271,7 +271,7 @@ fn is_finite(figure: &Figure) -> bool {
 fn every_name_has_a_figure() {
     let figures = signal_figures(&report("probe/displacement"));
     let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
-    assert_eq!(names, SIGNAL_FIGURES);
+    assert_eq!(names, signal_figure_names());
     for figure in &figures {
         let png = figure.png(&LOOK).unwrap();
         show(figure, &png);
@@ -355,7 +355,7 @@ fn figures_of_skipped_analyses_say_why() {
     skip(&mut report.verdict);
     let figures = signal_figures(&report);
     let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
-    assert_eq!(names, SIGNAL_FIGURES);
+    assert_eq!(names, signal_figure_names());
     for figure in &figures[4..] {
         let svg = figure.svg(&LOOK);
         assert!(svg.contains("no stationary stretch"), "{}", figure.name);
@@ -407,9 +407,12 @@ fn everything() -> Figure {
 fn layers_are_clipped_at_the_axes() {
     let square = |points| {
         let axis = || Axis::linear("", [0.0, 1.0]);
-        let line = Layer::line(points, Color::Accent).with_line_width(6.0);
+        let line = Layer::line(points, Color::Accent).with_size(6.0);
         let panel = Panel::new("", axis(), axis(), vec![line]).square();
-        Figure::new("cut", "", 60.0, vec![vec![panel]]).with_width(60.0)
+        Figure {
+            size_mm: [60.0; 2],
+            ..Figure::new("cut", "", 60.0, vec![vec![panel]])
+        }
     };
     let accent = |figure: &Figure| -> Vec<[usize; 2]> {
         let png = figure.png(&LOOK).unwrap();

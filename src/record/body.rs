@@ -5,9 +5,8 @@
 use crate::record::sdk::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
 use super::{
-    error::RecordError,
     paths,
-    stream::{self, RecordingStream},
+    stream::{RecordingStream, nanos},
     style::{self, ColorMap},
 };
 use crate::pipeline::message::{Frame, JointInfo, SurfaceMesh, vertex_normals};
@@ -48,21 +47,17 @@ impl Body {
         joint: &JointInfo,
         rate: f64,
         deformation_scale: f64,
-    ) -> Result<Self, RecordError> {
+    ) -> Self {
         let outline = &joint.outline;
         if !outline.vertices.is_empty() {
-            rec.log_static(
-                paths::BODY,
-                &Mesh3D::update_fields()
-                    .with_triangle_indices(outline.triangles.iter().copied())
-                    .with_vertex_normals(in_single(&vertex_normals(
-                        &outline.vertices,
-                        &outline.triangles,
-                    ))),
-            )?;
+            let normals = vertex_normals(&outline.vertices, &outline.triangles);
+            let surface = Mesh3D::update_fields()
+                .with_triangle_indices(outline.triangles.iter().copied())
+                .with_vertex_normals(in_single(&normals));
+            rec.log_static(paths::BODY, &surface);
         }
-        draw_rotation(rec, joint)?;
-        Ok(Self {
+        draw_rotation(rec, joint);
+        Self {
             rest: outline.vertices.clone(),
             deformation_scale,
             every: 1.0 / rate,
@@ -75,13 +70,13 @@ impl Body {
             positions: Vec::new(),
             colors: Vec::new(),
             peak: 0.0,
-        })
+        }
     }
 
     /// Adds a frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
         if self.rest.is_empty() {
-            return Ok(());
+            return;
         }
         if let Some(shown) = frame.shown {
             self.every = 1.0 / shown.pictures;
@@ -97,7 +92,7 @@ impl Body {
             while self.next <= frame.time(k) + 0.5 * frame.dt {
                 self.next += self.every;
             }
-            self.times.push(stream::nanos(frame.time(k)));
+            self.times.push(nanos(frame.time(k)));
             displace(&self.shapes, q, &mut self.moved);
             let full = self.scale.get() as f32;
             let mut peak = 0.0f32;
@@ -113,35 +108,33 @@ impl Body {
             self.peak = self.peak.max(f64::from(peak));
         }
         if self.positions.len() >= BATCH_VERTICES {
-            self.send(rec)?;
+            self.send(rec);
         }
         // The scale is updated at the end of a frame, so colours lag by one frame when it changes.
         if !frame.is_empty() {
             if self.scale.update(self.peak, SMALLEST) || frame.index == 0 {
-                self.draw_legend(rec, frame.end())?;
+                self.draw_legend(rec, frame.end());
             }
             self.peak *= 0.9;
         }
-        Ok(())
     }
 
     /// Sends pending pictures.
-    pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    pub fn send(&mut self, rec: &RecordingStream) {
         if self.times.is_empty() {
-            return Ok(());
+            return;
         }
         let vertices = self.rest.len();
         let columns = Mesh3D::update_fields()
             .with_vertex_positions(self.positions.drain(..))
             .with_vertex_colors(self.colors.drain(..))
             .columns(std::iter::repeat_n(vertices, self.times.len()));
-        stream::send_rows(rec, paths::BODY, &self.times, columns)?;
+        rec.send_rows(paths::BODY, &self.times, columns);
         self.times.clear();
-        Ok(())
     }
 
     /// Writes the meaning of the brightest colour next to the beam.
-    fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+    fn draw_legend(&self, rec: &RecordingStream, time: f64) {
         let lowest = self.rest.iter().map(|v| v[2]).fold(0.0, f64::min);
         let full = self.scale.get();
         let words = format!("grey at rest, yellow {}", Unit::write(full, "m"));
@@ -149,7 +142,7 @@ impl Body {
             .with_labels([words])
             .with_colors([style::AXIS])
             .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, paths::BODY_LEGEND, time, &legend)
+        rec.log(paths::BODY_LEGEND, time, &legend);
     }
 }
 
@@ -177,10 +170,10 @@ pub(super) fn in_single(vectors: &[[f64; 3]]) -> impl Iterator<Item = [f32; 3]> 
 }
 
 /// Draws the axis of rotation of the ball.
-fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) {
     let speed = joint.rotation.iter().map(|c| c * c).sum::<f64>().sqrt();
     if speed == 0.0 {
-        return Ok(());
+        return;
     }
     let reach = 1e3 * 1.9 * joint.ball_radius / speed;
     let along = joint.rotation.map(|c| (reach * c) as f32);
@@ -192,7 +185,7 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
             "rotation {} rad/s",
             style::format_range(joint.rotation_span, |factor| style::short(factor * speed))
         )]);
-    rec.log_static(paths::ROTATION, &arrow)
+    rec.log_static(paths::ROTATION, &arrow);
 }
 
 #[cfg(test)]

@@ -13,12 +13,12 @@ use super::{
     panel_view::PanelViews,
     paths::{self, Root},
     sdk::TimelineName,
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream, STATIC},
     sweep::TimelineTicks,
     text::{self, Origin},
 };
 use crate::{
-    plot::{Color, Layer, Panel, branch_figure, multipliers_panel, response},
+    plot::{Color, Panel, branch_figure, multipliers_panel, response},
     scene::Scene,
     study::branch::{Branch, OrbitPoint},
     text::branch as words,
@@ -37,9 +37,9 @@ pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordErr
 }
 
 /// Logs all branches.
-fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordError> {
+fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let courses = courses(study);
-    blueprint::send_branch(rec, study, &courses)?;
+    blueprint::send_branch(rec, study, &courses);
     let scene = study.scene;
     let origin = Origin {
         name: &format!("{} over {}", scene.name, study.branch.parameter),
@@ -47,12 +47,12 @@ fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordErro
         scene_text: &scene.text,
         command: study.command,
     };
-    text::send_properties(rec, origin)?;
+    text::send_properties(rec, origin);
     let about = words::about(study.branch) + &text::study_about(scene, study.command);
-    rec.log_static(paths::ABOUT, &text::document(about))?;
-    courses
-        .iter()
-        .try_for_each(|course| course.draw(rec, study))
+    rec.log_static(paths::ABOUT, &text::document(about));
+    for course in &courses {
+        course.draw(rec, study);
+    }
 }
 
 /// Number of ticks over the interval of the parameter, at least.
@@ -131,38 +131,31 @@ fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
 
 impl Course<'_> {
     /// Draws the orbits of the branch.
-    pub fn draw(&self, rec: &RecordingStream, study: &BranchStudy<'_>) -> Result<(), RecordError> {
+    pub fn draw(&self, rec: &RecordingStream, study: &BranchStudy<'_>) {
         let root = Root::of_branch(self.number);
         let mut views = PanelViews::new(root.clone());
         let diagram = diagram(study);
-        views.of("branch-diagram").draw(rec, None, &diagram)?;
-        let plot = views.of("branch-diagram").plot(&diagram);
+        views.of("branch-diagram").draw(rec, STATIC, &diagram);
         let reach = self.reach();
-        let timeline = TimelineName::try_new(&self.timeline.name)
-            .map_err(|error| RecordError::Encode(error.to_string()))?;
+        let Some(timeline) = rec.check(TimelineName::try_new(&self.timeline.name)) else {
+            return;
+        };
         for (&(point, trail), &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
-            let at = Some(Moment::tick(timeline, tick));
-            let cursor = Layer::vertical_line(point.at.value, Color::Ink).with_id(paths::CURSOR);
-            let diagram = views.of("branch-diagram");
-            diagram.draw_layers(rec, at, &plot, &[cursor])?;
+            let at = Moment::tick(timeline, tick);
+            let view = views.of("branch-diagram");
+            view.draw_cursor(rec, at, &diagram, point.at.value);
             let color = if point.orbit.stable {
                 Color::Series(0)
             } else {
                 Color::Accent
             };
             let portrait = response::phase_portrait(trail, Some(reach), color);
-            views.of("portrait").draw(rec, at, &portrait)?;
+            views.of("portrait").draw(rec, at, &portrait);
             let multipliers = multipliers_panel(study.branch, Some(point));
-            views.of("multipliers").draw(rec, at, &multipliers)?;
+            views.of("multipliers").draw(rec, at, &multipliers);
             let document = text::document(words::orbit(study.branch, point));
-            stream::log_at(
-                rec,
-                root.at(paths::POINT_TEXT),
-                Moment::tick(timeline, tick),
-                &document,
-            )?;
+            rec.log(root.at(paths::POINT_TEXT), at, &document);
         }
-        Ok(())
     }
 
     /// Largest displacement (m) and speed (m/s) of all orbits of the branch, with a margin.

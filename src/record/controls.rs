@@ -1,6 +1,6 @@
 //! The numbers of the scene that commands change during a live run, as time series.
 
-use super::{error::RecordError, samples::Rows, stream::RecordingStream, style};
+use super::{stream::RecordingStream, style};
 use crate::{
     pipeline::message::{Frame, Header},
     scene::{Control, Parameter},
@@ -24,22 +24,21 @@ pub fn recorded(header: &Header) -> impl Iterator<Item = &Control> {
 }
 
 /// Names the series.
-pub fn name(rec: &RecordingStream, rows: &mut Rows, header: &Header) -> Result<(), RecordError> {
+pub fn name(rec: &RecordingStream, header: &Header) {
     for control in recorded(header) {
         let [path, name] = series(control);
-        rows.name(rec, &path, [(name, style::SIGNAL)])?;
+        rec.name(&path, [(name, style::SIGNAL)]);
     }
-    Ok(())
 }
 
 /// Adds the values at the start of a frame: of the named numbers, and of the others from their first change on.
-pub fn push(rows: &mut Rows, header: &Header, frame: &Frame) {
+pub fn push(rec: &RecordingStream, header: &Header, frame: &Frame) {
     for control in recorded(header) {
         let mut changed = frame.changed.iter();
         let changed = changed.find(|(parameter, _)| *parameter == control.parameter);
         if control.is_named || changed.is_some() {
             let value = changed.map_or(control.value, |(_, value)| *value);
-            rows.push(&series(control)[0], frame.t0, [value]);
+            rec.row(&series(control)[0], frame.t0, [value]);
         }
     }
 }

@@ -4,22 +4,19 @@ use std::sync::Arc;
 
 use super::{
     body::Body,
-    controls,
-    error::RecordError,
-    exponents::RunningExponents,
-    health,
+    controls, exponents, health,
     lesson::Lesson,
     panel_view::PanelViews,
     patch::Patch,
     paths::{self, Root},
     perturbed::PerturbedTrajectory,
-    portrait::{self, Embedding, Portrait},
-    quantification::Quantification,
-    regime,
-    samples::{Rows, Samples},
-    small::SmallFrames,
+    portrait::{Embedding, Portrait, TRAIL},
+    quantification, regime,
+    samples::Samples,
+    sdk::TextLogLevel,
+    small::{self, SmallFrames},
     spectrogram::Spectrogram,
-    stream::{Moment, RecordingStream},
+    stream::{RecordingStream, STATIC},
     style, text,
 };
 use crate::{
@@ -33,135 +30,72 @@ use crate::{
 #[derive(Debug)]
 pub struct Encoder {
     header: Arc<Header>,
-    rows: Rows,
-    frames: Frames,
+    /// What is drawn from the frames of a joint, of a small system, and of both.
+    joint: Option<(Samples, Patch, Body)>,
+    small: Option<SmallFrames>,
+    portrait: Option<Portrait>,
     /// The pictures that are panels, and where they are drawn.
     panels: RunPanels,
     views: PanelViews,
     spectrogram: Spectrogram,
     embedding: Embedding,
-    quantification: Quantification,
-    exponents: RunningExponents,
     perturbed: Option<PerturbedTrajectory>,
     lesson: Option<Lesson>,
 }
 
-/// Encoders of frames, by the subject of the run.
-#[derive(Debug)]
-enum Frames {
-    /// Frames of a joint.
-    Joint(Box<JointFrames>),
-    /// Frames of a small system.
-    Small(Box<SmallFrames>),
-    /// Frames of a signal from a file.
-    Signal,
-}
-
-/// Encoders of the frames of a joint.
-#[derive(Debug)]
-struct JointFrames {
-    samples: Samples,
-    patch: Patch,
-    body: Body,
-    portrait: Portrait,
-}
-
-impl Frames {
-    fn new(
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        header: &Header,
-        spec: RecordSpec,
-    ) -> Result<Self, RecordError> {
-        if let Subject::Signal(signal) = &header.subject {
-            let name = style::signal_title(signal);
-            rows.name(rec, paths::WAVEFORM, [(name, style::SIGNAL)])?;
-            return Ok(Self::Signal);
-        }
-        health::name(rec, rows)?;
-        portrait::style_point(rec)?;
-        Ok(match &header.subject {
-            Subject::Joint(joint) => Self::Joint(Box::new(JointFrames {
-                samples: Samples::new(rec, rows, joint)?,
-                patch: Patch::new(rec, rows, joint)?,
-                body: Body::new(rec, joint, spec.body_rate, spec.deformation_scale)?,
-                portrait: Portrait::new(portrait::TRAIL, vec![style::SIGNAL]),
-            })),
-            Subject::Small(small) => Self::Small(Box::new(SmallFrames::new(rec, rows, small)?)),
-            Subject::Signal(_) => Self::Signal,
-        })
-    }
-
-    fn push(
-        &mut self,
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        frame: &Frame,
-    ) -> Result<(), RecordError> {
-        match self {
-            Self::Joint(joint) => {
-                joint.samples.push(rows, frame);
-                joint.patch.push(rec, rows, frame)?;
-                joint.body.push(rec, frame)?;
-                joint.portrait.push(rec, frame)
-            }
-            Self::Small(small) => small.push(rec, rows, frame),
-            Self::Signal => {
-                let samples = frame.displacement.iter().enumerate();
-                let samples = samples.map(|(k, &value)| (frame.time(k), [value]));
-                rows.extend(paths::WAVEFORM, samples);
-                Ok(())
-            }
-        }
-    }
-}
-
 impl Encoder {
     /// Creates the encoders, and logs the static entities and the description.
-    pub fn new(
-        rec: &RecordingStream,
-        header: Arc<Header>,
-        spec: RecordSpec,
-    ) -> Result<Self, RecordError> {
-        text::send_properties(rec, header.as_ref().into())?;
-        text::log_about(rec, &header)?;
-        let mut rows = Rows::default();
-        regime::name_regimes(rec, &mut rows)?;
-        rows.name(rec, paths::ZERO_ONE, [("K", style::ACCENT)])?;
-        controls::name(rec, &mut rows, &header)?;
+    pub fn new(rec: &RecordingStream, header: Arc<Header>, spec: RecordSpec) -> Self {
+        text::send_properties(rec, header.as_ref().into());
+        text::log_about(rec, &header);
+        regime::name_regimes(rec);
+        rec.name(paths::ZERO_ONE, [("K", style::ACCENT)]);
+        controls::name(rec, &header);
         let panels = RunPanels::new(Arc::clone(&header));
         let mut views = PanelViews::new(Root::of_run());
         let spectrum = views.of("spectrum");
-        spectrum.draw_axes(rec, None, &panels.empty_spectrum())?;
+        spectrum.draw_axes(rec, STATIC, &panels.empty_spectrum());
         let lesson = header.computed.as_ref();
-        let lesson = lesson.map(|computed| Lesson::new(rec, &mut rows, &header, computed));
-        Ok(Self {
-            lesson: lesson.transpose()?,
-            frames: Frames::new(rec, &mut rows, &header, spec)?,
+        let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed));
+        let (mut joint_frames, mut small_frames, mut portrait) = (None, None, None);
+        match &header.subject {
+            Subject::Joint(joint) => {
+                let samples = Samples::new(rec, joint);
+                let body = Body::new(rec, joint, spec.body_rate, spec.deformation_scale);
+                joint_frames = Some((samples, Patch::new(rec, joint), body));
+                portrait = Some(Portrait::new(rec, TRAIL, vec![style::SIGNAL]));
+            }
+            Subject::Small(small) => {
+                small_frames = Some(SmallFrames::new(rec, small));
+                portrait = Some(small::portrait(rec, small));
+            }
+            Subject::Signal(signal) => {
+                let name = style::signal_title(signal);
+                rec.name(paths::WAVEFORM, [(name, style::SIGNAL)]);
+            }
+        }
+        let has_perturbed = header.has(AnalysisKind::PerturbedTrajectory);
+        Self {
+            joint: joint_frames,
+            small: small_frames,
+            portrait,
+            lesson,
             panels,
             views,
-            spectrogram: Spectrogram::new(rec, &header)?,
+            spectrogram: Spectrogram::new(rec, &header),
             embedding: Embedding::new(&header.subject),
-            quantification: Quantification::default(),
-            exponents: RunningExponents::default(),
-            perturbed: if header.has(AnalysisKind::PerturbedTrajectory) {
-                Some(PerturbedTrajectory::new(rec, &mut rows)?)
-            } else {
-                None
-            },
-            rows,
+            perturbed: has_perturbed.then(|| PerturbedTrajectory::new(rec)),
             header,
-        })
+        }
     }
 
     /// Logs a record.
-    pub fn accept(&mut self, rec: &RecordingStream, record: &Record) -> Result<(), RecordError> {
+    pub fn accept(&mut self, rec: &RecordingStream, record: &Record) {
         let (time, pictures) = self.panels.accept(record);
         for (name, panel) in pictures {
-            let view = self.views.of(name);
-            view.draw(rec, Some(Moment::from(time)), &panel)?;
+            self.views.of(name).draw(rec, time.into(), &panel);
         }
-        let (header, rows) = (&self.header, &mut self.rows);
+        let header = &self.header;
         match record {
             // This encoder was created from the header; another header would be the same. The other records have panels
             // only.
@@ -169,15 +103,8 @@ impl Encoder {
             | Record::Spectrum { .. }
             | Record::Recurrence { .. }
             | Record::Delay { .. }
-            | Record::Section { .. } => Ok(()),
-            Record::Samples(frame) => {
-                self.frames.push(rec, rows, frame)?;
-                controls::push(rows, header, frame);
-                if let Some(perturbed) = &mut self.perturbed {
-                    perturbed.push(rec, rows, frame)?;
-                }
-                rows.send_full(rec)
-            }
+            | Record::Section { .. } => {}
+            Record::Samples(frame) => self.push(rec, frame),
             Record::SpectrogramColumn {
                 time,
                 bin,
@@ -192,81 +119,96 @@ impl Encoder {
                 ..
             } => {
                 let found = (measures, periods);
-                self.quantification.draw(rec, rows, (*time, *dt), found)
+                quantification::draw(rec, (*time, *dt), found);
             }
-            Record::Chaos { time, zero_one, .. } => {
-                rows.push(paths::ZERO_ONE, *time, [zero_one.k]);
-                Ok(())
-            }
+            Record::Chaos { time, zero_one, .. } => rec.row(paths::ZERO_ONE, *time, [zero_one.k]),
             Record::Regime {
                 time,
                 window,
                 verdict,
             } => self.draw_regime(rec, *time, *window, verdict),
-            Record::Exponents(exponents) => self.exponents.draw(rec, header, exponents),
-            Record::TrajectoryDivergence(separation) => match &mut self.perturbed {
-                Some(perturbed) => perturbed.push_distance(rec, rows, header, separation),
-                None => Ok(()),
-            },
-            // The playback of a file has no solver whose state could be shown.
-            Record::Health(health) => match self.frames {
-                Frames::Joint(_) | Frames::Small(_) => health::log(rec, rows, health),
-                Frames::Signal => Ok(()),
-            },
+            Record::Exponents(exponents) => exponents::draw(rec, header, exponents),
+            Record::TrajectoryDivergence(separation) => {
+                if let Some(perturbed) = &mut self.perturbed {
+                    perturbed.push_distance(rec, header, separation);
+                }
+            }
+            Record::Health(health) => {
+                // The playback of a file has no solver whose state could be shown.
+                if self.portrait.is_some() {
+                    health::log(rec, health);
+                }
+            }
             Record::Narration { time, observation } => {
                 let words = crate::text::narration(observation);
-                text::narrate(rec, header, *time, &words)
+                text::narrate(rec, header, *time, &words);
             }
-            Record::Event { time, text } => text::note(rec, *time, text),
-            Record::Lesson(now) => match &mut self.lesson {
-                Some(lesson) => lesson.write(rec, now),
-                None => Ok(()),
-            },
-            Record::LevelSample(sample) => match &mut self.lesson {
-                Some(lesson) => lesson.push(rec, rows, header, sample),
-                None => Ok(()),
-            },
-            Record::Warning { time, text } => text::warn(rec, *time, text),
+            Record::Event { time, text } => text::note(rec, *time, text, TextLogLevel::INFO),
+            Record::Lesson(now) => {
+                if let Some(lesson) = &mut self.lesson {
+                    lesson.write(rec, now);
+                }
+            }
+            Record::LevelSample(sample) => {
+                if let Some(lesson) = &mut self.lesson {
+                    lesson.push(rec, header, sample);
+                }
+            }
+            Record::Warning { time, text } => text::note(rec, *time, text, TextLogLevel::WARN),
             Record::Summary(summary) => text::summarise(rec, header, summary),
         }
     }
 
-    /// Draws the classification; for subjects without narration it is also the text of the overview.
-    fn draw_regime(
-        &mut self,
-        rec: &RecordingStream,
-        time: f64,
-        window: f64,
-        verdict: &Verdict,
-    ) -> Result<(), RecordError> {
-        let header = &self.header;
-        regime::draw_verdict(rec, &mut self.rows, header, (time, window), verdict)?;
-        let words = regime::words(verdict);
-        match &mut self.frames {
-            Frames::Joint(_) => Ok(()),
-            Frames::Small(small) => {
-                let words = format!("{words}\n{}", small.status_summary());
-                text::narrate(rec, header, time, &words)
+    /// Adds a frame.
+    fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
+        if let Some((samples, patch, body)) = &mut self.joint {
+            samples.push(rec, frame);
+            patch.push(rec, frame);
+            body.push(rec, frame);
+        }
+        if let Some(small) = &mut self.small {
+            small.push(rec, frame);
+        }
+        match &mut self.portrait {
+            Some(portrait) => portrait.push(rec, frame),
+            None => {
+                let samples = frame.displacement.iter().enumerate();
+                let samples = samples.map(|(k, &value)| (frame.time(k), [value]));
+                rec.rows(paths::WAVEFORM, samples);
             }
-            Frames::Signal => text::narrate(rec, header, time, &words),
+        }
+        controls::push(rec, &self.header, frame);
+        if let Some(perturbed) = &mut self.perturbed {
+            perturbed.push(rec, frame);
         }
     }
 
-    /// Sends the pending rows and frames.
-    pub fn send_pending(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        if let Frames::Joint(joint) = &mut self.frames {
-            joint.patch.send(rec)?;
-            joint.body.send(rec)?;
+    /// Draws the classification; for subjects without narration it is also the text of the overview.
+    fn draw_regime(&mut self, rec: &RecordingStream, time: f64, window: f64, verdict: &Verdict) {
+        let header = &self.header;
+        regime::draw_verdict(rec, header, (time, window), verdict);
+        if self.joint.is_none() {
+            let status = self.small.as_mut().map(SmallFrames::status_summary);
+            let status = status.map_or_else(String::new, |status| format!("\n{status}"));
+            let words = format!("{}{status}", regime::words(verdict));
+            text::narrate(rec, header, time, &words);
         }
-        self.rows.send(rec)
+    }
+
+    /// Sends the pending frames.
+    pub fn send_pending(&mut self, rec: &RecordingStream) {
+        if let Some((_, patch, body)) = &mut self.joint {
+            patch.send(rec);
+            body.send(rec);
+        }
     }
 
     /// Sends everything that is pending at the end.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    pub fn finish(&mut self, rec: &RecordingStream) {
         if let Some(perturbed) = &self.perturbed {
-            perturbed.finish(rec, &mut self.rows)?;
+            perturbed.finish(rec);
         }
-        self.send_pending(rec)?;
-        self.spectrogram.finish(rec)
+        self.send_pending(rec);
+        self.spectrogram.finish(rec);
     }
 }

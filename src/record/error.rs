@@ -104,15 +104,3 @@ pub enum RecordError {
     #[error("a record arrived before the header; send the header first")]
     NoHeader,
 }
-
-impl From<crate::record::sdk::log::ChunkError> for RecordError {
-    fn from(error: crate::record::sdk::log::ChunkError) -> Self {
-        Self::Encode(error.to_string())
-    }
-}
-
-impl From<crate::record::sdk::SerializationError> for RecordError {
-    fn from(error: crate::record::sdk::SerializationError) -> Self {
-        Self::Encode(error.to_string())
-    }
-}

@@ -41,16 +41,16 @@ const DISK_TIMEOUT: Duration = Duration::from_secs(20);
 ///
 /// # Errors
 /// [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and
-/// those of `draw`; an existing file at `path` is then unchanged.
+/// [`RecordError::Encode`]; an existing file at `path` is then unchanged.
 pub fn save(
     path: &Path,
     application: &'static str,
-    draw: impl FnOnce(&RecordingStream) -> Result<(), RecordError>,
+    draw: impl FnOnce(&RecordingStream),
 ) -> Result<(), RecordError> {
     check_memory()?;
     let mut file = RecordingFile::begin(PartFile::create(path)?)?;
-    let rec = RecordingStream::new(application, Arc::new(file.writer()))?;
-    draw(&rec)?;
+    let rec = RecordingStream::new(application, Arc::new(file.writer()));
+    draw(&rec);
     file.seal(&rec)?;
     file.part.commit()
 }

@@ -1,64 +1,57 @@
 //! State of the solver: accuracy of its steps, cost, queues.
 
 use super::{
-    error::RecordError,
     paths,
-    samples::Rows,
-    stream::{self, RecordingStream},
+    stream::RecordingStream,
     style::{self, short},
     text,
 };
 use crate::pipeline::message::Health;
 
-/// Names the series.
-pub fn name(rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
-    let entities: [(&str, &[&str]); 6] = [
-        (paths::SOLVER_ERROR, &["local error over tolerance"]),
-        (paths::SOLVER_RHS_EVALS, &["RHS evals per ms"]),
-        (paths::SOLVER_SPEED, &["simulated s per s"]),
-        (
-            paths::SOLVER_STEPS,
-            &[
-                "steps per ms",
-                "rejected steps per ms",
-                "contact transitions per ms",
-            ],
-        ),
-        (
-            paths::SOLVER_QUEUES,
-            &["frames in queue", "records in queue", "pictures replaced"],
-        ),
-        (paths::SOLVER_ENERGY_RESIDUAL, &["relative energy residual"]),
-    ];
-    for (path, names) in entities {
-        let colors = style::MODES.into_iter().step_by(2);
-        rows.name(rec, path, names.iter().copied().zip(colors))?;
-    }
-    Ok(())
-}
+/// Names of the series of steps and of queues.
+const STEPS: [&str; 3] = [
+    "steps per ms",
+    "rejected steps per ms",
+    "contact transitions per ms",
+];
+const QUEUES: [&str; 3] = ["frames in queue", "records in queue", "pictures replaced"];
 
 /// Logs the current state of the solver.
-pub fn log(rec: &RecordingStream, rows: &mut Rows, health: &Health) -> Result<(), RecordError> {
+pub fn log(rec: &RecordingStream, health: &Health) {
+    let error = health.error.map(|error| error.ratio);
+    let [frames, records] = [health.frames_waiting, health.records_waiting];
+    let queues = [frames, records, health.drops as usize].map(|count| count as f64);
     let steps = [
         health.steps_per_ms,
         health.rejections_per_ms,
         health.events_per_ms,
     ];
-    let queues = [health.frames_waiting, health.records_waiting].map(|count| count as f64);
-    let queues = queues.into_iter().chain([health.drops as f64]);
-    let mut push = |path, values: Vec<f64>| rows.push(path, health.time, values);
-    if let Some(error) = health.error {
-        push(paths::SOLVER_ERROR, vec![error.ratio]);
-    }
-    push(paths::SOLVER_RHS_EVALS, vec![health.rhs_evals_per_ms]);
-    push(paths::SOLVER_SPEED, vec![health.real_time_factor]);
-    push(paths::SOLVER_STEPS, steps.to_vec());
-    push(paths::SOLVER_QUEUES, queues.collect());
-    if let Some(audit) = health.audit {
-        push(paths::SOLVER_ENERGY_RESIDUAL, vec![audit]);
+    let [calls, speed] = [health.rhs_evals_per_ms, health.real_time_factor];
+    let entities: [(&str, &[&str], Vec<f64>); 6] = [
+        (
+            paths::SOLVER_ERROR,
+            &["local error over tolerance"],
+            Vec::from_iter(error),
+        ),
+        (paths::SOLVER_RHS_EVALS, &["RHS evals per ms"], vec![calls]),
+        (paths::SOLVER_SPEED, &["simulated s per s"], vec![speed]),
+        (paths::SOLVER_STEPS, &STEPS, steps.to_vec()),
+        (paths::SOLVER_QUEUES, &QUEUES, queues.to_vec()),
+        (
+            paths::SOLVER_ENERGY_RESIDUAL,
+            &["relative energy residual"],
+            Vec::from_iter(health.audit),
+        ),
+    ];
+    for (path, names, values) in entities {
+        let colors = style::MODES.into_iter().step_by(2);
+        rec.name(path, names.iter().copied().zip(colors));
+        if !values.is_empty() {
+            rec.row(path, health.time, values);
+        }
     }
     let words = text::document(words(health));
-    stream::log_at(rec, paths::SOLVER_TEXT, health.time, &words)
+    rec.log(paths::SOLVER_TEXT, health.time, &words);
 }
 
 /// Accuracy and cost of the current steps as a line of text.

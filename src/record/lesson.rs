@@ -1,20 +1,14 @@
 //! The lesson of a scene with a mechanism, and its plots: velocity level compared with the computed growth,
 //! strongest line over the tilt, and computed curves.
 
-use crate::record::sdk::SeriesLines;
-
 use super::{
-    error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
-    samples::Rows,
-    stream::{self, RecordingStream},
+    stream::{RecordingStream, STATIC},
     style, text,
 };
 use crate::{
-    pipeline::message::{
-        self, Header, LevelSample, MechanismPrediction, TiltDirection, TiltedTone,
-    },
+    pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection},
     plot::{Panel, prediction_panel, tone_loop},
     text::LessonText,
 };
@@ -23,113 +17,63 @@ use crate::{
 #[derive(Debug)]
 pub struct Lesson {
     text: LessonText,
-    /// The hysteresis loop, if the tilt varies.
-    hysteresis: Option<HysteresisLoop>,
-}
-
-/// The strongest line over the tilt.
-#[derive(Debug)]
-struct HysteresisLoop {
-    view: PanelView,
-    /// Tilt and frequency for increasing and for decreasing tilt.
-    tones: [Vec<[f64; 2]>; 2],
+    /// The strongest line over the tilt, if it varies: view, and tilt and frequency for rising and for falling tilt.
+    hysteresis: Option<(PanelView, [Vec<[f64; 2]>; 2])>,
 }
 
 impl Lesson {
     /// Names the series, and draws the computed values.
-    pub fn new(
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        header: &Header,
-        computed: &MechanismPrediction,
-    ) -> Result<Self, RecordError> {
-        let mut one = |path, name, color| rows.name(rec, path, [(name, color)]);
-        one(paths::LESSON_VELOCITY_LEVEL, "measured", style::SIGNAL)?;
-        one(paths::LESSON_PREDICTED, "computed growth", style::ACCENT)?;
-        let width = SeriesLines::update_fields().with_widths([2.4]);
-        rec.log_static(paths::LESSON_PREDICTED, &width)?;
+    pub fn new(rec: &RecordingStream, header: &Header, computed: &MechanismPrediction) -> Self {
+        rec.name(paths::LESSON_VELOCITY_LEVEL, [("measured", style::SIGNAL)]);
+        let predicted = [("computed growth", style::ACCENT)];
+        rec.name_with_widths(paths::LESSON_PREDICTED, [2.4], predicted);
         if let Some(picture) = &computed.picture {
             let mut view = PanelView::of("computed", &Root::of_run());
-            view.draw(rec, None, &prediction_panel(picture))?;
+            view.draw(rec, STATIC, &prediction_panel(picture));
         }
-        let hysteresis = match empty_loop(header) {
-            Some(panel) => {
-                let mut view = PanelView::of("line-over-tilt", &Root::of_run());
-                view.draw_axes(rec, None, &panel)?;
-                let tones = Default::default();
-                Some(HysteresisLoop { view, tones })
-            }
-            None => None,
-        };
-        Ok(Self {
+        let hysteresis = empty_loop(header).map(|panel| {
+            let mut view = PanelView::of("line-over-tilt", &Root::of_run());
+            view.draw_axes(rec, STATIC, &panel);
+            (view, Default::default())
+        });
+        Self {
             text: LessonText::default(),
             hysteresis,
-        })
+        }
     }
 
     /// Logs the lesson as text if it has changed.
-    pub fn write(
-        &mut self,
-        rec: &RecordingStream,
-        now: &message::Lesson,
-    ) -> Result<(), RecordError> {
-        match self.text.next(now) {
-            Some(words) => {
-                let document = text::document(text::lists(words));
-                stream::log_at(rec, paths::LESSON, now.time, &document)
-            }
-            None => Ok(()),
+    pub fn write(&mut self, rec: &RecordingStream, now: &message::Lesson) {
+        if let Some(words) = self.text.next(now) {
+            let document = text::document(text::lists(words));
+            rec.log(paths::LESSON, now.time, &document);
         }
     }
 
     /// Adds a point of the velocity level or of the hysteresis loop.
-    pub fn push(
-        &mut self,
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        header: &Header,
-        course: &LevelSample,
-    ) -> Result<(), RecordError> {
-        // Logarithm of the level in mm/s; a gap where it is not finite.
-        let shown = |level: f64| match (1e3 * level).log10() {
-            log if log.is_finite() => log,
-            _ => f64::NAN,
+    pub fn push(&mut self, rec: &RecordingStream, header: &Header, sample: &LevelSample) {
+        let time = sample.time;
+        let Some(tone) = &sample.tone else {
+            // Logarithm of the level in mm/s; a gap where it is not finite.
+            let levels = [
+                (paths::LESSON_VELOCITY_LEVEL, Some(sample.level)),
+                (paths::LESSON_PREDICTED, sample.predicted),
+            ];
+            for (path, level) in levels {
+                let log = level.map(|level| (1e3 * level).log10());
+                let log = log.filter(|log| log.is_finite());
+                rec.row(path, time, [log.unwrap_or(f64::NAN)]);
+            }
+            return;
         };
-        if let Some(tone) = &course.tone {
-            return match &mut self.hysteresis {
-                Some(hysteresis) => hysteresis.push(rec, (header, course.time), tone),
-                None => Ok(()),
-            };
+        if let (Some((view, tones)), Some(joint)) = (&mut self.hysteresis, header.joint()) {
+            let point = [tone.tilt.to_degrees(), tone.frequency];
+            let way = usize::from(tone.way == TiltDirection::Down);
+            tones[way].push(point);
+            let panel = tone_loop(joint, tones.clone(), vec![point]);
+            let changed = [&panel.layers[way], &panel.layers[2]].map(Clone::clone);
+            view.draw_layers(rec, time.into(), &view.plot(&panel), &changed);
         }
-        let predicted = course.predicted.map_or(f64::NAN, shown);
-        rows.push(
-            paths::LESSON_VELOCITY_LEVEL,
-            course.time,
-            [shown(course.level)],
-        );
-        rows.push(paths::LESSON_PREDICTED, course.time, [predicted]);
-        Ok(())
-    }
-}
-
-impl HysteresisLoop {
-    fn push(
-        &mut self,
-        rec: &RecordingStream,
-        (header, time): (&Header, f64),
-        tone: &TiltedTone,
-    ) -> Result<(), RecordError> {
-        let point = [tone.tilt.to_degrees(), tone.frequency];
-        let way = usize::from(tone.way == TiltDirection::Down);
-        self.tones[way].push(point);
-        let Some(joint) = header.joint() else {
-            return Ok(());
-        };
-        let panel = tone_loop(joint, self.tones.clone(), vec![point]);
-        let changed = [&panel.layers[way], &panel.layers[2]].map(Clone::clone);
-        let plot = self.view.plot(&panel);
-        self.view
-            .draw_layers(rec, Some(time.into()), &plot, &changed)
     }
 }
 

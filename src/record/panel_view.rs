@@ -10,21 +10,20 @@
 use std::collections::BTreeMap;
 
 use crate::record::sdk::{
-    AnnotationContext, Clear, Color, LineStrips2D, Points2D, Radius, SegmentationImage,
-    Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
+    AnnotationContext, ClassDescription, Clear, Color, LineStrips2D, Points2D, Radius, Rgba32,
+    SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
 };
 
 use super::{
     blueprint::{layout::Row, tree::View},
-    error::RecordError,
     paths::{self, Root},
-    plot::{CAPTION_HEIGHT, Plot, legend_height},
-    stream::{Moment, RecordingStream, log_from},
+    plot::{CAPTION_HEIGHT, Plot, legend_height, texts},
+    stream::{Moment, RecordingStream},
     style,
 };
 use crate::{
     escape,
-    plot::{Image, Layer, Marker, Panel, Shape, shown},
+    plot::{self, Image, Layer, Marker, Panel, Shape, shown},
 };
 
 /// Half the size of a cross, pixels.
@@ -110,97 +109,86 @@ impl PanelView {
         View::picture(panel.title.as_str(), &self.path, self.plot(panel).bounds())
     }
 
-    /// Axes and size of a panel.
+    /// Axes, legend and size of a panel.
     pub fn plot(&self, panel: &Panel) -> Plot {
         let has_peaks = |layer: &Layer| matches!(layer.shape, Shape::Peaks(_));
         let [width, height] = self.field;
+        let legend = legend(panel);
         Plot {
             width,
             height,
-            top_margin: if panel.layers.iter().any(has_peaks) {
-                NAMES_HEIGHT
-            } else {
-                match &key(panel)[..] {
-                    [] if panel.caption.is_empty() => 0.0,
-                    [] => CAPTION_HEIGHT,
-                    key => legend_height(width, key),
-                }
+            top_margin: match legend_height(width, &legend) {
+                _ if panel.layers.iter().any(has_peaks) => NAMES_HEIGHT,
+                0.0 if !panel.caption.is_empty() => CAPTION_HEIGHT,
+                height => height,
             },
             x: panel.x.clone(),
             y: panel.y.clone(),
             grid: !panel.has_image(),
+            legend,
         }
     }
 
-    /// Draws the axes and the legend of a panel if the axes have changed, either static or from a moment on.
-    pub fn draw_axes(
-        &mut self,
-        rec: &RecordingStream,
-        at: Option<Moment>,
-        panel: &Panel,
-    ) -> Result<Plot, RecordError> {
+    /// Draws the axes and the legend of a panel from a moment on, if the axes have changed.
+    pub fn draw_axes(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel) -> Plot {
         let plot = self.plot(panel);
         if self.axes.as_ref() != Some(&plot) {
-            plot.draw(rec, &self.path, at)?;
-            let key = key(panel);
-            if !key.is_empty() {
-                plot.draw_legend(rec, &self.path, &key)?;
-            }
+            plot.draw(rec, &self.path, at);
             self.axes = Some(plot.clone());
         }
-        Ok(plot)
+        plot
     }
 
-    /// Draws a panel, either static or from a moment on.
-    pub fn draw(
-        &mut self,
-        rec: &RecordingStream,
-        at: Option<Moment>,
-        panel: &Panel,
-    ) -> Result<(), RecordError> {
-        let plot = self.draw_axes(rec, at, panel)?;
-        self.draw_layers(rec, at, &plot, &panel.layers)?;
+    /// Draws a panel from a moment on.
+    pub fn draw(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel) {
+        let plot = self.draw_axes(rec, at, panel);
+        self.draw_layers(rec, at, &plot, &panel.layers);
         let [middle, height] = [0.5 * plot.width, 0.5 * plot.height];
         if self.note != panel.note {
             self.note.clone_from(&panel.note);
-            let note = words(&panel.note, [middle, height], style::POLE);
-            log_from(rec, self.at(paths::PANEL_NOTE), at, &note)?;
+            let note = text(&panel.note, [middle, height], style::POLE);
+            rec.log(self.at(paths::PANEL_NOTE), at, &note);
         }
         if self.caption != panel.caption {
             self.caption.clone_from(&panel.caption);
-            let caption = words(&panel.caption, [middle, -36.0], style::AXIS);
-            log_from(rec, paths::caption(&self.path), at, &caption)?;
+            let caption = text(&panel.caption, [middle, -36.0], style::AXIS);
+            rec.log(paths::caption(&self.path), at, &caption);
         }
-        Ok(())
+    }
+
+    /// Draws a vertical line at an abscissa over a panel that is drawn.
+    pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
+        let cursor = Layer::vertical_line(x, plot::Color::Ink).with_id(paths::CURSOR);
+        let plot = self.plot(panel);
+        self.draw_layers(rec, at, &plot, &[cursor]);
     }
 
     /// Draws layers; layers with the same id form one entity.
     pub fn draw_layers(
         &mut self,
         rec: &RecordingStream,
-        at: Option<Moment>,
+        at: Moment,
         plot: &Plot,
         layers: &[Layer],
-    ) -> Result<(), RecordError> {
+    ) {
         let mut entities: Vec<(&str, Entity)> = Vec::new();
         for (number, layer) in layers.iter().enumerate() {
             match &layer.shape {
-                Shape::Image(image) => self.draw_image(rec, at, plot, &layer.id, image)?,
-                Shape::Peaks(peaks) => self.draw_peaks(rec, at, plot, layer, peaks)?,
+                Shape::Image(image) => self.draw_image(rec, at, plot, (&layer.id, image)),
+                Shape::Peaks(peaks) => self.draw_peaks(rec, at, plot, (layer, peaks)),
                 _ => {
                     let place = entities.iter().position(|(id, _)| *id == layer.id);
-                    let place = place.unwrap_or_else(|| {
+                    let place = place.unwrap_or(entities.len());
+                    if place == entities.len() {
                         entities.push((&layer.id, Entity::default()));
-                        entities.len() - 1
-                    });
+                    }
                     entities[place].1.add(plot, layer, number as f32);
                 }
             }
         }
         for (id, entity) in entities {
-            entity.log(rec, &self.at(id), at)?;
+            entity.log(rec, &self.at(id), at);
         }
-        Ok(())
     }
 
     fn at(&self, id: &str) -> String {
@@ -210,63 +198,59 @@ impl PanelView {
     fn draw_image(
         &mut self,
         rec: &RecordingStream,
-        at: Option<Moment>,
+        at: Moment,
         plot: &Plot,
-        id: &str,
-        image: &Image,
-    ) -> Result<(), RecordError> {
+        (id, image): (&str, &Image),
+    ) {
         let path = self.at(id);
         if image.pixels.is_empty() {
             // The size is logged again with the next image.
             self.image = None;
-            return log_from(rec, &*path, at, &Clear::flat());
+            return rec.log(path, at, &Clear::flat());
         }
         let now = Some((image.size, image.palette.len()));
         if self.image != now {
             self.image = now;
             let classes = image.palette.iter().zip(0u16..).map(|(swatch, id)| {
                 let [r, g, b] = swatch.dark;
-                let color = crate::record::sdk::Rgba32::from_rgb(r, g, b);
-                crate::record::sdk::ClassDescription::from((id, &*swatch.name, color))
+                ClassDescription::from((id, &*swatch.name, Rgba32::from_rgb(r, g, b)))
             });
             let classes = AnnotationContext::new(classes.collect::<Vec<_>>());
-            rec.log_static(&*path, &classes)?;
+            rec.log_static(&*path, &classes);
             let [left, top] = plot.at(image.x[0], image.y[1]);
             let [right, bottom] = plot.at(image.x[1], image.y[0]);
             let [columns, rows] = image.size.map(|side| side as f32);
             let scale = [(right - left) / columns, (bottom - top) / rows, 1.0];
             let place = Transform3D::from_translation([left, top, 0.0]).with_scale(scale);
-            log_from(rec, &*path, at, &place)?;
+            rec.log(&*path, at, &place);
         }
         let size = image.size.map(|side| side as u32);
         let format = ImageFormat::segmentation(size, ChannelDatatype::U8);
         let picture = SegmentationImage::new(image.pixels.clone(), format)
             .with_opacity(1.0)
             .with_draw_order(-2.0);
-        log_from(rec, &*path, at, &picture)
+        rec.log(path, at, &picture);
     }
 
     fn draw_peaks(
         &self,
         rec: &RecordingStream,
-        at: Option<Moment>,
+        at: Moment,
         plot: &Plot,
-        layer: &Layer,
-        peaks: &[([f64; 2], String)],
-    ) -> Result<(), RecordError> {
+        (layer, peaks): (&Layer, &[([f64; 2], String)]),
+    ) {
         let color = style::on_dark(layer.color);
         let tips: Vec<[f32; 2]> = peaks.iter().map(|([x, y], _)| plot.at(*x, *y)).collect();
         let points = Points2D::new(tips.iter().copied())
             .with_colors([color])
             .with_radii([Radius::new_ui_points(2.5)]);
-        log_from(rec, self.at(&layer.id), at, &points)?;
+        rec.log(self.at(&layer.id), at, &points);
         let named = tips.into_iter().zip(peaks.iter().map(|(_, name)| &**name));
         let labels = place_names(plot.width, named);
-        let names = Points2D::new(labels.iter().map(|label| label.at))
-            .with_labels(labels.iter().map(|label| shown(label.name)))
-            .with_show_labels(true)
-            .with_colors(vec![color; labels.len()])
-            .with_radii([Radius::new_ui_points(0.0)]);
+        let names = labels
+            .iter()
+            .map(|label| (label.at, shown(label.name), color));
+        rec.log(self.at(paths::PANEL_NAMES), at, &texts(names));
         // The lines start below the label, which the viewer draws below its position.
         let stems = labels.iter().map(|label| {
             let [x, tip] = label.tip;
@@ -275,8 +259,7 @@ impl PanelView {
         let stems = LineStrips2D::new(stems)
             .with_colors([style::faded(color, 0.5)])
             .with_radii([Radius::new_ui_points(0.5)]);
-        log_from(rec, self.at(paths::PANEL_NAMES), at, &names)?;
-        log_from(rec, self.at(paths::PANEL_STEMS), at, &stems)
+        rec.log(self.at(paths::PANEL_STEMS), at, &stems);
     }
 }
 
@@ -317,76 +300,59 @@ fn place_names<'a>(
 }
 
 /// Labels of the layers with their colours.
-fn key(panel: &Panel) -> Vec<(String, Color)> {
+fn legend(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
-    let named = named.map(|layer| {
-        (
-            shown(&escape::line(&layer.label)),
-            style::on_dark(layer.color),
-        )
-    });
+    let text = |layer: &Layer| shown(&escape::line(&layer.label));
+    let named = named.map(|layer| (text(layer), style::on_dark(layer.color)));
     named.collect()
 }
 
 /// A text at a position; an empty text clears the current one.
-fn words(text: &str, at: [f32; 2], color: Color) -> Points2D {
+fn text(text: &str, at: [f32; 2], color: Color) -> Points2D {
     let text = Some(shown(&escape::line(text))).filter(|text| !text.is_empty());
-    Points2D::new(text.as_ref().map(|_| at))
-        .with_colors(text.as_ref().map(|_| color))
-        .with_labels(text.as_deref())
-        .with_show_labels(true)
-        .with_radii([Radius::new_ui_points(0.0)])
+    texts(text.map(|text| (at, text, color)))
 }
 
 impl Entity {
     /// Adds a layer; `number` is its drawing order.
     fn add(&mut self, plot: &Plot, layer: &Layer, number: f32) {
         let color = style::on_dark(layer.color);
-        let place = |[x, y]: [f64; 2]| plot.at(x, y);
-        let finite = |point: &&[f64; 2]| point.iter().all(|c| c.is_finite());
+        let places = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
+            let finite = points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
+            finite.map(|[x, y]| plot.at(*x, *y)).collect()
+        };
         self.order = number;
         match &layer.shape {
-            Shape::Lines {
-                strips,
-                width,
-                dashed,
-            } => {
-                self.radius = (ENLARGED * width) as f32;
-                for strip in strips {
-                    let strip = strip.iter().filter(finite).map(|point| place(*point));
-                    let strip: Vec<[f32; 2]> = strip.collect();
-                    if *dashed {
-                        self.add_strips(dashes(&strip), color)
+            Shape::Lines(strips) => {
+                self.radius = (ENLARGED * layer.size) as f32;
+                for strip in strips.iter().map(|strip| places(strip)) {
+                    if layer.dashed {
+                        self.add_strips(dashes(&strip), color);
                     } else {
-                        self.add_strips([strip], color)
+                        self.add_strips([strip], color);
                     }
                 }
             }
-            Shape::Points {
-                points,
-                radius,
-                marker,
-            } => {
-                let places = points.iter().filter(finite).map(|point| place(*point));
+            Shape::Points(points) => {
                 // Smaller points are not visible on a screen.
-                self.radius = (1.2 * radius).max(1.6) as f32;
-                match marker {
-                    Marker::Cross => self.add_strips(places.map(cross), color),
-                    _ if layer.fading => {
-                        let count = points.len();
-                        let aged = (1..=count).map(|k| style::fade(color, k, count));
-                        self.has_points = true;
-                        self.points.extend(places);
-                        self.point_colors.extend(aged);
-                    }
-                    _ => self.add_points(places, color),
+                self.radius = (1.2 * layer.size).max(1.6) as f32;
+                if layer.marker == Marker::Cross {
+                    self.add_strips(places(points).into_iter().map(cross), color);
+                } else if layer.fading {
+                    let count = points.len();
+                    let aged = (1..=count).map(|k| style::fade(color, k, count));
+                    self.has_points = true;
+                    self.points.extend(places(points));
+                    self.point_colors.extend(aged);
+                } else {
+                    self.add_points(places(points), color);
                 }
             }
-            Shape::Areas { outlines, .. } => {
+            Shape::Areas(outlines) => {
                 self.radius = 0.6;
                 for outline in outlines {
                     let corners = outline.iter().chain(outline.first());
-                    self.add_strips([corners.map(|point| place(*point)).collect()], color);
+                    self.add_strips([corners.map(|[x, y]| plot.at(*x, *y)).collect()], color);
                 }
             }
             Shape::Image(_) | Shape::Peaks(_) => {}
@@ -416,23 +382,22 @@ impl Entity {
             .extend(near.map(|at| at.map(|c| c as f32 / 4.0)));
     }
 
-    fn log(self, rec: &RecordingStream, path: &str, at: Option<Moment>) -> Result<(), RecordError> {
+    fn log(self, rec: &RecordingStream, path: &str, at: Moment) {
         let radius = [Radius::new_ui_points(self.radius)];
         if self.has_strips {
             let strips = LineStrips2D::new(self.strips)
                 .with_colors(single(self.strip_colors))
                 .with_radii(radius)
                 .with_draw_order(self.order);
-            log_from(rec, path, at, &strips)?;
+            rec.log(path, at, &strips);
         }
         if self.has_points {
             let points = Points2D::new(self.points)
                 .with_colors(single(self.point_colors))
                 .with_radii(radius)
                 .with_draw_order(self.order);
-            log_from(rec, path, at, &points)?;
+            rec.log(path, at, &points);
         }
-        Ok(())
     }
 }
 

@@ -8,14 +8,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::record::sdk::{Arrows3D, LineStrips3D, Points3D, Radius};
+use crate::record::sdk::{Arrows3D, Color, LineStrips3D, Points3D, Radius};
 
 use super::{
     camera::Camera,
-    error::RecordError,
     paths,
-    samples::Rows,
-    stream::{self, RecordingStream},
+    stream::{RecordingStream, nanos},
     style::{self, short},
 };
 use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
@@ -36,6 +34,9 @@ const ARROW: f64 = 0.8;
 /// Vertical position of the legend, relative to the half-width of the view.
 const KEY: f64 = -1.02;
 
+/// The states of nodes in the order of their numbers and of the legend.
+const STATES: [NodeState; 3] = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
+
 /// The contact patch and its snapshots that are not sent yet.
 #[derive(Debug)]
 pub struct Patch {
@@ -49,7 +50,7 @@ pub struct Patch {
     camera: Camera,
     times: Vec<i64>,
     lengths: Vec<usize>,
-    colors: Vec<crate::record::sdk::Color>,
+    colors: Vec<Color>,
     radii: Vec<Radius>,
     friction: Vec<[f32; 3]>,
     redraw: RedrawTimer,
@@ -57,26 +58,18 @@ pub struct Patch {
 
 impl Patch {
     /// Draws the static elements and starts empty.
-    pub fn new(
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        joint: &JointInfo,
-    ) -> Result<Self, RecordError> {
-        let counts = [
-            ("slip", NodeState::Slip),
-            ("stick", NodeState::Stick),
-            ("separated", NodeState::Separated),
-        ];
-        let counts = counts.map(|(name, state)| (name, style::node(state)));
-        rows.name(rec, paths::NODE_COUNTS, counts)?;
+    pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Self {
+        let counts = ["slip", "stick", "separated"].into_iter();
+        let counts = counts.zip(STATES.map(style::node));
+        rec.name(paths::NODE_COUNTS, counts);
         let forces = [
             ("normal force, N", style::LOAD),
             ("friction, N", style::FRICTION),
         ];
-        rows.name(rec, paths::CONTACT_FORCE, forces)?;
-        draw_circles(rec, joint)?;
-        draw_pole(rec, joint)?;
-        Ok(Self {
+        rec.name(paths::CONTACT_FORCE, forces);
+        draw_circles(rec, joint);
+        draw_pole(rec, joint);
+        Self {
             geometry: Arc::default(),
             load: joint.largest_load(),
             radius: joint.patch_radius,
@@ -88,41 +81,35 @@ impl Patch {
             radii: Vec::new(),
             friction: Vec::new(),
             redraw: RedrawTimer::default(),
-        })
+        }
     }
 
     /// Adds a frame.
-    pub fn push(
-        &mut self,
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        frame: &Frame,
-    ) -> Result<(), RecordError> {
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
         let same = Arc::ptr_eq(&self.geometry, &frame.geometry) || self.geometry == frame.geometry;
         if !same {
             let first = self.geometry.positions.is_empty();
             self.geometry = Arc::clone(&frame.geometry);
-            self.draw_geometry(rec, frame.t0, frame.load)?;
+            self.draw_geometry(rec, frame.t0, frame.load);
             if first {
-                self.draw_legend(rec)?;
+                self.draw_legend(rec);
             }
         }
         self.redraw.set_rate(frame);
         for snapshot in &frame.patch {
             if self.redraw.is_due(snapshot.time) {
-                self.push_snapshot(rows, snapshot);
+                self.push_snapshot(rec, snapshot);
             }
         }
         if self.colors.len() >= BATCH_NODES {
-            self.send(rec)?;
+            self.send(rec);
         }
-        Ok(())
     }
 
-    fn push_snapshot(&mut self, rows: &mut Rows, snapshot: &PatchSnapshot) {
+    fn push_snapshot(&mut self, rec: &RecordingStream, snapshot: &PatchSnapshot) {
         let geometry = &*self.geometry;
         let nodes = snapshot.states.len();
-        self.times.push(stream::nanos(snapshot.time));
+        self.times.push(nanos(snapshot.time));
         self.lengths.push(nodes);
         self.colors
             .extend(snapshot.states.iter().map(|&state| style::node(state)));
@@ -145,33 +132,31 @@ impl Patch {
         self.friction
             .extend(arrows.map(|f| f.map(|c| (scale * c) as f32)));
 
-        let counts = [NodeState::Slip, NodeState::Stick, NodeState::Separated]
-            .map(|state| snapshot.count(state) as f64);
-        rows.push(paths::NODE_COUNTS, snapshot.time, counts);
+        let counts = STATES.map(|state| snapshot.count(state) as f64);
+        rec.row(paths::NODE_COUNTS, snapshot.time, counts);
         let normal = snapshot.normal_force.iter().sum();
         let friction = (0..3).map(|c| snapshot.friction.iter().map(|f| f[c]).sum::<f64>());
         let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
-        rows.push(paths::CONTACT_FORCE, snapshot.time, [normal, friction]);
+        rec.row(paths::CONTACT_FORCE, snapshot.time, [normal, friction]);
     }
 
     /// Sends pending snapshots.
-    pub fn send(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    pub fn send(&mut self, rec: &RecordingStream) {
         if self.times.is_empty() {
-            return Ok(());
+            return;
         }
         let lengths = self.lengths.iter().copied();
         let nodes = Points3D::update_fields()
             .with_colors(self.colors.drain(..))
             .with_radii(self.radii.drain(..))
             .columns(lengths.clone());
-        stream::send_rows(rec, paths::NODES, &self.times, nodes)?;
+        rec.send_rows(paths::NODES, &self.times, nodes);
         let arrows = Arrows3D::update_fields()
             .with_vectors(self.friction.drain(..))
             .columns(lengths);
-        stream::send_rows(rec, paths::FRICTION, &self.times, arrows)?;
+        rec.send_rows(paths::FRICTION, &self.times, arrows);
         self.times.clear();
         self.lengths.clear();
-        Ok(())
     }
 
     /// Scale of friction arrows, mm/N.
@@ -181,25 +166,24 @@ impl Patch {
     }
 
     /// Draws the legend of node colours and friction arrows, in a row below the region of the patch.
-    fn draw_legend(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+    fn draw_legend(&self, rec: &RecordingStream) {
         let nodes = self.geometry.positions.len() as f64;
         let shown = round_up(0.5 * self.load / nodes);
-        let entries = [
-            ("slip".to_owned(), style::node(NodeState::Slip)),
-            ("stick (creep)".to_owned(), style::node(NodeState::Stick)),
-            ("separated".to_owned(), style::node(NodeState::Separated)),
-            (format!("friction {} N", short(shown)), style::FRICTION),
-        ];
+        let [slip, stick, separated] = STATES.map(style::node);
+        let names = ["slip", "stick (creep)", "separated"].map(str::to_owned);
+        let names = names
+            .into_iter()
+            .chain([format!("friction {} N", short(shown))]);
         let places = [-0.95, -0.4, 0.1, 0.75].map(|right| [right, KEY, 0.0]);
         let points = places.map(|place| self.camera.point(place).map(|c| c as f32));
         // The last entry has an arrow instead of a point.
         let dots = [4.0, 4.0, 4.0, 0.0].map(Radius::new_ui_points);
         let key = Points3D::new(points)
-            .with_colors(entries.each_ref().map(|(_, color)| *color))
-            .with_labels(entries.map(|(name, _)| name))
+            .with_colors([slip, stick, separated, style::FRICTION])
+            .with_labels(names)
             .with_show_labels(true)
             .with_radii(dots);
-        rec.log_static(paths::NODE_LEGEND, &key)?;
+        rec.log_static(paths::NODE_LEGEND, &key);
 
         let [_, _, _, [right, up, near]] = places;
         let half = 0.5 * shown * self.arrow_scale() / self.camera.reach;
@@ -209,30 +193,21 @@ impl Patch {
             .with_origins([from])
             .with_colors([style::FRICTION])
             .with_radii([Radius::new_ui_points(1.2)]);
-        rec.log_static(paths::FRICTION_LEGEND, &arrow)
+        rec.log_static(paths::FRICTION_LEGEND, &arrow);
     }
 
     /// Draws nodes, edge and load (N) from a time on.
-    fn draw_geometry(
-        &self,
-        rec: &RecordingStream,
-        time: f64,
-        load: f64,
-    ) -> Result<(), RecordError> {
+    fn draw_geometry(&self, rec: &RecordingStream, time: f64, load: f64) {
         let geometry = &*self.geometry;
-        let positions = || {
-            geometry
-                .positions
-                .iter()
-                .map(|p| p.map(|c| (1e3 * LIFT * c) as f32))
-        };
+        let lifted = geometry.positions.iter();
+        let positions = || lifted.clone().map(|p| p.map(|c| (1e3 * LIFT * c) as f32));
         let nodes = Points3D::update_fields().with_positions(positions());
-        stream::log_at(rec, paths::NODES, time, &nodes)?;
+        rec.log(paths::NODES, time, &nodes);
         let arrows = Arrows3D::update_fields()
             .with_origins(positions())
             .with_colors([style::FRICTION])
             .with_radii([Radius::new_ui_points(1.2)]);
-        stream::log_at(rec, paths::FRICTION, time, &arrows)?;
+        rec.log(paths::FRICTION, time, &arrows);
 
         let axis = geometry.direction;
         let angle = (geometry.radius / self.ball_radius).asin();
@@ -240,18 +215,16 @@ impl Patch {
         let rim = LineStrips3D::new([rim])
             .with_colors([style::LOAD])
             .with_radii([Radius::new_ui_points(1.0)]);
-        stream::log_at(rec, paths::RIM, time, &rim)?;
+        rec.log(paths::RIM, time, &rim);
 
         let length = 1e3 * 2.2 * self.ball_radius;
-        let tip = axis.map(|c| (1e3 * 1.05 * self.ball_radius * c) as f32);
+        let origin = axis.map(|c| ((1e3 * 1.05 * self.ball_radius + length) * c) as f32);
         let arrow = Arrows3D::from_vectors([axis.map(|c| (-length * c) as f32)])
-            .with_origins(
-                [std::array::from_fn(|i| tip[i] + (length * axis[i]) as f32)] as [[f32; 3]; 1],
-            )
+            .with_origins([origin])
             .with_colors([style::LOAD])
             .with_radii([1.2])
             .with_labels([format!("load {} N", style::short(load))]);
-        stream::log_at(rec, paths::LOAD, time, &arrow)
+        rec.log(paths::LOAD, time, &arrow);
     }
 }
 
@@ -267,7 +240,7 @@ fn largest_tilt(joint: &JointInfo) -> f64 {
 }
 
 /// Draws circles of equal tilt on the ball as a scale.
-fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+fn draw_circles(rec: &RecordingStream, joint: &JointInfo) {
     let step = circle_step(joint);
     let count = (largest_tilt(joint) / step - 1e-9).ceil().max(1.0) as u32;
     let strips = (1..=count).map(|k| {
@@ -277,18 +250,18 @@ fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordEr
     let lines = LineStrips3D::new(strips)
         .with_colors([style::RULER])
         .with_radii([Radius::new_ui_points(0.8)]);
-    rec.log_static(paths::TILT_CIRCLES, &lines)
+    rec.log_static(paths::TILT_CIRCLES, &lines);
 }
 
 /// Marks the beam axis on the ball: tilt zero.
-fn draw_pole(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+fn draw_pole(rec: &RecordingStream, joint: &JointInfo) {
     let height = 1e3 * RAISED * joint.ball_radius;
     let pole = Points3D::new([[0.0, 0.0, height as f32]])
         .with_labels(["beam axis"])
         .with_show_labels(true)
         .with_colors([style::POLE])
         .with_radii([Radius::new_ui_points(4.0)]);
-    rec.log_static(paths::POLE, &pole)
+    rec.log_static(paths::POLE, &pole);
 }
 
 /// The circle on a sphere of `radius` (m) at `angle` (rad) from the unit vector `axis`, mm.

@@ -1,15 +1,12 @@
 //! The reference trajectory and a perturbed trajectory that starts close to it, and their distance.
 
 use std::collections::VecDeque;
-
-use crate::record::sdk::SeriesLines;
+use std::f64::consts::LN_10;
 
 use super::{
-    error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
-    samples::Rows,
-    stream::{self, RecordingStream},
+    stream::RecordingStream,
     style, text,
 };
 use crate::number::with_error;
@@ -21,6 +18,8 @@ use crate::plot::{
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
 const TRAIL: f64 = 4e-3;
+/// Width of the trails, points on paper.
+const TRAIL_WIDTH: f64 = 0.9;
 /// Both trajectories: entity and colour.
 const TRAJECTORIES: [(&str, Color); 2] =
     [("reference", Color::Run), ("perturbed", Color::Compared)];
@@ -38,42 +37,30 @@ pub struct PerturbedTrajectory {
 
 impl PerturbedTrajectory {
     /// Names the series and starts empty.
-    pub fn new(rec: &RecordingStream, rows: &mut Rows) -> Result<Self, RecordError> {
-        let mut one = |path, name, color| rows.name(rec, path, [(name, color)]);
-        one(
-            paths::PERTURBED_DISPLACEMENT,
-            "perturbed trajectory, µm",
-            style::ACCENT,
-        )?;
-        one(paths::DIVERGENCE_DISTANCE, "distance", style::SIGNAL)?;
-        Ok(Self {
+    pub fn new(rec: &RecordingStream) -> Self {
+        let name = "perturbed trajectory, µm";
+        rec.name(paths::PERTURBED_DISPLACEMENT, [(name, style::ACCENT)]);
+        rec.name(paths::DIVERGENCE_DISTANCE, [("distance", style::SIGNAL)]);
+        Self {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             portraits: PanelView::of("both-portraits", &Root::of_run()),
             redraw: RedrawTimer::default(),
             last: None,
-        })
+        }
     }
 
     /// Adds a frame; the trails are redrawn once per frame.
-    pub fn push(
-        &mut self,
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        frame: &Frame,
-    ) -> Result<(), RecordError> {
-        let Some(perturbed) = frame
-            .perturbed
-            .as_ref()
-            .filter(|perturbed| !perturbed.distance.is_empty())
-        else {
-            return Ok(());
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
+        let perturbed = frame.perturbed.as_ref();
+        let Some(perturbed) = perturbed.filter(|perturbed| !perturbed.distance.is_empty()) else {
+            return;
         };
         let every = frame.shown.map_or(1, |shown| shown.every);
         let second = perturbed.displacement.iter().zip(&perturbed.velocity);
         for (k, (&u, &v)) in (perturbed.first..).zip(second) {
             if k % every == 0 {
-                rows.push(paths::PERTURBED_DISPLACEMENT, frame.time(k), [1e6 * u]);
+                rec.row(paths::PERTURBED_DISPLACEMENT, frame.time(k), [1e6 * u]);
             }
             let first = [frame.displacement[k], frame.velocity[k]];
             self.trail.push_back([first, [u, v]]);
@@ -82,83 +69,66 @@ impl PerturbedTrajectory {
         self.trail.drain(..self.trail.len().saturating_sub(keep));
         self.redraw.set_rate(frame);
         if !self.redraw.is_due(frame.end()) {
-            return Ok(());
+            return;
         }
         for (c, scale) in self.scales.iter_mut().enumerate() {
             let values = self.trail.iter().flatten().map(|point| point[c].abs());
             scale.update(values.fold(0.0, f64::max), SMALLEST[c]);
         }
-        self.draw_portraits(rec, frame.end() - frame.dt)
+        self.draw_portraits(rec, frame.end() - frame.dt);
     }
 
-    fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+    fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) {
         let reach = Some(self.scales.map(FullScale::get));
-        let portraits = TRAJECTORIES
-            .iter()
-            .enumerate()
-            .map(|(copy, (name, color))| {
-                let points: Vec<[f64; 2]> = self.trail.iter().map(|point| point[copy]).collect();
-                let mut portrait = phase_portrait(&points, reach, *color);
-                portrait.layers[0].id = (*name).to_owned();
-                let last = Vec::from_iter(portrait.layers[0].last_point());
-                let now = Layer::points(last, 4.2, *color).with_id(format!("{name}_now"));
-                portrait.layers.push(now);
-                portrait
-            });
-        let mut portraits = portraits.collect::<Vec<_>>().into_iter();
-        let (Some(mut both), Some(second)) = (portraits.next(), portraits.next()) else {
-            return Ok(());
-        };
-        both.layers.extend(second.layers);
-        self.portraits.draw(rec, Some(time.into()), &both)
+        let mut both = phase_portrait(&[], reach, Color::Ink);
+        let layers = (0..).zip(TRAJECTORIES).flat_map(|(copy, (name, color))| {
+            let points: Vec<[f64; 2]> = self.trail.iter().map(|point| point[copy]).collect();
+            let last = Vec::from_iter(points.last().copied());
+            let trail = Layer::line(points, color).with_size(TRAIL_WIDTH);
+            let now = Layer::points(last, 4.2, color).with_id(format!("{name}_now"));
+            [trail.with_id(name), now]
+        });
+        both.layers = layers.collect();
+        self.portraits.draw(rec, time.into(), &both);
     }
 
     /// Adds a distance of the trajectories.
     pub fn push_distance(
         &mut self,
         rec: &RecordingStream,
-        rows: &mut Rows,
         header: &Header,
         separation: &TrajectoryDivergence,
-    ) -> Result<(), RecordError> {
+    ) {
         // A gap where the distance is zero.
         let level = separation.distance.log10();
         let level = if level.is_finite() { level } else { f64::NAN };
-        rows.push(paths::DIVERGENCE_DISTANCE, separation.time, [level]);
+        rec.row(paths::DIVERGENCE_DISTANCE, separation.time, [level]);
         let before = self.last.replace(*separation);
-        if before.is_none_or(|before| before.saturated.is_none()) && separation.saturated.is_some()
-        {
-            self.draw_fit(rec, rows)?;
+        let was_open = before.is_none_or(|before| before.saturated.is_none());
+        if was_open && separation.saturated.is_some() {
+            self.draw_fit(rec);
         }
         let words = text::document(document(header, separation));
-        stream::log_at(rec, paths::DIVERGENCE_TEXT, separation.time, &words)
+        rec.log(paths::DIVERGENCE_TEXT, separation.time, &words);
     }
 
     /// Draws the fitted line of the logarithmic distance once it is final.
-    fn draw_fit(&self, rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
+    fn draw_fit(&self, rec: &RecordingStream) {
         let Some((separation, line)) = self.last.and_then(|last| Some((last, last.line?))) else {
-            return Ok(());
+            return;
         };
         let name = format!("slope λ = {} per s", rate(line));
-        rows.name(rec, paths::DIVERGENCE_FIT, [(name, style::ACCENT)])?;
-        let width = SeriesLines::update_fields().with_widths([2.4]);
-        rec.log_static(paths::DIVERGENCE_FIT, &width)?;
+        rec.name_with_widths(paths::DIVERGENCE_FIT, [2.4], [(name, style::ACCENT)]);
         for time in [line.since, separation.saturated.unwrap_or(separation.time)] {
             let level = line.intercept + line.rate * (time - separation.start);
-            rows.push(
-                paths::DIVERGENCE_FIT,
-                time,
-                [level / std::f64::consts::LN_10],
-            );
+            rec.row(paths::DIVERGENCE_FIT, time, [level / LN_10]);
         }
-        Ok(())
     }
 
     /// Draws the fitted line of distances that are not saturated.
-    pub fn finish(&self, rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
-        match self.last {
-            Some(last) if last.saturated.is_none() => self.draw_fit(rec, rows),
-            _ => Ok(()),
+    pub fn finish(&self, rec: &RecordingStream) {
+        if self.last.is_some_and(|last| last.saturated.is_none()) {
+            self.draw_fit(rec);
         }
     }
 }

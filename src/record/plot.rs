@@ -4,9 +4,8 @@
 use crate::record::sdk::{Color, LineStrips2D, Points2D, Radius};
 
 use super::{
-    error::RecordError,
     paths,
-    stream::{Moment, RecordingStream, log_from},
+    stream::{Moment, RecordingStream},
     style,
 };
 use crate::plot::{Axis, shown};
@@ -44,6 +43,8 @@ pub struct Plot {
     pub y: Axis,
     /// Whether grid lines are drawn.
     pub grid: bool,
+    /// Entries of the legend; a plot with some needs a top margin of [`legend_height`].
+    pub legend: Vec<(String, Color)>,
 }
 
 impl Plot {
@@ -77,89 +78,67 @@ impl Plot {
         bounds([self.width, self.height], self.top_margin)
     }
 
-    /// Logs the axes of the plot at `path`, either static or from a moment on.
-    pub fn draw(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        from: Option<Moment>,
-    ) -> Result<(), RecordError> {
-        log_from(rec, paths::axis_lines(path), from, &self.lines())?;
-        log_from(rec, paths::axis_labels(path), from, &self.labels())
+    /// Logs the axes of the plot at `path` from a moment on, and its static legend.
+    pub fn draw(&self, rec: &RecordingStream, path: &str, from: Moment) {
+        rec.log(paths::axis_lines(path), from, &self.lines());
+        rec.log(paths::axis_labels(path), from, &self.labels());
+        if !self.legend.is_empty() {
+            let places = legend_positions(self.width, &self.legend).into_iter();
+            let entries = places.zip(self.legend.iter().cloned());
+            let entries = texts(entries.map(|(at, (name, color))| (at, name, color)));
+            rec.log_static(paths::legend(path), &entries);
+        }
     }
 
     /// Frame, and ticks or grid lines.
     fn lines(&self) -> LineStrips2D {
         let (w, h) = (self.width, self.height);
-        let mut strips = Vec::new();
-        let mut colors = Vec::new();
+        let (top, right, color) = if self.grid {
+            (0.0, w, style::GRID)
+        } else {
+            (h, 0.0, style::AXIS)
+        };
         let [x_ticks, y_ticks] = self.ticks();
-        for (tick, _) in x_ticks {
-            let [x, _] = self.at(tick, self.y.range[0]);
-            let top = if self.grid { 0.0 } else { h };
-            strips.push(vec![[x, top], [x, h + 4.0]]);
-            colors.push(if self.grid { style::GRID } else { style::AXIS });
-        }
-        for (tick, _) in y_ticks {
-            let [_, y] = self.at(self.x.range[0], tick);
-            let right = if self.grid { w } else { 0.0 };
-            strips.push(vec![[-4.0, y], [right, y]]);
-            colors.push(if self.grid { style::GRID } else { style::AXIS });
-        }
-        strips.push(vec![[0.0, 0.0], [w, 0.0], [w, h], [0.0, h], [0.0, 0.0]]);
-        colors.push(style::AXIS);
-        LineStrips2D::new(strips)
-            .with_colors(colors)
+        let x_lines = x_ticks.iter().map(|(tick, _)| {
+            let [x, _] = self.at(*tick, self.y.range[0]);
+            vec![[x, top], [x, h + 4.0]]
+        });
+        let y_lines = y_ticks.iter().map(|(tick, _)| {
+            let [_, y] = self.at(self.x.range[0], *tick);
+            vec![[-4.0, y], [right, y]]
+        });
+        let frame = vec![[0.0, 0.0], [w, 0.0], [w, h], [0.0, h], [0.0, 0.0]];
+        let count = x_ticks.len() + y_ticks.len();
+        LineStrips2D::new(x_lines.chain(y_lines).chain([frame]))
+            .with_colors(std::iter::repeat_n(color, count).chain([style::AXIS]))
             .with_radii([Radius::new_ui_points(0.5)])
             .with_draw_order(-1.0)
     }
 
-    /// Tick labels and names, as labels of invisible points.
+    /// Tick labels and names.
     fn labels(&self) -> Points2D {
-        let mut points = Vec::new();
-        let mut words = Vec::new();
         let [x_ticks, y_ticks] = self.ticks();
         let [left, bottom] = [self.x.range[0], self.y.range[0]];
-        for (tick, label) in x_ticks {
-            points.push([self.at(tick, bottom)[0], self.height + 11.0]);
-            words.push(label);
-        }
-        for (tick, label) in y_ticks {
-            points.push([-26.0, self.at(left, tick)[1] - 12.0]);
-            words.push(label);
-        }
-        points.push([0.5 * self.width, self.height + 40.0]);
-        words.push(shown(&self.x.label()));
-        if !self.y.label().is_empty() {
-            points.push([0.5 * self.width, -36.0 - self.top_margin]);
-            words.push(shown(&self.y.label()));
-        }
-        let count = points.len();
-        Points2D::new(points)
-            .with_labels(words)
-            .with_colors(vec![style::AXIS; count])
-            .with_radii([Radius::new_ui_points(0.0)])
-            .with_show_labels(true)
+        let below = |(tick, label)| ([self.at(tick, bottom)[0], self.height + 11.0], label);
+        let beside = |(tick, label)| ([-26.0, self.at(left, tick)[1] - 12.0], label);
+        let middle = 0.5 * self.width;
+        let name = ([middle, self.height + 40.0], shown(&self.x.label()));
+        let above = ([middle, -36.0 - self.top_margin], shown(&self.y.label()));
+        let ticks = { x_ticks.into_iter().map(below) }.chain(y_ticks.into_iter().map(beside));
+        let above = Some(above).filter(|(_, name)| !name.is_empty());
+        let all = ticks.chain([name]).chain(above);
+        texts(all.map(|(at, text)| (at, text, style::AXIS)))
     }
 }
 
-impl Plot {
-    /// Draws a static legend above the plot area; a plot with a legend needs a top margin of
-    /// [`legend_height`].
-    pub fn draw_legend(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        words: &[(String, Color)],
-    ) -> Result<(), RecordError> {
-        let places = legend_positions(self.width, words);
-        let key = Points2D::new(places)
-            .with_labels(words.iter().map(|(name, _)| name.as_str()))
-            .with_show_labels(true)
-            .with_colors(words.iter().map(|(_, color)| *color))
-            .with_radii([Radius::new_ui_points(0.0)]);
-        rec.log_static(paths::legend(path), &key)
-    }
+/// Texts in the viewer: labels of invisible points.
+pub fn texts(texts: impl IntoIterator<Item = ([f32; 2], String, Color)>) -> Points2D {
+    let texts: Vec<_> = texts.into_iter().collect();
+    Points2D::new(texts.iter().map(|(at, ..)| *at))
+        .with_labels(texts.iter().map(|(_, text, _)| text.as_str()))
+        .with_colors(texts.iter().map(|(.., color)| *color))
+        .with_radii([Radius::new_ui_points(0.0)])
+        .with_show_labels(true)
 }
 
 /// Width of a legend entry with the space after it.
@@ -168,13 +147,9 @@ fn entry_width(word: &(String, Color)) -> f32 {
 }
 
 /// The rows of a legend: two if the entries do not fit into one.
-fn legend_rows(width: f32, words: &[(String, Color)]) -> Vec<&[(String, Color)]> {
-    if words.iter().map(entry_width).sum::<f32>() > width {
-        let (first, second) = words.split_at(words.len().div_ceil(2));
-        vec![first, second]
-    } else {
-        vec![words]
-    }
+fn legend_rows(width: f32, words: &[(String, Color)]) -> std::slice::Chunks<'_, (String, Color)> {
+    let is_long = words.iter().map(entry_width).sum::<f32>() > width;
+    words.chunks(words.len().div_ceil(if is_long { 2 } else { 1 }).max(1))
 }
 
 /// Height of a legend above a plot area of some width, pixels.
@@ -235,6 +210,7 @@ mod tests {
             x: Axis::linear("x", [0.0, 10.0]),
             y: Axis::decades("y", [-2, 2]),
             grid: true,
+            legend: Vec::new(),
         };
         assert_eq!(plot.at(0.0, 1e-2), [0.0, 100.0]);
         assert_eq!(plot.at(5.0, 1.0), [100.0, 50.0]);

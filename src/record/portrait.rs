@@ -5,11 +5,10 @@ use std::collections::VecDeque;
 use crate::record::sdk::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::{
-    error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
     plot::Plot,
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream, nanos},
     style::{self, short},
 };
 use crate::{
@@ -46,9 +45,14 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// Starts empty; the axes are drawn with the first frame. The trail is `length` (s) long and coloured by
-    /// the status of the samples.
-    pub fn new(length: f64, colors: Vec<Color>) -> Self {
+    /// Draws the style of the current point and starts empty; the axes are drawn with the first frame. The trail is `length`
+    /// (s) long and coloured by the status of the samples.
+    pub fn new(rec: &RecordingStream, length: f64, colors: Vec<Color>) -> Self {
+        let style = Points2D::update_fields()
+            .with_colors([style::ACCENT])
+            .with_radii([Radius::new_ui_points(4.0)])
+            .with_draw_order(1.0);
+        rec.log_static(paths::PORTRAIT_NOW, &style);
         Self {
             length,
             colors,
@@ -60,17 +64,14 @@ impl Portrait {
     }
 
     /// Adds a frame; the trail is redrawn once per frame.
-    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
         if frame.is_empty() {
-            return Ok(());
+            return;
         }
-        let samples = frame.displacement.iter().zip(&frame.velocity);
         let status = frame.status.iter().copied().chain(std::iter::repeat(0));
-        self.trail.extend(
-            samples
-                .zip(status)
-                .map(|((&u, &v), status)| ([u, v], status)),
-        );
+        let samples = frame.displacement.iter().zip(&frame.velocity).zip(status);
+        let samples = samples.map(|((&u, &v), status)| ([u, v], status));
+        self.trail.extend(samples);
         let wanted = (self.length / frame.dt).ceil() as usize;
         let piece = wanted.div_ceil(FADES);
         // Whole pieces, so that a point stays in its piece: pieces that shift compress badly.
@@ -78,7 +79,7 @@ impl Portrait {
         self.trail.drain(..surplus);
         self.redraw.set_rate(frame);
         if !self.redraw.is_due(frame.end()) {
-            return Ok(());
+            return;
         }
         for (c, scale) in self.scales.iter_mut().enumerate() {
             let sizes = self.trail.iter().map(|(point, _)| point[c].abs());
@@ -86,18 +87,12 @@ impl Portrait {
         }
         let reach = self.scales.map(FullScale::get);
         let panel = phase_portrait(&[], Some(reach), plot::Color::Run);
-        let plot = self.view.draw_axes(rec, Some(frame.t0.into()), &panel)?;
-        self.draw_trail(rec, &plot, frame.t0, piece)?;
-        draw_point(rec, &plot, frame)
+        let plot = self.view.draw_axes(rec, frame.t0.into(), &panel);
+        self.draw_trail(rec, &plot, frame.t0, piece);
+        draw_point(rec, &plot, frame);
     }
 
-    fn draw_trail(
-        &mut self,
-        rec: &RecordingStream,
-        plot: &Plot,
-        time: f64,
-        piece: usize,
-    ) -> Result<(), RecordError> {
+    fn draw_trail(&mut self, rec: &RecordingStream, plot: &Plot, time: f64, piece: usize) {
         let points = &*self.trail.make_contiguous();
         let pieces = points.chunks(piece);
         let count = pieces.len();
@@ -119,31 +114,19 @@ impl Portrait {
         let trail = LineStrips2D::new(strips)
             .with_colors(colors)
             .with_radii([Radius::new_ui_points(0.7)]);
-        stream::log_at(rec, paths::PORTRAIT_TRAIL, time, &trail)
+        rec.log(paths::PORTRAIT_TRAIL, time, &trail);
     }
 }
 
 /// Logs the current point several times within the frame.
-fn draw_point(rec: &RecordingStream, plot: &Plot, frame: &Frame) -> Result<(), RecordError> {
+fn draw_point(rec: &RecordingStream, plot: &Plot, frame: &Frame) {
     let chosen = (0..frame.len()).step_by(POINT_EVERY);
-    let times: Vec<i64> = chosen
-        .clone()
-        .map(|k| stream::nanos(frame.time(k)))
-        .collect();
+    let times: Vec<i64> = chosen.clone().map(|k| nanos(frame.time(k))).collect();
     let positions = chosen.map(|k| plot.at(frame.displacement[k], frame.velocity[k]));
     let columns = Points2D::update_fields()
         .with_positions(positions)
         .columns_of_unit_batches();
-    stream::send_rows(rec, paths::PORTRAIT_NOW, &times, columns)
-}
-
-/// Logs the static style of the current point.
-pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
-    let style = Points2D::update_fields()
-        .with_colors([style::ACCENT])
-        .with_radii([Radius::new_ui_points(4.0)])
-        .with_draw_order(1.0);
-    rec.log_static(paths::PORTRAIT_NOW, &style)
+    rec.send_rows(paths::PORTRAIT_NOW, &times, columns);
 }
 
 /// The delay embedding, Eq. (25), in a cube of side 2.
@@ -177,36 +160,26 @@ impl Embedding {
     }
 
     /// Draws the trail (points in m, oldest first) at a time (s).
-    pub fn draw(
-        &mut self,
-        rec: &RecordingStream,
-        time: f64,
-        points: &[[f32; 3]],
-    ) -> Result<(), RecordError> {
+    pub fn draw(&mut self, rec: &RecordingStream, time: f64, points: &[[f32; 3]]) {
         let middle = self.middle as f32;
         let sizes = points.iter().flatten().map(|c| (c - middle).abs());
         let largest = sizes.fold(0.0, f32::max);
         let changed = self.scale.update(f64::from(largest), self.smallest);
         if changed || !self.drawn {
             self.drawn = true;
-            draw_cube(rec, &Root::of_run(), time.into(), &self.names())?;
+            draw_cube(rec, &Root::of_run(), time.into(), &self.names());
         }
         let unit = self.scale.get().recip() as f32;
         let length = points.len().div_ceil(PIECES).max(1);
-        let pieces: Vec<Vec<[f32; 3]>> = points
-            .chunks(length)
-            .enumerate()
-            .map(|(k, piece)| {
-                let next = points.get((k + 1) * length);
-                let points = piece.iter().chain(next);
-                points.map(|p| p.map(|c| unit * (c - middle))).collect()
-            })
-            .collect();
+        let pieces = points.chunks(length).enumerate().map(|(k, piece)| {
+            let points = piece.iter().chain(points.get((k + 1) * length));
+            points.map(|p| p.map(|c| unit * (c - middle)))
+        });
         let count = pieces.len();
         let trail = LineStrips3D::new(pieces)
             .with_colors((0..count).map(|k| style::fade(style::SIGNAL, k + 1, count)))
             .with_radii([Radius::new_ui_points(0.8)]);
-        stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
+        rec.log(paths::EMBEDDING_TRAIL, time, &trail);
     }
 
     /// Names and ranges of the axes, such as `u(t), ±0.8 µm`.
@@ -225,12 +198,7 @@ pub fn delay_names(letter: &str, range: &str) -> [String; 3] {
 }
 
 /// Draws the edges of the cube and the names of its axes.
-pub fn draw_cube(
-    rec: &RecordingStream,
-    root: &Root,
-    at: Moment,
-    names: &[String; 3],
-) -> Result<(), RecordError> {
+pub fn draw_cube(rec: &RecordingStream, root: &Root, at: Moment, names: &[String; 3]) {
     let mut edges = Vec::new();
     for axis in 0..3 {
         for (a, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -247,11 +215,11 @@ pub fn draw_cube(
         .with_colors([style::GRID])
         .with_radii([Radius::new_ui_points(0.8)]);
     let axes = root.at(paths::EMBEDDING);
-    stream::log_at(rec, paths::axis_lines(&axes), at, &edges)?;
+    rec.log(paths::axis_lines(&axes), at, &edges);
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(names.iter().map(String::as_str))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    stream::log_at(rec, paths::axis_labels(&axes), at, &labels)
+    rec.log(paths::axis_labels(&axes), at, &labels);
 }

@@ -2,13 +2,7 @@
 
 use crate::record::sdk::SeriesPoints;
 
-use super::{
-    error::RecordError,
-    paths,
-    samples::Rows,
-    stream::{self, RecordingStream},
-    style, text,
-};
+use super::{paths, stream::RecordingStream, style, text};
 use crate::{
     analysis::regime::{Regime, Verdict},
     number::significant,
@@ -17,39 +11,35 @@ use crate::{
 };
 
 /// Names the regimes and the series.
-pub fn name_regimes(rec: &RecordingStream, rows: &mut Rows) -> Result<(), RecordError> {
+pub fn name_regimes(rec: &RecordingStream) {
     let colors = Regime::ALL.map(style::regime);
     let names = Regime::ALL.map(|kind| kind.to_string());
-    rows.name(
-        rec,
-        paths::REGIME_CONFIDENCE,
-        names.clone().into_iter().zip(colors),
-    )?;
+    let series = names.clone().into_iter().zip(colors);
+    rec.name(paths::REGIME_CONFIDENCE, series);
     // A value between two gaps has no line segment. The legend takes the names from the points.
     let points = SeriesPoints::new()
         .with_names(names)
         .with_colors(colors)
         .with_marker_sizes([3.0; Regime::ALL.len()]);
-    rec.log_static(paths::REGIME_CONFIDENCE, &points)
+    rec.log_static(paths::REGIME_CONFIDENCE, &points);
 }
 
 /// Draws the classification of a window of `window` (s) that ends at `time` (s).
 pub fn draw_verdict(
     rec: &RecordingStream,
-    rows: &mut Rows,
     header: &Header,
     (time, window): (f64, f64),
     verdict: &Verdict,
-) -> Result<(), RecordError> {
-    let confidence = |kind| match kind == verdict.regime {
-        true if kind == Regime::Undetermined => 0.0,
-        true => verdict.confidence,
-        false => f64::NAN,
+) {
+    let confidence = |kind| match kind {
+        Regime::Undetermined if kind == verdict.regime => 0.0,
+        kind if kind == verdict.regime => verdict.confidence,
+        _ => f64::NAN,
     };
-    rows.push(paths::REGIME_CONFIDENCE, time, Regime::ALL.map(confidence));
+    rec.row(paths::REGIME_CONFIDENCE, time, Regime::ALL.map(confidence));
     let text = document(header, time, window, verdict);
     let document = text::document(text);
-    stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
+    rec.log(paths::REGIME_VERDICT, time, &document);
 }
 
 /// The classification as a heading, with its confidence or, without a decision, the likeliest types of motion.

@@ -139,7 +139,7 @@ impl RerunSink {
             (None, Some(address)) => Destination::Viewer(LiveConnection::start(address)?),
             (None, None) => return Err(RecordError::NoOutput),
         };
-        Self::with_destination(end, spec)
+        Ok(Self::with_destination(end, spec))
     }
 
     /// Records into a file with a reserved name.
@@ -148,16 +148,17 @@ impl RerunSink {
     /// [`RecordError::Create`] if the file cannot be written.
     pub fn into_reserved_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
         let file = RecordingFile::begin(part)?;
-        Self::with_destination(Destination::File { file, feed: None }, spec)
+        let destination = Destination::File { file, feed: None };
+        Ok(Self::with_destination(destination, spec))
     }
 
-    fn with_destination(destination: Destination, spec: RecordSpec) -> Result<Self, RecordError> {
+    fn with_destination(destination: Destination, spec: RecordSpec) -> Self {
         let sink: Arc<dyn MessageSink> = match &destination {
             Destination::File { file, .. } => Arc::new(file.writer()),
             Destination::Viewer(live) => Arc::new(live.clone()),
         };
-        Ok(Self {
-            rec: RecordingStream::new(APPLICATION, sink)?,
+        Self {
+            rec: RecordingStream::new(APPLICATION, sink),
             destination,
             spec,
             encoder: None,
@@ -165,7 +166,7 @@ impl RerunSink {
             flushed: Instant::now(),
             notice: Notice(Box::new(|_| ())),
             reported_away: false,
-        })
+        }
     }
 
     /// Sets a callback for one-line notices that are not errors: loss and return of the viewer.
@@ -203,19 +204,18 @@ impl RerunSink {
         Ok(result?)
     }
 
-    fn start(&mut self, header: &Arc<Header>) -> Result<(), RecordError> {
+    fn start(&mut self, header: &Arc<Header>) {
         let header = Arc::new(shown(header));
-        blueprint::send(&self.rec, &header, self.spec)?;
-        self.encoder = Some(Encoder::new(&self.rec, header, self.spec)?);
-        Ok(())
+        blueprint::send(&self.rec, &header, self.spec, 0);
+        self.encoder = Some(Encoder::new(&self.rec, header, self.spec));
     }
 
     fn take(&mut self, record: &Record) -> Result<(), RecordError> {
         if let Record::Header(header) = record {
-            return self.start(header);
+            self.start(header);
         }
         let encoder = self.encoder.as_mut().ok_or(RecordError::NoHeader)?;
-        encoder.accept(&self.rec, record)?;
+        encoder.accept(&self.rec, record);
         self.send_due()
     }
 
@@ -224,7 +224,7 @@ impl RerunSink {
         if let Some(encoder) = &mut self.encoder
             && self.sent.elapsed() >= self.destination.lag()
         {
-            encoder.send_pending(&self.rec)?;
+            encoder.send_pending(&self.rec);
             self.rec.send_pending()?;
             self.sent = Instant::now();
             self.report_viewer_status();
@@ -248,7 +248,7 @@ impl RerunSink {
     /// Sends pending rows and closes the file with its index.
     fn close_stream(&mut self) -> Result<(), RecordError> {
         if let Some(mut encoder) = self.encoder.take() {
-            encoder.finish(&self.rec)?;
+            encoder.finish(&self.rec);
         }
         match &mut self.destination {
             Destination::File { file, .. } => file.seal(&self.rec),

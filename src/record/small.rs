@@ -3,11 +3,10 @@
 use crate::record::sdk::{Color, SeriesLines, StateChange, StateConfiguration};
 
 use super::{
-    error::RecordError,
     paths,
     portrait::Portrait,
-    samples::{Rows, push_probe},
-    stream::{self, RecordingStream},
+    samples::push_probe,
+    stream::{RecordingStream, nanos},
     style,
 };
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
@@ -16,11 +15,10 @@ use crate::plot::Unit;
 /// Natural periods in the trail of the phase portrait.
 const TRAIL: f64 = 40.0;
 
-/// The series, portrait and status of a small system.
+/// The series and the status of a small system.
 #[derive(Debug)]
 pub struct SmallFrames {
     small: SmallInfo,
-    portrait: Portrait,
     /// Status at the last sample.
     last: Option<u8>,
     stats: StatusStats,
@@ -38,71 +36,56 @@ struct StatusStats {
 
 impl SmallFrames {
     /// Names the series and the statuses, and starts empty.
-    pub fn new(
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        small: &SmallInfo,
-    ) -> Result<Self, RecordError> {
-        let colors: Vec<Color> = small.statuses.iter().map(|s| color(s.kind)).collect();
+    pub fn new(rec: &RecordingStream, small: &SmallInfo) -> Self {
         for (path, name) in [
             (paths::DISPLACEMENT, "displacement, µm"),
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
             // A static colour would override the colour of the status.
             let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
-            rec.log_static(path, &style)?;
-            rows.add(path, 1);
+            rec.start(path, &style);
         }
         let labels = || small.statuses.iter().map(|status| status.label.as_str());
         let band = StateConfiguration::new()
             .with_values(labels())
             .with_labels(labels())
-            .with_colors(colors.iter().copied());
-        rec.log_static(paths::STATUS, &band)?;
-        Ok(Self {
-            portrait: Portrait::new(TRAIL / small.frequency_hz, colors),
+            .with_colors(colors(small));
+        rec.log_static(paths::STATUS, &band);
+        Self {
             last: None,
             stats: StatusStats::default(),
             small: small.clone(),
-        })
+        }
     }
 
     /// Adds a frame.
-    pub fn push(
-        &mut self,
-        rec: &RecordingStream,
-        rows: &mut Rows,
-        frame: &Frame,
-    ) -> Result<(), RecordError> {
-        self.draw_status(rec, frame)?;
-        push_probe(rows, frame);
-        self.portrait.push(rec, frame)?;
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) {
+        self.draw_status(rec, frame);
+        push_probe(rec, frame);
         self.stats.push(frame, self.small.statuses.len());
-        Ok(())
     }
 
     /// Logs changes of the status, as a band and as the colour of the series.
-    fn draw_status(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+    fn draw_status(&mut self, rec: &RecordingStream, frame: &Frame) {
         let mut times = Vec::new();
         let mut changed = Vec::new();
         for (k, &status) in frame.status.iter().enumerate() {
             if self.last.replace(status) != Some(status) {
-                times.push(stream::nanos(frame.time(k)));
+                times.push(nanos(frame.time(k)));
                 changed.push(&self.small.statuses[usize::from(status)]);
             }
         }
         if times.is_empty() {
-            return Ok(());
+            return;
         }
         let labels = changed.iter().map(|status| status.label.as_str());
         let band = StateChange::new().with_state(labels);
-        stream::send_rows(rec, paths::STATUS, &times, band.columns_of_unit_batches())?;
+        rec.send_rows(paths::STATUS, &times, band.columns_of_unit_batches());
         for path in [paths::DISPLACEMENT, paths::VELOCITY] {
             let colors = changed.iter().map(|status| color(status.kind));
             let colors = SeriesLines::update_fields().with_colors(colors);
-            stream::send_rows(rec, path, &times, colors.columns_of_unit_batches())?;
+            rec.send_rows(path, &times, colors.columns_of_unit_batches());
         }
-        Ok(())
     }
 
     /// Shares of each status since the last call, as a Markdown sentence.
@@ -139,6 +122,16 @@ impl StatusStats {
         }
         self.transitions += frame.transitions;
     }
+}
+
+/// The phase portrait, with a trail in the colours of the statuses.
+pub fn portrait(rec: &RecordingStream, small: &SmallInfo) -> Portrait {
+    Portrait::new(rec, TRAIL / small.frequency_hz, colors(small))
+}
+
+fn colors(small: &SmallInfo) -> Vec<Color> {
+    let kinds = small.statuses.iter().map(|status| status.kind);
+    kinds.map(color).collect()
 }
 
 /// The colour of a status, as for slipping and sticking nodes.

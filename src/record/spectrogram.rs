@@ -3,10 +3,9 @@
 use crate::record::sdk::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
-    error::RecordError,
     paths,
     plot::Plot,
-    stream::{self, Moment, RecordingStream},
+    stream::{Moment, RecordingStream, STATIC},
     style::{self, ColorMap, short},
 };
 use crate::{
@@ -52,19 +51,20 @@ pub struct Spectrogram {
 
 impl Spectrogram {
     /// Draws the axes and places the tiles.
-    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
+    pub fn new(rec: &RecordingStream, header: &Header) -> Self {
         let (plot, range_db) = spectrogram_plot(header);
         // Static data would override data that are logged later.
-        let from = header.endless.then(|| Moment::from(header.start()));
-        plot.draw(rec, paths::SPECTROGRAM, from)?;
+        let start = Moment::from(header.start());
+        let from = if header.endless { start } else { STATIC };
+        plot.draw(rec, paths::SPECTROGRAM, from);
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
-            rec.log_static(paths::spectrogram_tile(tile), &at)?;
+            rec.log_static(paths::spectrogram_tile(tile), &at);
         }
         if let Subject::Signal(signal) = &header.subject {
-            draw_events(rec, &plot, signal)?;
+            draw_events(rec, &plot, signal);
         }
-        Ok(Self {
+        Self {
             plot,
             range_db,
             endless: header.endless,
@@ -73,64 +73,55 @@ impl Spectrogram {
             logged: 0,
             filled: 0,
             time: 0.0,
-        })
+        }
     }
 
     /// Adds a column: centre of its window (s), bins `bin` (Hz) apart from 0 Hz, levels in dB relative to 1
     /// mm/s.
-    pub fn push(
-        &mut self,
-        rec: &RecordingStream,
-        time: f64,
-        bin: f64,
-        level_db: &[f32],
-    ) -> Result<(), RecordError> {
+    pub fn push(&mut self, rec: &RecordingStream, time: f64, bin: f64, level_db: &[f32]) {
         let column = self.resample(bin, level_db);
         if self.endless && time >= self.plot.x.range[1] {
-            self.turn_over(rec, time)?;
+            self.turn_over(rec, time);
         }
         let pixel = ((self.plot.x.fraction(time) * WIDTH as f64) as usize).min(WIDTH - 1);
         self.time = time;
         if pixel < self.filled {
             self.merge(self.filled - 1, &column);
-            return Ok(());
+            return;
         }
         // There are no data before the first column.
         let first = if self.filled == 0 { pixel } else { self.filled };
         for pixel in first..=pixel {
             if pixel / TILE > self.filled.saturating_sub(1) / TILE {
-                self.log(rec)?;
+                self.log(rec);
                 self.levels.fill(f32::NEG_INFINITY);
             }
             self.filled = pixel + 1;
             self.merge(pixel, &column);
         }
         if self.filled - self.logged >= REFRESH {
-            self.log(rec)?;
+            self.log(rec);
         }
-        Ok(())
     }
 
     /// Logs pixels that are not logged yet.
-    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    pub fn finish(&mut self, rec: &RecordingStream) {
         self.log(rec)
     }
 
     /// Starts an empty image of the same duration that contains a time (s).
-    fn turn_over(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
-        self.log(rec)?;
+    fn turn_over(&mut self, rec: &RecordingStream, time: f64) {
+        self.log(rec);
         let [start, end] = self.plot.x.range;
         let duration = end - start;
         let start = start + duration * self.plot.x.fraction(time).floor();
         self.plot.x = time_axis(start, duration);
-        let axes = Some(Moment::from(start));
-        self.plot.draw(rec, paths::SPECTROGRAM, axes)?;
+        self.plot.draw(rec, paths::SPECTROGRAM, start.into());
         self.levels.fill(f32::NEG_INFINITY);
         (self.logged, self.filled, self.time) = (0, 0, start);
         for tile in 0..WIDTH / TILE {
-            self.log_tile(rec, tile)?;
+            self.log_tile(rec, tile);
         }
-        Ok(())
     }
 
     fn merge(&mut self, pixel: usize, column: &[f32]) {
@@ -157,16 +148,15 @@ impl Spectrogram {
             .collect()
     }
 
-    fn log(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    fn log(&mut self, rec: &RecordingStream) {
         if self.filled == self.logged {
-            return Ok(());
+            return;
         }
-        self.log_tile(rec, (self.filled - 1) / TILE)?;
+        self.log_tile(rec, (self.filled - 1) / TILE);
         self.logged = self.filled;
-        Ok(())
     }
 
-    fn log_tile(&self, rec: &RecordingStream, tile: usize) -> Result<(), RecordError> {
+    fn log_tile(&self, rec: &RecordingStream, tile: usize) {
         let [low, high] = self.range_db;
         let mut pixels = Vec::with_capacity(3 * TILE * HEIGHT);
         for row in 0..HEIGHT {
@@ -176,12 +166,12 @@ impl Spectrogram {
             }
         }
         let image = Image::from_rgb24(pixels, [TILE as u32, HEIGHT as u32]);
-        stream::log_at(rec, paths::spectrogram_tile(tile), self.time, &image)
+        rec.log(paths::spectrogram_tile(tile), self.time, &image);
     }
 }
 
 /// Draws the ridges of tonal events over the spectrogram, with their numbers and levels.
-fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) -> Result<(), RecordError> {
+fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
     let ridges = signal.events.iter().map(|event| {
         let points = event.ridge.iter();
         let points = points.map(|p| plot.at(p.time_s, p.frequency_hz));
@@ -190,7 +180,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) -> Resul
     let ridges = LineStrips2D::new(ridges)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(0.8)]);
-    rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges)?;
+    rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges);
     let starts = signal
         .events
         .iter()
@@ -203,7 +193,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) -> Resul
         .with_show_labels(true)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
-    rec.log_static(paths::SPECTROGRAM_NUMBERS, &numbers)
+    rec.log_static(paths::SPECTROGRAM_NUMBERS, &numbers);
 }
 
 fn time_axis(start: f64, duration: f64) -> Axis {
@@ -245,6 +235,7 @@ fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
             ..hz
         }),
         grid: false,
+        legend: Vec::new(),
     };
     (plot, [low + offset, high + offset])
 }

@@ -4,47 +4,55 @@
 //! also for a disk or a viewer that does not respond; a stream into memory, such as that of a blueprint,
 //! never ends its threads; and the environment variable `RERUN` disables it. This stream batches rows into
 //! chunks of one entity like Rerun's, but on the caller's thread, and holds no resources after it is dropped.
+//!
+//! Logging does not fail: the first error of an encoding is kept and returned by [`RecordingStream::send_pending`], as the
+//! file and the viewer report theirs when they are flushed.
 
-use std::{cell::RefCell, collections::BTreeMap, fmt, sync::Arc};
+use std::{
+    cell::RefCell,
+    collections::BTreeMap,
+    fmt::{self, Display},
+    sync::Arc,
+};
 
 use crate::record::sdk::{
-    ApplicationId, AsComponents, EntityPath, RecordingInfo, SerializationError,
-    SerializedComponentColumn, SizeBytes as _, StoreId, StoreKind, TimeCell, TimeColumn, TimePoint,
-    TimelineName,
+    ApplicationId, AsComponents, Color, EntityPath, RecordingInfo, Scalars, SerializationError,
+    SerializedComponentColumn, SeriesLines, SizeBytes as _, StoreId, StoreKind, TimeCell,
+    TimeColumn, TimePoint, TimelineName,
+    components::Timestamp,
     external::re_log_types::{BlueprintActivationCommand, SetStoreInfo, StoreInfo},
-    log::{Chunk, ChunkBatcherConfig, ChunkId, LogMsg, PendingRow, RowId},
+    log::{Chunk, ChunkBatcherConfig, ChunkError, ChunkId, LogMsg, PendingRow, RowId},
+    new_store_info,
 };
 
 use super::{error::RecordError, paths};
+
+/// Rows of time series per batch. A larger batch needs fewer entries in the index of a file.
+const BATCH_ROWS: usize = 4000;
 
 /// A simulated time (s) in nanoseconds on the timeline.
 pub fn nanos(time: f64) -> i64 {
     (time * 1e9).round() as i64
 }
 
-/// A moment: a position on a timeline. An `f64` converts to a simulated time in s.
+/// A position on a timeline, or [`STATIC`]. An `f64` converts to a simulated time in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
-    timeline: TimelineName,
-    cell: TimeCell,
-}
+pub struct Moment(Option<(TimelineName, TimeCell)>);
+
+/// Always: static data.
+pub const STATIC: Moment = Moment(None);
 
 impl Moment {
     /// A tick of a timeline of sequence numbers.
     pub fn tick(timeline: TimelineName, tick: i64) -> Self {
-        Self {
-            timeline,
-            cell: TimeCell::from_sequence(tick),
-        }
+        Self(Some((timeline, TimeCell::from_sequence(tick))))
     }
 }
 
 impl From<f64> for Moment {
     fn from(time: f64) -> Self {
-        Self {
-            timeline: paths::TIMELINE.into(),
-            cell: TimeCell::from_duration_nanos(nanos(time)),
-        }
+        let time = TimeCell::from_duration_nanos(nanos(time));
+        Self(Some((paths::TIMELINE.into(), time)))
     }
 }
 
@@ -60,6 +68,10 @@ pub struct RecordingStream {
     store: StoreId,
     sink: Arc<dyn MessageSink>,
     waiting: RefCell<BTreeMap<EntityPath, PendingRows>>,
+    /// Pending rows of the entities with time series, sent in the order in which the entities were named.
+    series: RefCell<Vec<(String, PendingSeries)>>,
+    /// The first encoding that failed.
+    fault: RefCell<Option<RecordError>>,
 }
 
 /// Rows of an entity that wait for a larger batch.
@@ -69,17 +81,20 @@ struct PendingRows {
     bytes: u64,
 }
 
+/// Rows of time series that wait for a larger batch, all of the same width.
+#[derive(Default)]
+struct PendingSeries {
+    times: Vec<i64>,
+    values: Vec<f64>,
+}
+
 impl RecordingStream {
     /// Starts a new recording of an application.
-    ///
-    /// # Errors
-    /// [`RecordError::Encode`] if its properties cannot be encoded.
-    pub fn new(application: &'static str, sink: Arc<dyn MessageSink>) -> Result<Self, RecordError> {
+    pub fn new(application: &'static str, sink: Arc<dyn MessageSink>) -> Self {
         let rec = Self::with_kind(StoreKind::Recording, application.into(), sink);
-        let began = crate::record::sdk::components::Timestamp::now();
-        let info = RecordingInfo::new().with_start_time(began);
-        rec.log_static(EntityPath::properties(), &info)?;
-        Ok(rec)
+        let info = RecordingInfo::new().with_start_time(Timestamp::now());
+        rec.log_static(EntityPath::properties(), &info);
+        rec
     }
 
     /// A new blueprint for the application of this recording, with the same sink.
@@ -95,93 +110,156 @@ impl RecordingStream {
     }
 
     fn with_kind(kind: StoreKind, application: ApplicationId, sink: Arc<dyn MessageSink>) -> Self {
-        let made_by = crate::record::sdk::new_store_info(application.clone()).store_source;
+        let made_by = new_store_info(application.clone()).store_source;
         let store = StoreId::random(kind, application);
         let info = StoreInfo::new(store.clone(), made_by);
-        sink.send(LogMsg::SetStoreInfo(SetStoreInfo {
-            row_id: *RowId::new(),
-            info,
-        }));
+        let row_id = *RowId::new();
+        sink.send(LogMsg::SetStoreInfo(SetStoreInfo { row_id, info }));
         Self {
             store,
             sink,
             waiting: RefCell::default(),
+            series: RefCell::default(),
+            fault: RefCell::default(),
         }
     }
 
-    /// Logs static data.
-    ///
-    /// # Errors
-    /// [`RecordError::Encode`] if they cannot be encoded.
-    pub fn log_static(
-        &self,
-        path: impl Into<EntityPath>,
-        what: &dyn AsComponents,
-    ) -> Result<(), RecordError> {
-        self.push(path.into(), TimePoint::STATIC, what)
+    /// The value of a result; keeps the first error.
+    pub fn check<T, E: Display>(&self, result: Result<T, E>) -> Option<T> {
+        let keep = |error: &E| {
+            let mut fault = self.fault.borrow_mut();
+            fault.get_or_insert_with(|| RecordError::Encode(error.to_string()));
+        };
+        result.inspect_err(keep).ok()
     }
 
-    /// Sends a batch of rows.
-    ///
-    /// # Errors
-    /// [`RecordError::Encode`] if it cannot be encoded.
-    pub fn send_columns(
+    /// Logs static data.
+    pub fn log_static(&self, path: impl Into<EntityPath>, what: &dyn AsComponents) {
+        self.log(path, STATIC, what);
+    }
+
+    /// Logs a row; a full batch is sent.
+    pub fn log(&self, path: impl Into<EntityPath>, at: impl Into<Moment>, what: &dyn AsComponents) {
+        let Moment(at) = at.into();
+        let at = at.map_or(TimePoint::STATIC, |(timeline, time)| {
+            TimePoint::default().with_index(timeline, time)
+        });
+        let row = PendingRow::from_iter(at, what.as_serialized_batches());
+        if row.components.is_empty() {
+            return;
+        }
+        let path = path.into();
+        let mut entities = self.waiting.borrow_mut();
+        let waiting = entities.entry(path.clone()).or_default();
+        waiting.bytes += row.total_size_bytes();
+        waiting.rows.push(row);
+        if waiting.bytes >= ChunkBatcherConfig::DEFAULT.flush_num_bytes {
+            let full = std::mem::take(waiting);
+            self.send_chunks(path, full.rows);
+        }
+    }
+
+    /// Sends a batch of rows; `times` in ns, one per row.
+    pub fn send_rows(
         &self,
-        path: impl Into<EntityPath>,
-        index: TimeColumn,
-        columns: impl IntoIterator<Item = SerializedComponentColumn>,
-    ) -> Result<(), RecordError> {
-        let columns = columns.into_iter();
+        path: &str,
+        times: &[i64],
+        columns: Result<impl Iterator<Item = SerializedComponentColumn>, SerializationError>,
+    ) {
+        let columns = self.check(columns).into_iter().flatten();
         let columns = columns.map(|column| (column.descriptor, column.list_array));
-        let index = [(*index.timeline().name(), index)].into_iter().collect();
+        let times = TimeColumn::new_duration_nanos(paths::TIMELINE, times.iter().copied());
+        let times = [(*times.timeline().name(), times)].into_iter().collect();
         let id = ChunkId::new();
-        let chunk = Chunk::from_auto_row_ids(id, path.into(), index, columns.collect())?;
-        self.send_chunk(&chunk)
+        let chunk = Chunk::from_auto_row_ids(id, path.into(), times, columns.collect());
+        self.send_chunk(chunk);
+    }
+
+    /// Starts an entity of time series with names and colours; one that is started remains as it is.
+    pub fn name<N: Into<String>>(&self, path: &str, series: impl IntoIterator<Item = (N, Color)>) {
+        self.name_with_widths(path, [1.2], series);
+    }
+
+    /// As [`RecordingStream::name`], with line widths.
+    pub fn name_with_widths<N: Into<String>>(
+        &self,
+        path: &str,
+        widths: impl IntoIterator<Item = f32>,
+        series: impl IntoIterator<Item = (N, Color)>,
+    ) {
+        let series = series.into_iter().map(|(name, color)| (name.into(), color));
+        let (names, colors): (Vec<String>, Vec<Color>) = series.unzip();
+        let style = SeriesLines::new().with_names(names).with_colors(colors);
+        self.start(path, &style.with_widths(widths));
+    }
+
+    /// Starts an entity of time series with a static style; one that is started remains as it is.
+    pub fn start(&self, path: &str, style: &SeriesLines) {
+        let mut all = self.series.borrow_mut();
+        if !all.iter().any(|(known, _)| known == path) {
+            self.log_static(path, style);
+            all.push((path.to_owned(), PendingSeries::default()));
+        }
+    }
+
+    /// Adds a row of time series at a time (s), as [`RecordingStream::rows`].
+    pub fn row(&self, path: &str, time: f64, row: impl IntoIterator<Item = f64>) {
+        self.rows(path, [(time, row)]);
+    }
+
+    /// Adds rows of time series, each with its time (s) and a value for each series. Rows of an entity that was not
+    /// started are ignored: the run has no such series. A full batch is sent.
+    pub fn rows<R: IntoIterator<Item = f64>>(
+        &self,
+        path: &str,
+        rows: impl IntoIterator<Item = (f64, R)>,
+    ) {
+        let mut all = self.series.borrow_mut();
+        let Some((_, pending)) = all.iter_mut().find(|(known, _)| known == path) else {
+            return;
+        };
+        for (time, row) in rows {
+            pending.times.push(nanos(time));
+            pending.values.extend(row);
+        }
+        if pending.times.len() >= BATCH_ROWS {
+            self.send_series(path, pending);
+        }
+    }
+
+    fn send_series(&self, path: &str, pending: &mut PendingSeries) {
+        let PendingSeries { times, values } = std::mem::take(pending);
+        if !times.is_empty() {
+            let lengths = std::iter::repeat_n(values.len() / times.len(), times.len());
+            self.send_rows(path, &times, Scalars::new(values).columns(lengths));
+        }
     }
 
     /// Sends all pending rows.
     ///
     /// # Errors
-    /// [`RecordError::Encode`] if they cannot be encoded.
+    /// [`RecordError::Encode`] if anything logged so far could not be encoded.
     pub fn send_pending(&self) -> Result<(), RecordError> {
-        let waiting = self.waiting.take();
-        waiting
-            .into_iter()
-            .try_for_each(|(path, waiting)| self.send_chunks(path, waiting.rows))
+        for (path, pending) in &mut *self.series.borrow_mut() {
+            self.send_series(path, pending);
+        }
+        for (path, waiting) in self.waiting.take() {
+            self.send_chunks(path, waiting.rows);
+        }
+        self.fault.take().map_or(Ok(()), Err)
     }
 
-    /// Adds a row, and sends the batch if it is full.
-    fn push(
-        &self,
-        path: EntityPath,
-        timepoint: TimePoint,
-        what: &dyn AsComponents,
-    ) -> Result<(), RecordError> {
-        let row = PendingRow::from_iter(timepoint, what.as_serialized_batches());
-        if row.components.is_empty() {
-            return Ok(());
-        }
-        let mut entities = self.waiting.borrow_mut();
-        let waiting = entities.entry(path.clone()).or_default();
-        waiting.bytes += row.total_size_bytes();
-        waiting.rows.push(row);
-        if waiting.bytes < ChunkBatcherConfig::DEFAULT.flush_num_bytes {
-            return Ok(());
-        }
-        let full = std::mem::take(waiting);
-        self.send_chunks(path, full.rows)
-    }
-
-    fn send_chunks(&self, path: EntityPath, rows: Vec<PendingRow>) -> Result<(), RecordError> {
+    fn send_chunks(&self, path: EntityPath, rows: Vec<PendingRow>) {
         let unsorted = ChunkBatcherConfig::DEFAULT.chunk_max_rows_if_unsorted;
-        PendingRow::many_into_chunks(path, unsorted, rows)
-            .try_for_each(|chunk| self.send_chunk(&chunk?))
+        PendingRow::many_into_chunks(path, unsorted, rows).for_each(|chunk| self.send_chunk(chunk));
     }
 
-    fn send_chunk(&self, chunk: &Chunk) -> Result<(), RecordError> {
-        let message = LogMsg::ArrowMsg(self.store.clone(), chunk.to_arrow_msg()?);
-        self.sink.send(message);
-        Ok(())
+    fn send_chunk(&self, chunk: Result<Chunk, ChunkError>) {
+        let message = chunk.and_then(|chunk| chunk.to_arrow_msg());
+        if let Some(message) = self.check(message) {
+            self.sink
+                .send(LogMsg::ArrowMsg(self.store.clone(), message));
+        }
     }
 }
 
@@ -191,43 +269,4 @@ impl fmt::Debug for RecordingStream {
             .field("store", &self.store)
             .finish_non_exhaustive()
     }
-}
-
-/// Logs a row at a simulated time (s) or another position on a timeline.
-pub fn log_at(
-    rec: &RecordingStream,
-    path: impl Into<EntityPath>,
-    at: impl Into<Moment>,
-    what: &dyn AsComponents,
-) -> Result<(), RecordError> {
-    let Moment { timeline, cell } = at.into();
-    let timepoint = TimePoint::default().with_index(timeline, cell);
-    rec.push(path.into(), timepoint, what)
-}
-
-/// Logs a row from a moment on, or static.
-pub fn log_from(
-    rec: &RecordingStream,
-    path: impl Into<EntityPath>,
-    from: Option<Moment>,
-    what: &dyn AsComponents,
-) -> Result<(), RecordError> {
-    match from {
-        Some(from) => log_at(rec, path, from, what),
-        None => rec.log_static(path, what),
-    }
-}
-
-/// Sends a batch of rows; `times` in ns, one per row.
-pub fn send_rows<I>(
-    rec: &RecordingStream,
-    path: &str,
-    times: &[i64],
-    columns: Result<I, SerializationError>,
-) -> Result<(), RecordError>
-where
-    I: Iterator<Item = SerializedComponentColumn>,
-{
-    let index = TimeColumn::new_duration_nanos(paths::TIMELINE, times.iter().copied());
-    rec.send_columns(path, index, columns?)
 }

@@ -1,14 +1,11 @@
 //! The texts of a recording: description, narration and log.
 
-use crate::record::sdk::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
-
-use super::{
-    RERUN_VERSION,
-    error::RecordError,
-    paths,
-    stream::{self, RecordingStream},
-    style,
+use crate::record::sdk::{
+    DynamicArchetype, EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel,
+    components::Text,
 };
+
+use super::{RERUN_VERSION, paths, stream::RecordingStream, style};
 use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
 use crate::plot::{Unit, shown};
 use crate::scene::Scene;
@@ -87,9 +84,9 @@ impl<'a> From<&'a Header> for Origin<'a> {
 }
 
 /// Logs the properties of the recording: versions, scene, command.
-pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), RecordError> {
+pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) {
     let name = RecordingInfo::update_fields().with_name(&*escape::line(origin.name));
-    rec.log_static(EntityPath::properties(), &name)?;
+    rec.log_static(EntityPath::properties(), &name);
     let fields = [
         ("scene", origin.scene),
         ("scene_text", origin.scene_text),
@@ -97,18 +94,16 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
         ("squeakscope_version", VERSION),
         ("rerun_version", RERUN_VERSION),
     ];
-    let run = fields.into_iter().fold(
-        crate::record::sdk::DynamicArchetype::new("squeakscope.Run"),
-        |run, (name, value)| {
-            run.with_component::<crate::record::sdk::components::Text>(name, [value.to_owned()])
-        },
-    );
+    let mut run = DynamicArchetype::new("squeakscope.Run");
+    for (name, value) in fields {
+        run = run.with_component::<Text>(name, [value.to_owned()]);
+    }
     let path = EntityPath::properties().join(&EntityPath::from(paths::RUN_PROPERTY));
-    rec.log_static(path, &run)
+    rec.log_static(path, &run);
 }
 
 /// Logs the description of the run, and the initial narration.
-pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
+pub fn log_about(rec: &RecordingStream, header: &Header) {
     let about = format!(
         "# {title}\n\n{about}\n\n## Views\n\n{reading}\n{moving}\n\n{subject}\
          squeakscope {version}, Rerun {RERUN_VERSION}. Command: {command}.\n",
@@ -124,7 +119,7 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
         version = VERSION,
         command = escape::code(&header.command),
     );
-    rec.log_static(paths::ABOUT, &document(about))?;
+    rec.log_static(paths::ABOUT, &document(about));
     let opening = match header.subject {
         Subject::Joint(_) => {
             "## Start of the run\n\nThe joint slides steadily; a small kick excites its modes."
@@ -200,12 +195,7 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
 
 /// Logs the narration: an observation as Markdown with its own heading, and below it the title and the
 /// description of the scene, which describe the scene as written and not the present motion.
-pub fn narrate(
-    rec: &RecordingStream,
-    header: &Header,
-    time: f64,
-    words: &str,
-) -> Result<(), RecordError> {
+pub fn narrate(rec: &RecordingStream, header: &Header, time: f64, words: &str) {
     let facts = match &header.subject {
         Subject::Joint(joint) => format!(
             "Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.",
@@ -239,27 +229,17 @@ pub fn narrate(
         about = header.about,
         version = VERSION,
     );
-    stream::log_at(rec, paths::NARRATION, time, &document(text))
+    rec.log(paths::NARRATION, time, &document(text));
 }
 
-/// Logs an event of the run.
-pub fn note(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
-    let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::INFO);
-    stream::log_at(rec, paths::LOG, time, &line)
-}
-
-/// Logs a warning.
-pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
-    let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::WARN);
-    stream::log_at(rec, paths::LOG, time, &line)
+/// Logs an event of the run, or a warning.
+pub fn note(rec: &RecordingStream, time: f64, words: &str, level: &str) {
+    let line = TextLog::new(&*escape::line(words)).with_level(level);
+    rec.log(paths::LOG, time, &line);
 }
 
 /// Logs the summary of the run.
-pub fn summarise(
-    rec: &RecordingStream,
-    header: &Header,
-    summary: &Summary,
-) -> Result<(), RecordError> {
+pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     let lines = summary.peaks.iter().take(4);
     let lines: Vec<String> = lines
         .map(|line| Unit::write(line.frequency, "Hz"))
@@ -310,5 +290,5 @@ pub fn summarise(
         }
     };
     let line = TextLog::new(words).with_level(TextLogLevel::INFO);
-    stream::log_at(rec, paths::LOG, header.start() + summary.simulated, &line)
+    rec.log(paths::LOG, header.start() + summary.simulated, &line);
 }

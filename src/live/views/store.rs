@@ -196,7 +196,7 @@ impl State {
                 let amplitude: Vec<f32> = amplitude.iter().map(|&a| a as f32).collect();
                 let (amplitude, bin) = self.pooled(&amplitude, bin, SPECTRUM_BINS);
                 let lines = serde_json::to_value(&peaks).unwrap_or_default();
-                let amplitudes = amplitude.iter().map(|a| f64::from(*a));
+                let amplitudes = amplitude.iter().map(|a| f64::from(*a)).collect();
                 self.lesson.add_spectrum(bin, amplitudes, &peaks);
                 self.strobe.frequency = peaks.first().map_or(0.0, |line| line.frequency);
                 self.spectrum.set(Spectrum {

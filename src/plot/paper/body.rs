@@ -27,30 +27,26 @@ pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figur
     let scaled = |v: [f64; 3], by: f64| v.map(|x| by * x);
     // The load presses the ball against the socket along `direction`, from outside.
     let ends = [3.4, 1.05].map(|by| place(scaled(direction, by * radius)));
-    let load = Layer::line(arrow(ends), Color::Accent);
+    let newtons = ball.spec().load;
+    let load = Layer::line(arrow(ends), Color::Accent).with_label(format!("load {newtons} N"));
     let rotation = ball.spec().rotation;
     let size = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
     let tip = scaled(rotation, 2.6 * radius / size.max(f64::MIN_POSITIVE));
-    let turning = Layer::line(arrow([[0.0; 3], tip].map(place)), Color::Series(0));
+    let turning = Layer::line(arrow([[0.0; 3], tip].map(place)), Color::Series(0))
+        .with_label(format!("rotation {size:.3} rad/s"));
     let configuration = Panel::new(
         format!("load tilted by {:.1}°", tilt.to_degrees()),
         Axis::linear("mm", [-105.0, 105.0]),
         Axis::linear("mm", [-225.0, 65.0]),
         vec![
             wires(&mesh, Color::Ink, |_, at| at),
-            load.with_line_width(1.6)
-                .with_label(format!("load {} N", ball.spec().load)),
-            turning
-                .with_line_width(1.6)
-                .with_label(format!("rotation {size:.3} rad/s")),
+            load.with_size(1.6),
+            turning.with_size(1.6),
         ],
     );
-    Ok(Figure::new(
-        "figure-1",
-        "Fig. 1: configuration, and pre-stress on the contact patch",
-        112.0,
-        vec![vec![configuration, pre_stress(ball, model, direction)]],
-    ))
+    let title = "Fig. 1: configuration, and pre-stress on the contact patch";
+    let row = vec![configuration, pre_stress(ball, model, direction)];
+    Ok(Figure::new("figure-1", title, 112.0, vec![row]))
 }
 
 /// Pre-stress of the contact nodes over the distance from the centre of the patch, compared with Hertz.
@@ -67,10 +63,8 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
     let middle = 1.5 * ball.spec().load / (std::f64::consts::PI * radius * radius);
     let curve = (0..=200).map(|k| {
         let s = f64::from(k) / 200.0;
-        [
-            1e3 * radius * s,
-            1e-6 * middle * (1.0 - s * s).max(0.0).sqrt(),
-        ]
+        let pressure = middle * (1.0 - s * s).max(0.0).sqrt();
+        [1e3 * radius * s, 1e-6 * pressure]
     });
     Panel::new(
         format!("pre-stress on the patch, up to {:.2} MPa", 1e-6 * middle),
@@ -111,18 +105,11 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
             std::array::from_fn(|i| at[i] + drawn / largest * shape(vertex)[i])
         });
         let title = format!("{name}, {:.0} Hz", ball.frequencies_hz()[mode]);
-        panels.push(panel(
-            title,
-            vec![wires(&mesh, Color::Pale, |_, at| at), moved],
-        ));
+        let rest = wires(&mesh, Color::Pale, |_, at| at);
+        panels.push(panel(title, vec![rest, moved]));
     }
-    Ok(Figure::grid(
-        "figure-2",
-        "Fig. 2: mode shapes",
-        78.0,
-        4,
-        &panels,
-    ))
+    let title = "Fig. 2: mode shapes";
+    Ok(Figure::grid("figure-2", title, 78.0, 4, &panels))
 }
 
 /// Rings and meridians of the surface, with each vertex displaced by `moved`.
@@ -135,7 +122,7 @@ fn wires(mesh: &SurfaceMesh, color: Color, moved: impl Fn(usize, [f64; 3]) -> [f
     let rings = rings.map(|ring| (0..=ROUND).map(|j| at(ring, j)).collect());
     let meridians = (0..ROUND).step_by(2);
     let meridians = meridians.map(|j| (0..ALONG).map(|ring| at(ring, j)).collect());
-    Layer::lines(rings.chain(meridians).collect(), color).with_line_width(0.5)
+    Layer::lines(rings.chain(meridians).collect(), color).with_size(0.5)
 }
 
 /// Projection of a point in space (m) onto the page (mm).

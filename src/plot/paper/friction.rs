@@ -23,13 +23,10 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
             .map(|speed| [1e3 * speed, law.coefficient(speed)])
             .collect()
     };
-    let words = |law: &Stribeck| format!("d = {}, f = {} s/m", law.creep, law.stribeck);
+    let factors = |law: &Stribeck| format!("d = {}, f = {} s/m", law.creep, law.stribeck);
     let at = |law: &Stribeck| {
-        format!(
-            "μ = {:.3}, slope {:.2} s/m",
-            law.coefficient(sliding),
-            law.slope(sliding)
-        )
+        let (mu, slope) = (law.coefficient(sliding), law.slope(sliding));
+        format!("μ = {mu:.3}, slope {slope:.2} s/m")
     };
     let panel = Panel::new(
         format!("used here: {}; as printed: {}", at(law), at(&printed)),
@@ -37,16 +34,14 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
         Axis::linear("coefficient of friction", [0.0, 1.08 * law.mu_s]),
         vec![
             Layer::line(curve(law), Color::Series(0))
-                .with_label(format!("used here: {}", words(law))),
+                .with_label(format!("used here: {}", factors(law))),
             Layer::line(curve(&printed), Color::Series(2))
-                .with_label(format!("as printed: {}", words(&printed))),
+                .with_label(format!("as printed: {}", factors(&printed))),
             Layer::vertical_line(1e3 * sliding, Color::Faint)
                 .with_label(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
         ],
     );
-    let title = format!(
-        "Fig. 3: friction curve, μs = {}, μd = {}",
-        law.mu_s, law.mu_d
-    );
+    let (mu_s, mu_d) = (law.mu_s, law.mu_d);
+    let title = format!("Fig. 3: friction curve, μs = {mu_s}, μd = {mu_d}");
     Figure::new("figure-3", title, 85.0, vec![vec![panel]])
 }

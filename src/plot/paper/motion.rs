@@ -3,7 +3,7 @@
 use crate::analysis::{delay::DelayChoice, recurrence::RecurrenceImage};
 use crate::joint::ExplainedMode;
 use crate::plot::response::{
-    self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, section, section_axes,
+    self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, samples, section, section_axes,
 };
 use crate::plot::sensitivities::contributions;
 use crate::plot::{Figure, Panel, false_neighbours, mutual_information};
@@ -35,16 +35,15 @@ pub fn motion(
     let mut panels = vec![growth.with_title(format!("{unstable} unstable modes"))];
     if let Some(portrait) = &response.portrait {
         let color = response::color(response);
-        let strongest = response
-            .lines
-            .first()
-            .map_or(SMALLEST[0], |line| line.amplitude);
+        let strongest = response.lines.first();
+        let strongest = strongest.map_or(SMALLEST[0], |line| line.amplitude);
         let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);
+        let (dt, fine) = (portrait.dt, interpolated(&samples(portrait), portrait.dt));
         panels.extend([
-            response::time_series(portrait, color),
-            response::phase_portrait(&interpolated(portrait), None, color),
+            response::time_series(&fine, dt, color),
+            response::phase_portrait(&fine, None, color),
             response::spectrum(&plane, portrait, &response.lines),
-            response::reconstruction(portrait, color),
+            response::reconstruction(&fine, dt, color),
             response::recurrence(recurrence(portrait).as_ref(), false),
         ]);
     }
@@ -65,17 +64,15 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let delay = 1e6 * dt * choice.lag as f64;
+    let dimension = choice.dimension;
+    let title = format!("a: average mutual information: delay {delay:.0} µs");
     let information = mutual_information(choice, "s", dt)
-        .with_title(format!(
-            "a: average mutual information: delay {delay:.0} µs"
-        ))
+        .with_title(title)
         .with_top_label(format!("{} samples", choice.lag));
+    let title = format!("b: false nearest neighbours: dimension {dimension}");
     let neighbours = false_neighbours(choice)
-        .with_title(format!(
-            "b: false nearest neighbours: dimension {}",
-            choice.dimension
-        ))
-        .with_top_label(format!("m = {}", choice.dimension));
+        .with_title(title)
+        .with_top_label(format!("m = {dimension}"));
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
     Figure::new("figure-8", title, 80.0, vec![vec![information, neighbours]])
 }
@@ -104,7 +101,7 @@ pub fn sections(points: &[(f64, &SettledResponse)]) -> Figure {
         .iter()
         .map(|point| section(&plane, Some(point.1)).with_title(title(point)));
     let panels: Vec<Panel> = panels.collect();
-    let microseconds = 1e6 * LAG;
-    let title = format!("Fig. 10: Poincaré sections at u(t + τ) = 0, τ = {microseconds:.0} µs");
+    let us = 1e6 * LAG;
+    let title = format!("Fig. 10: Poincaré sections at u(t + τ) = 0, τ = {us:.0} µs");
     Figure::grid("figure-10", title, 54.0, ROW, &panels)
 }

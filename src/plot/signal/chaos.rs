@@ -1,12 +1,9 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{Picture, SignalFigures, skipped_panel};
-use crate::analysis::{
-    chaos::Divergence,
-    regime::{Evidence, Regime},
-};
-use crate::plot::{Axis, Color, Layer, Panel, chaos};
-use crate::study::signal::{Outcome, SkipReason};
+use crate::analysis::{chaos::Divergence, regime::Evidence};
+use crate::plot::{Axis, Color, Layer, Panel, chaos, figure::regime_legend};
+use crate::study::signal::Outcome;
 
 impl SignalFigures<'_> {
     pub fn divergence(&self) -> Picture {
@@ -14,7 +11,7 @@ impl SignalFigures<'_> {
             self.divergence_panel("Rosenstein", &self.report.rosenstein),
             self.divergence_panel("Kantz", &self.report.kantz),
         ];
-        (82.0, vec![row])
+        Ok((82.0, vec![row]))
     }
 
     /// Mean logarithmic distance over time, with the linear scaling region.
@@ -25,7 +22,7 @@ impl SignalFigures<'_> {
         }
     }
 
-    pub fn zero_one(&self) -> Result<Picture, SkipReason> {
+    pub fn zero_one(&self) -> Picture {
         let test = self.report.zero_one.get()?;
         let k = Panel::new(
             format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
@@ -39,7 +36,7 @@ impl SignalFigures<'_> {
         Ok((84.0, vec![vec![k, path]]))
     }
 
-    pub fn regime(&self) -> Result<Picture, SkipReason> {
+    pub fn regime(&self) -> Picture {
         let verdict = self.report.verdict.get()?;
         // What matters, as many as a slide has room for.
         let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
@@ -52,11 +49,8 @@ impl SignalFigures<'_> {
         let largest = evidence.iter().map(|piece| piece.contribution);
         let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
         let mut panel = Panel::bars(verdict.summary(), axis, names.collect(), parts);
-        let supported = |regime: &Regime| evidence.iter().any(|e| e.supports == *regime);
-        let keys = Regime::ALL.into_iter().filter(supported);
-        let keys =
-            keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
-        panel.layers.extend(keys);
+        let is_supported = |regime| evidence.iter().any(|e| e.supports == regime);
+        panel.layers.extend(regime_legend(is_supported));
         Ok((34.0 + 7.0 * evidence.len() as f64, vec![vec![panel]]))
     }
 }

@@ -9,7 +9,7 @@ const RIDGE: Color = Color::Series(6);
 impl SignalFigures<'_> {
     /// The spectrogram with the ridges of the events, numbered at their starts.
     pub fn events(&self) -> Picture {
-        let mut panel = self.spectrogram();
+        let mut panel = self.spectrogram_panel();
         let events = self.report.events();
         let title = match (&self.report.sound, events.len()) {
             (None, _) => "no tonal events: the sample rate is not that of sound",
@@ -24,7 +24,7 @@ impl SignalFigures<'_> {
                 let ridge = event.ridge.iter();
                 ridge.map(|p| [p.time_s, p.frequency_hz]).collect()
             });
-            let ridges = Layer::lines(ridges.collect(), RIDGE).with_line_width(1.3);
+            let ridges = Layer::lines(ridges.collect(), RIDGE).with_size(1.3);
             let starts = events.iter().zip(1..).map(|(event, number)| {
                 let start = [event.start_s, event.frequency_at(event.start_s)];
                 (start, format!("{number}: {:.1}", event.level_db))
@@ -35,6 +35,6 @@ impl SignalFigures<'_> {
             };
             panel.layers.extend([ridges.with_id("ridges"), starts]);
         }
-        (88.0, vec![vec![panel.with_title(title)]])
+        Ok((88.0, vec![vec![panel.with_title(title)]]))
     }
 }

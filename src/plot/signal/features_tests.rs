@@ -17,18 +17,18 @@ type Feature = fn(&SignalFigures<'_>) -> Panel;
 /// Panel of each feature, and what it shows in a signal of which family: with the feature, and without it.
 const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
-        |view| first(view.spectrum()),
+        |view| first(view.spectrum().expect("analysed")),
         [
             ["one tone", "squeak, locked harmonics"],
             ["more than one tone", "two tones in noise"],
         ],
     ),
     (
-        |view| first(view.spectrum()),
+        |view| first(view.spectrum().expect("analysed")),
         [["two tones", "torus"], ["more than two tones", "music"]],
     ),
     (
-        |view| first(view.spectrum()),
+        |view| first(view.spectrum().expect("analysed")),
         [
             ["broadband floor", "Lorenz"],
             ["no broadband floor", "periodic"],
@@ -56,7 +56,7 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |view| first(view.divergence()),
+        |view| first(view.divergence().expect("analysed")),
         [
             ["divergence", "Roessler"],
             ["no divergence", "van der Pol, torus"],
@@ -70,16 +70,16 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |view| first(view.waveform()),
+        |view| first(view.waveform().expect("analysed")),
         [["steady", "periodic"], ["not steady", "decay or growth"]],
     ),
     (
-        |view| first(view.waveform()),
+        |view| first(view.waveform().expect("analysed")),
         [["long record", "noisy periodic"], ["short record", "short"]],
     ),
 ];
 
-fn first((_, rows): super::Picture) -> Panel {
+fn first((_, rows): (f64, Vec<Vec<Panel>>)) -> Panel {
     rows[0][0].clone()
 }
 
@@ -116,8 +116,8 @@ fn panel(picture: Feature, [title, name]: [&str; 2]) -> Panel {
     for layer in &mut panel.layers {
         layer.label.clear();
         match &mut layer.shape {
-            Shape::Lines { strips, .. } => strips.iter_mut().for_each(thin),
-            Shape::Points { points, .. } => points.truncate(POINTS),
+            Shape::Lines(strips) => strips.iter_mut().for_each(thin),
+            Shape::Points(points) => points.truncate(POINTS),
             _ => {}
         }
     }

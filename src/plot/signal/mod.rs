@@ -15,56 +15,59 @@ use crate::study::signal::{SignalAnalysis, SkipReason};
 const MOST_POINTS: usize = 4000;
 
 /// The rows of a figure and its height, mm.
-type Picture = (f64, Vec<Vec<Panel>>);
+type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
-/// Names of the figures of [`signal_figures`].
-pub const SIGNAL_FIGURES: [&str; 13] = [
-    "events",
-    "waveform",
-    "spectrum",
-    "spectrogram",
-    "delay",
-    "portrait",
-    "recurrence",
-    "measures",
-    "section",
-    "return_times",
-    "divergence",
-    "zero_one",
-    "regime",
-];
+/// A figure: name, what it shows, and its picture.
+type Drawing<'a> = (
+    &'static str,
+    &'static str,
+    fn(&SignalFigures<'a>) -> Picture,
+);
 
-/// The figures of a report, in the order of [`SIGNAL_FIGURES`].
+fn drawings<'a>() -> [Drawing<'a>; 13] {
+    type View<'a> = SignalFigures<'a>;
+    [
+        ("events", "Tonal events", View::events),
+        ("waveform", "Waveform", View::waveform),
+        ("spectrum", "Spectrum", View::spectrum),
+        ("spectrogram", "Spectrogram", View::spectrogram),
+        ("delay", "Delay and dimension", View::delay),
+        ("portrait", "Delay portrait", View::portrait),
+        ("recurrence", "Recurrence plot", View::recurrence),
+        (
+            "measures",
+            "Recurrence quantification over time",
+            View::measures,
+        ),
+        ("section", "Poincaré section y(t + τ) = mean", View::section),
+        (
+            "return_times",
+            "Times between the crossings of the Poincaré section",
+            View::return_times,
+        ),
+        (
+            "divergence",
+            "Divergence of nearby states",
+            View::divergence,
+        ),
+        ("zero_one", "0–1 test for chaos", View::zero_one),
+        ("regime", "Type of motion", View::regime),
+    ]
+}
+
+/// Names of the figures of [`signal_figures`], in their order.
+pub fn signal_figure_names() -> [&'static str; 13] {
+    drawings().map(|(name, ..)| name)
+}
+
+/// The figures of a report.
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
     let view = SignalFigures::new(report);
-    let pictures = [
-        ("Tonal events", Ok(view.events())),
-        ("Waveform", Ok(view.waveform())),
-        ("Spectrum", Ok(view.spectrum())),
-        ("Spectrogram", Ok((88.0, vec![vec![view.spectrogram()]]))),
-        ("Delay and dimension", view.delay()),
-        ("Delay portrait", view.portrait()),
-        ("Recurrence plot", view.recurrence()),
-        ("Recurrence quantification over time", view.measures()),
-        ("Poincaré section y(t + τ) = mean", view.section()),
-        (
-            "Times between the crossings of the Poincaré section",
-            view.return_times(),
-        ),
-        ("Divergence of nearby states", Ok(view.divergence())),
-        ("0–1 test for chaos", view.zero_one()),
-        ("Type of motion", view.regime()),
-    ];
-    let figures = SIGNAL_FIGURES.into_iter().zip(pictures);
-    let figures = figures.map(|(name, (title, picture))| {
+    let figures = drawings().into_iter().map(|(name, title, picture)| {
         let skipped = |reason| (60.0, vec![vec![skipped_panel("skipped", reason)]]);
-        let (height, rows) = picture.unwrap_or_else(skipped);
-        Figure::new(
-            name,
-            format!("{title} of {}", report.signal.name),
-            height,
-            rows,
-        )
+        let (height, rows) = picture(&view).unwrap_or_else(skipped);
+        let title = format!("{title} of {}", report.signal.name);
+        Figure::new(name, title, height, rows)
     });
     figures.collect()
 }
@@ -104,12 +107,9 @@ impl<'a> SignalFigures<'a> {
 
     /// An axis of frequencies up to the highest, Hz.
     fn frequency_axis(&self, highest: f64) -> Axis {
-        let unit = if self.report.signal.rate >= 4000.0 {
-            1e3
-        } else {
-            1.0
-        };
-        Axis::linear("frequency", [0.0, highest]).written_in(Unit::of("Hz", unit))
+        let is_fast = self.report.signal.rate >= 4000.0;
+        let unit = Unit::of("Hz", if is_fast { 1e3 } else { 1.0 });
+        Axis::linear("frequency", [0.0, highest]).written_in(unit)
     }
 
     /// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.
@@ -135,8 +135,11 @@ fn skipped_panel(title: &str, reason: SkipReason) -> Panel {
 /// samples.
 fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
     if values.len() <= MOST_POINTS {
-        let values = values.iter().enumerate();
-        return values.map(|(k, &v)| [at(k), v]).collect();
+        return values
+            .iter()
+            .enumerate()
+            .map(|(k, &v)| [at(k), v])
+            .collect();
     }
     let stretch = values.len().div_ceil(MOST_POINTS / 2);
     let pair = |(n, part): (usize, &[f64])| {

@@ -5,10 +5,9 @@ use crate::analysis::recurrence::{Measures, RecurrencePeriods};
 use crate::plot::axis::extent;
 use crate::plot::unit::Unit;
 use crate::plot::{Axis, Color, Layer, Panel, response};
-use crate::study::signal::SkipReason;
 
 impl SignalFigures<'_> {
-    pub fn recurrence(&self) -> Result<Picture, SkipReason> {
+    pub fn recurrence(&self) -> Picture {
         let recurrence = self.report.recurrence.get()?;
         let picture = &recurrence.picture;
         let mut panel = response::recurrence(Some(picture), true);
@@ -19,12 +18,11 @@ impl SignalFigures<'_> {
         Ok((115.0, vec![vec![panel]]))
     }
 
-    pub fn measures(&self) -> Result<Picture, SkipReason> {
+    pub fn measures(&self) -> Picture {
         let along = &self.report.recurrence.get()?.along;
         let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
-            let points = along
-                .iter()
-                .filter_map(|at| Some([at.time, value(&at.measures)?]));
+            let points = along.iter();
+            let points = points.filter_map(|at| Some([at.time, value(&at.measures)?]));
             Layer::line(points.collect(), color).with_label(label)
         };
         let most = |layers: &[Layer]| {

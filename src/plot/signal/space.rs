@@ -5,10 +5,9 @@ use crate::plot::axis::extent;
 use crate::plot::run::range_shown;
 use crate::plot::section::SectionAxes;
 use crate::plot::{Color, Layer, Panel, false_neighbours, mutual_information};
-use crate::study::signal::SkipReason;
 
 impl SignalFigures<'_> {
-    pub fn delay(&self) -> Result<Picture, SkipReason> {
+    pub fn delay(&self) -> Picture {
         let delay = &self.report.embedding.get()?.choice;
         let mutual = mutual_information(delay, "samples", 1.0);
         let mutual = mutual.with_top_label(format!("τ = {}", delay.lag));
@@ -17,22 +16,20 @@ impl SignalFigures<'_> {
         Ok((76.0, vec![vec![mutual, neighbours]]))
     }
 
-    pub fn portrait(&self) -> Result<Picture, SkipReason> {
+    pub fn portrait(&self) -> Picture {
         let lag = self.report.embedding.get()?.choice.lag;
         let samples = &self.report.analysed().samples;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS)..count;
         let points: Vec<[f64; 2]> = newest.map(|k| [samples[k], samples[k + lag]]).collect();
-        let panel = Panel::new(
-            format!("delay {lag} samples, the last {}", points.len()),
-            self.samples_axis("y(t)"),
-            self.samples_axis("y(t + τ)"),
-            vec![Layer::line(points, Color::Ink).with_line_width(0.6)],
-        );
+        let title = format!("delay {lag} samples, the last {}", points.len());
+        let [x, y] = ["y(t)", "y(t + τ)"].map(|name| self.samples_axis(name));
+        let curve = Layer::line(points, Color::Ink).with_size(0.6);
+        let panel = Panel::new(title, x, y, vec![curve]);
         Ok((108.0, vec![vec![panel.square()]]))
     }
 
-    pub fn section(&self) -> Result<Picture, SkipReason> {
+    pub fn section(&self) -> Picture {
         let section = self.report.section.get()?;
         let points: Vec<[f64; 2]> = section.passages.iter().map(|passage| passage.at).collect();
         let mut axes = self.section_axes();
@@ -49,7 +46,7 @@ impl SignalFigures<'_> {
         SectionAxes::delayed("y", &self.report.signal.unit, range_shown(span))
     }
 
-    pub fn return_times(&self) -> Result<Picture, SkipReason> {
+    pub fn return_times(&self) -> Picture {
         let passages = self.report.section.get()?.passages.iter();
         let times: Vec<f64> = passages.map(|passage| passage.time).collect();
         let panel = self.section_axes().return_times(&times, Color::Ink);

@@ -8,7 +8,7 @@ use crate::analysis::{
 use crate::number::significant;
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};
-use crate::plot::{Axis, Color, Image, Layer, Panel, Swatch};
+use crate::plot::{Axis, Color, Image, Layer, Panel, Swatch, Unit};
 
 /// Periods shown in the detail panel; without a period, hundredths of the signal.
 const CLOSE_PERIODS: f64 = 12.0;
@@ -37,23 +37,26 @@ impl SignalFigures<'_> {
                 title,
                 self.time_axis(times),
                 y.written_in(self.unit.clone()),
-                vec![Layer::line(curve, Color::Ink).with_line_width(0.8)],
+                vec![Layer::line(curve, Color::Ink).with_size(0.8)],
             )
         };
         let whole = panel("whole signal", 0);
         let end = panel("end of the signal", count - close);
-        (112.0, vec![vec![whole], vec![end]])
+        Ok((112.0, vec![vec![whole], vec![end]]))
     }
 
     pub fn spectrum(&self) -> Picture {
         let spectrum = &self.report.spectrum;
         let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
         // Relative to the strongest line, or to a sine of 20 uPa RMS.
+        let sound = LevelReference::SoundPressure;
         let is_pressure = self.report.signal.unit == LevelReference::PASCAL;
-        let zero = if is_pressure {
-            LevelReference::SoundPressure.amplitude(strongest)
+        let (zero, reference) = if is_pressure {
+            (sound.amplitude(strongest), sound.to_string())
         } else {
-            strongest.max(1e-300)
+            let Unit { symbol, factor } = &self.unit;
+            let shown = significant(strongest * factor, 3);
+            (strongest.max(1e-300), format!("dB re {shown} {symbol}"))
         };
         let level = |a: f64| 20.0 * (a.max(1e-12 * strongest).max(1e-300) / zero).log10();
         let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
@@ -66,36 +69,24 @@ impl SignalFigures<'_> {
             let at = [named.line.frequency, level(named.line.amplitude)];
             (!named.line.label.is_empty()).then(|| (at, named.line.label.clone()))
         });
-        let unit = &self.unit;
-        let title = format!(
-            "{}; broadband floor {:.2} %",
-            bases(&self.report.tones.naming.bases),
-            100.0 * self.report.tones.broadband_share
-        );
-        let reference = if is_pressure {
-            LevelReference::SoundPressure.to_string()
-        } else {
-            let strongest = significant(strongest * unit.factor, 3);
-            format!("dB re {strongest} {}", unit.symbol)
-        };
-        let panel = Panel::new(
-            title,
-            self.frequency_axis(self.top()),
-            Axis::linear(
-                format!("amplitude, {}", reference.trim_end()),
-                [lowest, top + 20.0],
-            ),
-            vec![
-                Layer::line(envelope(&levels, |k| k as f64 * spectrum.bin), Color::Ink)
-                    .with_line_width(0.8),
-                Layer::peaks(peaks.collect()),
-            ],
-        );
-        (88.0, vec![vec![panel]])
+        let bases = bases(&self.report.tones.naming.bases);
+        let floor = 100.0 * self.report.tones.broadband_share;
+        let title = format!("{bases}; broadband floor {floor:.2} %");
+        let curve = envelope(&levels, |k| k as f64 * spectrum.bin);
+        let curve = Layer::line(curve, Color::Ink).with_size(0.8);
+        let name = format!("amplitude, {}", reference.trim_end());
+        let y = Axis::linear(name, [lowest, top + 20.0]);
+        let layers = vec![curve, Layer::peaks(peaks.collect())];
+        let panel = Panel::new(title, self.frequency_axis(self.top()), y, layers);
+        Ok((88.0, vec![vec![panel]]))
+    }
+
+    pub fn spectrogram(&self) -> Picture {
+        Ok((88.0, vec![vec![self.spectrogram_panel()]]))
     }
 
     /// The spectrogram of the whole signal.
-    pub fn spectrogram(&self) -> Panel {
+    pub fn spectrogram_panel(&self) -> Panel {
         let columns = &self.report.spectrogram;
         let image = columns.first().zip(columns.last()).map(|(first, last)| {
             let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());

@@ -11,7 +11,6 @@ use super::{
 };
 use crate::record::{
     branch::{BranchStudy, Course, diagram},
-    error::RecordError,
     panel_view::PanelView,
     paths::{self, Root},
     stream::RecordingStream,
@@ -21,11 +20,7 @@ use crate::record::{
 const PLAYS: f64 = 8.0;
 
 /// Sends the layout of branches.
-pub fn send(
-    rec: &RecordingStream,
-    study: &BranchStudy<'_>,
-    courses: &[Course<'_>],
-) -> Result<(), RecordError> {
+pub fn send(rec: &RecordingStream, study: &BranchStudy<'_>, courses: &[Course<'_>]) {
     let tabs = courses.iter();
     let mut tabs: Vec<Part> = tabs
         .filter_map(|course| {
@@ -60,5 +55,5 @@ pub fn send(
             .with_timeline(course.timeline.name.as_str())
             .with_fps(PLAYS * course.timeline.gap().abs());
     }
-    tree::send(rec, tabs, &time_panel)
+    tree::send(rec, tabs, &time_panel);
 }

@@ -14,9 +14,7 @@ use crate::{
     plot::{Unit, letter, prediction_panel},
     record::{
         camera::Camera,
-        controls,
-        error::RecordError,
-        lesson,
+        controls, lesson,
         panel_view::PanelView,
         patch,
         paths::{self, Root},
@@ -53,18 +51,8 @@ const SIGNAL: &[&str] = &[
 const ANALYSES: &[&str] = &["embedding", "recurrence", "regime", "lyapunov", "perturbed"];
 const LAST: &[&str] = &["solver", "about"];
 
-/// Sends the layout of a run.
-pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<(), RecordError> {
-    send_with_first_tab(rec, header, spec, 0)
-}
-
 /// Sends the layout of a run with the tabs rotated, so that tab `first` is the one that the viewer opens.
-pub fn send_with_first_tab(
-    rec: &RecordingStream,
-    header: &Header,
-    spec: RecordSpec,
-    first: usize,
-) -> Result<(), RecordError> {
+pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec, first: usize) {
     let run = Run { header, spec };
     let tabs = |keys: &[&str]| -> Vec<Part> {
         let tabs = keys.iter().filter(|key| run.has_tab(key));
@@ -89,7 +77,7 @@ pub fn send_with_first_tab(
         .with_timeline(paths::TIMELINE)
         .with_playback_speed(speed)
         .with_play_state(PlayState::Following);
-    tree::send(rec, shown, &time_panel)
+    tree::send(rec, shown, &time_panel);
 }
 
 /// The numbers that commands change during a live run: those that the scene names.

@@ -14,7 +14,6 @@ use super::{
 use crate::{
     plot,
     record::{
-        error::RecordError,
         paths::{self, Root},
         stream::RecordingStream,
         sweep::{self, SharedScales, SweepStudy, TimelineTicks},
@@ -26,11 +25,7 @@ use crate::{
 const PLAYS: f64 = 1.5;
 
 /// Sends the layout of a sweep: its starts side by side, and each one separately.
-pub fn send(
-    rec: &RecordingStream,
-    sweep: &SweepStudy<'_>,
-    scales: &SharedScales,
-) -> Result<(), RecordError> {
+pub fn send(rec: &RecordingStream, sweep: &SweepStudy<'_>, scales: &SharedScales) {
     let starts: Vec<Start> = sweep.starts().collect();
     let mut tabs = Vec::new();
     if starts.len() > 1 {
@@ -60,7 +55,7 @@ pub fn send(
         .with_fps(PLAYS * scales.timeline.gap())
         .with_loop_mode(LoopMode::All)
         .with_play_state(PlayState::Paused);
-    tree::send(rec, tabs, &time_panel)
+    tree::send(rec, tabs, &time_panel);
 }
 
 /// The range of all ticks with a margin; `None` if there is only one.

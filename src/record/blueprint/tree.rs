@@ -24,7 +24,6 @@ use crate::record::sdk::{
 };
 
 use crate::record::{
-    error::RecordError,
     paths,
     plot::Bounds,
     stream::{self, Moment, RecordingStream},
@@ -195,30 +194,25 @@ impl View {
 }
 
 /// Writes a layout and activates it.
-pub fn send(
-    rec: &RecordingStream,
-    tabs: Vec<Part>,
-    time_panel: &TimePanelBlueprint,
-) -> Result<(), RecordError> {
+pub fn send(rec: &RecordingStream, tabs: Vec<Part>, time_panel: &TimePanelBlueprint) {
     let mut writer = Writer {
         blueprint: rec.blueprint(),
         ids: HashMap::new(),
     };
-    let root = writer.group(ContainerKind::Tabs, None, &tabs, &[])?;
+    let root = writer.group(ContainerKind::Tabs, None, &tabs, &[]);
     let viewport = ViewportBlueprint::new()
         .with_root_container(RootContainer(Uuid {
             bytes: root.to_be_bytes(),
         }))
         .with_auto_layout(false)
         .with_auto_views(false);
-    writer.log("viewport", &viewport)?;
+    writer.log("viewport", &viewport);
     let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
-    writer.log("blueprint_panel", &hidden)?;
-    writer.log("selection_panel", &hidden)?;
-    writer.log("time_panel", time_panel)?;
-    writer.blueprint.send_pending()?;
+    writer.log("blueprint_panel", &hidden);
+    writer.log("selection_panel", &hidden);
+    writer.log("time_panel", time_panel);
+    rec.check(writer.blueprint.send_pending());
     rec.activate_blueprint(&writer.blueprint);
-    Ok(())
 }
 
 struct Writer {
@@ -228,13 +222,9 @@ struct Writer {
 }
 
 impl Writer {
-    fn log(
-        &self,
-        path: impl Into<EntityPath>,
-        what: &dyn crate::record::sdk::AsComponents,
-    ) -> Result<(), RecordError> {
+    fn log(&self, path: impl Into<EntityPath>, what: &dyn AsComponents) {
         let always = Moment::tick("blueprint".into(), 0);
-        stream::log_at(&self.blueprint, path, always, what)
+        self.blueprint.log(path, always, what);
     }
 
     /// An id that is the same for the same layout. Rerun interns every name permanently, so unique ids for
@@ -249,7 +239,7 @@ impl Writer {
     }
 
     /// Writes a part of the tree and returns its path.
-    fn part(&mut self, part: &Part) -> Result<String, RecordError> {
+    fn part(&mut self, part: &Part) -> String {
         match part {
             Part::View(view) => self.view(view),
             Part::Group {
@@ -258,8 +248,8 @@ impl Writer {
                 parts,
                 shares,
             } => {
-                let id = self.group(*kind, name.as_deref(), parts, shares)?;
-                Ok(format!("container/{}", uuid(id)))
+                let id = self.group(*kind, name.as_deref(), parts, shares);
+                format!("container/{}", uuid(id))
             }
         }
     }
@@ -271,9 +261,8 @@ impl Writer {
         name: Option<&str>,
         parts: &[Part],
         shares: &[f32],
-    ) -> Result<u128, RecordError> {
-        let parts = parts.iter().map(|part| self.part(part));
-        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+    ) -> u128 {
+        let parts: Vec<String> = parts.iter().map(|part| self.part(part)).collect();
         let id = self.id((kind as u8, name, &parts));
         let mut what = ContainerBlueprint::new(kind).with_contents(parts);
         if let Some(name) = name {
@@ -286,24 +275,24 @@ impl Writer {
                 _ => what.with_row_shares(shares),
             };
         }
-        self.log(format!("container/{}", uuid(id)), &what)?;
-        Ok(id)
+        self.log(format!("container/{}", uuid(id)), &what);
+        id
     }
 
-    fn view(&mut self, view: &View) -> Result<String, RecordError> {
+    fn view(&mut self, view: &View) -> String {
         let origin = view.origin.to_string();
         let id = self.id((view.class, &view.name, &origin, &view.contents));
         let path = format!("view/{}", uuid(id));
         let contents = ViewContents::new(view.contents.iter().map(String::as_str));
-        self.log(format!("{path}/ViewContents"), &contents)?;
+        self.log(format!("{path}/ViewContents"), &contents);
         let what = ViewBlueprint::new(view.class)
             .with_display_name(view.name.as_str())
             .with_space_origin(origin);
-        self.log(path.as_str(), &what)?;
+        self.log(path.as_str(), &what);
         for (name, property) in &view.properties {
-            self.log(format!("{path}/{name}"), property)?;
+            self.log(format!("{path}/{name}"), property);
         }
-        Ok(path)
+        path
     }
 }
 

@@ -14,16 +14,15 @@ use crate::{
     },
     record::{
         blueprint::{layout::Row, tree::View},
-        error::RecordError,
         exponents,
         panel_view::{PanelView, PanelViews},
         paths::{self, Root},
         portrait,
-        stream::{self, Moment, RecordingStream},
+        stream::{Moment, RecordingStream, STATIC},
         style, text,
     },
     study::{
-        response::{PhasePortrait, SettledResponse, section_lag},
+        response::{SettledResponse, section_lag},
         sweep::Start,
     },
 };
@@ -73,17 +72,17 @@ impl<'a> StartWriter<'a> {
         sweep: &'a SweepStudy<'a>,
         start: Start,
         scales: &'a SharedScales,
-    ) -> Result<Self, RecordError> {
+    ) -> Self {
         let root = Root::of_start(&start.to_string());
         if scales.exponents > 0 {
-            exponents::name_exponents(rec, &root, scales.exponents)?;
+            exponents::name_exponents(rec, &root, scales.exponents);
             // Points mark the computed values; the interval limits have none.
             let sizes = [0.0, 2.5, 0.0].repeat(scales.exponents);
             let colors = (0..scales.exponents).flat_map(|k| [exponents::color(k); 3]);
             let marks = SeriesPoints::new()
                 .with_marker_sizes(sizes)
                 .with_colors(colors);
-            rec.log_static(root.at(paths::EXPONENTS_RUNNING), &marks)?;
+            rec.log_static(root.at(paths::EXPONENTS_RUNNING), &marks);
         }
         let mut draw = Self {
             sweep,
@@ -93,8 +92,8 @@ impl<'a> StartWriter<'a> {
             root,
             diagram: diagram(sweep, start),
         };
-        draw.views.of("diagram").draw(rec, None, &draw.diagram)?;
-        Ok(draw)
+        draw.views.of("diagram").draw(rec, STATIC, &draw.diagram);
+        draw
     }
 
     /// Draws the point at a parameter value.
@@ -104,15 +103,13 @@ impl<'a> StartWriter<'a> {
         at: Moment,
         value: f64,
         point_scales: &PointScales,
-    ) -> Result<(), RecordError> {
+    ) {
         let point = self.sweep.at(self.start, value);
         let document = description::point(self.sweep, self.start, value, point);
         let document = text::document(document);
-        stream::log_at(rec, self.root.at(paths::POINT_TEXT), at, &document)?;
-        let cursor = Layer::vertical_line(value, Color::Ink).with_id(paths::CURSOR);
+        rec.log(self.root.at(paths::POINT_TEXT), at, &document);
         let diagram = self.views.of("diagram");
-        let plot = diagram.plot(&self.diagram);
-        diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
+        diagram.draw_cursor(rec, at, &self.diagram, value);
         let found = point.and_then(|point| point.outcome.as_ref().ok());
         let missing = match (point, found) {
             (None, _) => NOT_DONE,
@@ -134,20 +131,18 @@ impl<'a> StartWriter<'a> {
         };
         let portrait = phase(found, point_scales.reach);
         let portrait_note = if unkept.is_empty() { still } else { unkept };
+        let crossings = section(&point_scales.section, found);
         let panels = [
             ("portrait", portrait.with_note(portrait_note)),
-            (
-                "section",
-                section(&point_scales.section, found).with_note(unmoved),
-            ),
+            ("section", crossings.with_note(unmoved)),
             ("spectrum", spectrum(self.scales, found).with_note(unkept)),
-            ("recurrence", recurrence(found, missing)?),
+            ("recurrence", recurrence(rec, found, missing)),
         ];
         for (name, panel) in panels {
-            self.views.of(name).draw(rec, Some(at), &panel)?;
+            self.views.of(name).draw(rec, at, &panel);
         }
-        self.embedding(rec, at, point_scales.reach[0], found)?;
-        self.exponents(rec, at, found)
+        self.embedding(rec, at, point_scales.reach[0], found);
+        self.exponents(rec, at, found);
     }
 
     /// The delay embedding in three dimensions, Eq. (25), in a cube.
@@ -157,10 +152,10 @@ impl<'a> StartWriter<'a> {
         at: Moment,
         reach: f64,
         found: Option<&SettledResponse>,
-    ) -> Result<(), RecordError> {
+    ) {
         let range = format!("±{}", Unit::write(reach, "m"));
         let names = portrait::delay_names(self.sweep.letter(), &range);
-        portrait::draw_cube(rec, &self.root, at, &names)?;
+        portrait::draw_cube(rec, &self.root, at, &names);
         let lag = section_lag(&self.sweep.plan.scene);
         let trail = found.and_then(|found| {
             let motion = found.portrait.as_ref()?;
@@ -175,33 +170,26 @@ impl<'a> StartWriter<'a> {
         let lines = LineStrips3D::new(strips)
             .with_colors(trail.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.7)]);
-        stream::log_at(rec, self.root.at(paths::EMBEDDING_TRAIL), at, &lines)
+        rec.log(self.root.at(paths::EMBEDDING_TRAIL), at, &lines);
     }
 
-    fn exponents(
-        &self,
-        rec: &RecordingStream,
-        at: Moment,
-        found: Option<&SettledResponse>,
-    ) -> Result<(), RecordError> {
+    fn exponents(&self, rec: &RecordingStream, at: Moment, found: Option<&SettledResponse>) {
         if self.scales.exponents == 0 {
-            return Ok(());
+            return;
         }
         let spectrum = found.and_then(|found| found.exponents.as_ref());
-        let known = spectrum
-            .into_iter()
-            .flat_map(|s| s.exponents.iter().copied());
-        // Exponents of minus infinity have no position on the axis.
-        let known = known.map(|e| Exponent {
-            value: Some(e.value).filter(|v| v.is_finite()).unwrap_or(f64::NAN),
-            ..e
-        });
-        let unknown = std::iter::repeat(Exponent {
+        let known = spectrum.map_or(&[][..], |spectrum| &spectrum.exponents);
+        let unknown = Exponent {
             value: f64::NAN,
             half_width: f64::NAN,
+        };
+        // Exponents of minus infinity have no position on the axis.
+        let row = (0..self.scales.exponents).map(|k| {
+            let found = known.get(k).filter(|e| e.value.is_finite());
+            found.copied().unwrap_or(unknown)
         });
-        let row: Vec<Exponent> = known.chain(unknown).take(self.scales.exponents).collect();
-        exponents::log_exponents(rec, &self.root, at, &row)
+        let row: Vec<Exponent> = row.collect();
+        exponents::log_exponents(rec, &self.root, at, &row);
     }
 }
 
@@ -249,13 +237,11 @@ fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
 }
 
 /// The recurrence plot of a response, or the reason why there is none.
-fn recurrence(found: Option<&SettledResponse>, missing: &str) -> Result<Panel, RecordError> {
+fn recurrence(rec: &RecordingStream, found: Option<&SettledResponse>, missing: &str) -> Panel {
     // The recurrence plot of a constant signal would show rounding errors.
     let moving = found.filter(|found| !found.maxima.is_empty());
     let moving = moving.and_then(|found| found.portrait.as_ref());
-    let plot = moving.map(PhasePortrait::recurrence).transpose();
-    let plot = plot.map_err(|error| RecordError::Encode(error.to_string()))?;
-    let plot = plot.flatten();
+    let plot = moving.and_then(|motion| rec.check(motion.recurrence())?);
     let caption = match (&plot, found) {
         (Some(plot), _) => recurrence_caption(plot, "m"),
         (None, None) => missing.to_owned(),
@@ -263,7 +249,7 @@ fn recurrence(found: Option<&SettledResponse>, missing: &str) -> Result<Panel, R
         (None, Some(found)) if found.maxima.is_empty() => NOTHING_MOVES.to_owned(),
         (None, Some(_)) => TOO_SHORT.to_owned(),
     };
-    Ok(response::recurrence(plot.as_ref(), true).with_caption(caption))
+    response::recurrence(plot.as_ref(), true).with_caption(caption)
 }
 
 /// A spectrum with fewer points if it has too many: smallest and largest amplitude of each group of bins, in

@@ -88,42 +88,39 @@ pub fn save_sweep(path: &Path, sweep: &SweepStudy<'_>) -> Result<(), RecordError
 }
 
 /// Logs a sweep.
-fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
+fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) {
     let scales = SharedScales::new(sweep);
     let scene = &sweep.plan.scene;
     let name = format!("{} over {}", scene.name, description::parameter(sweep));
-    blueprint::send_sweep(rec, sweep, &scales)?;
+    blueprint::send_sweep(rec, sweep, &scales);
     let origin = Origin {
         name: &name,
         scene: &scene.name,
         scene_text: &scene.text,
         command: sweep.command,
     };
-    text::send_properties(rec, origin)?;
+    text::send_properties(rec, origin);
     let about = description::about(sweep, &scales.timeline.name);
-    rec.log_static(paths::ABOUT, &text::document(about))?;
+    rec.log_static(paths::ABOUT, &text::document(about));
     if let Some(ball) = sweep.ball {
-        mode_shapes::draw(rec, ball)?;
+        mode_shapes::draw(rec, ball);
     }
-    let mut writers = Vec::new();
-    for start in sweep.starts() {
-        writers.push(StartWriter::new(rec, sweep, start, &scales)?);
-    }
-    let timeline = TimelineName::try_new(&scales.timeline.name)
-        .map_err(|error| RecordError::Encode(error.to_string()))?;
+    let starts = sweep.starts();
+    let writers = starts.map(|start| StartWriter::new(rec, sweep, start, &scales));
+    let mut writers: Vec<StartWriter<'_>> = writers.collect();
+    let Some(timeline) = rec.check(TimelineName::try_new(&scales.timeline.name)) else {
+        return;
+    };
     for (&value, &tick) in sweep.values().iter().zip(&scales.timeline.ticks) {
         let at_value = |point: &&SweepPoint| point.place.values[0] == value;
         let points: Vec<&SweepPoint> = sweep.points.iter().filter(at_value).collect();
         if points.is_empty() {
             continue;
         }
-        let found = points
-            .iter()
-            .filter_map(|point| point.outcome.as_ref().ok());
+        let found = points.iter().filter_map(|p| p.outcome.as_ref().ok());
         let point_scales = scales.point_scales(&found.collect::<Vec<_>>());
         for draw in &mut writers {
-            draw.draw(rec, Moment::tick(timeline, tick), value, &point_scales)?;
+            draw.draw(rec, Moment::tick(timeline, tick), value, &point_scales);
         }
     }
-    Ok(())
 }

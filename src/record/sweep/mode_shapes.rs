@@ -9,7 +9,6 @@ use crate::{
     pipeline::message::vertex_normals,
     record::{
         body::in_single,
-        error::RecordError,
         paths,
         stream::RecordingStream,
         style::{self, ColorMap},
@@ -26,10 +25,10 @@ const LARGEST_TURN: f64 = 6.0;
 const APART: f64 = 75.0;
 
 /// Draws all modes; they do not depend on the parameter.
-pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> {
-    let body = ball
-        .body()
-        .map_err(|error| RecordError::Encode(error.to_string()))?;
+pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
+    let Some(body) = rec.check(ball.body()) else {
+        return;
+    };
     let outline = body.outline(OUTLINE[0], OUTLINE[1]);
     let families = body.families();
     let map = ColorMap::steel();
@@ -64,7 +63,7 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> 
             .with_triangle_indices(outline.triangles.iter().copied())
             .with_vertex_normals(in_single(&normals))
             .with_vertex_colors(colors);
-        rec.log_static(paths::mode_shape(place), &mesh)?;
+        rec.log_static(paths::mode_shape(place), &mesh);
         axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));
         // Labels have a single line.
         let frequency = ball.frequencies_hz()[*mode];
@@ -76,11 +75,11 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) -> Result<(), RecordError> 
     let axes = LineStrips3D::new(axes)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.6)]);
-    rec.log_static(paths::MODE_SHAPE_AXES, &axes)?;
+    rec.log_static(paths::MODE_SHAPE_AXES, &axes);
     let names = Points3D::new(names.iter().map(|(at, _)| *at))
         .with_labels(names.iter().map(|(_, words)| words.as_str()))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    rec.log_static(paths::MODE_SHAPE_NAMES, &names)
+    rec.log_static(paths::MODE_SHAPE_NAMES, &names);
 }

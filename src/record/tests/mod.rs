@@ -326,12 +326,12 @@ fn demo_files() {
                 let mut encoder = None;
                 for record in &records {
                     if let Record::Header(header) = record {
-                        blueprint::run::send_with_first_tab(rec, header, demo::spec(), tab)?;
-                        encoder = Some(Encoder::new(rec, Arc::clone(header), demo::spec())?);
+                        blueprint::send(rec, header, demo::spec(), tab);
+                        encoder = Some(Encoder::new(rec, Arc::clone(header), demo::spec()));
                     }
-                    encoder.as_mut().unwrap().accept(rec, record)?;
+                    encoder.as_mut().unwrap().accept(rec, record);
                 }
-                encoder.unwrap().finish(rec)
+                encoder.unwrap().finish(rec);
             };
             file::save(&path, APPLICATION, draw).unwrap();
         }

@@ -88,8 +88,8 @@ function drawPanel(c, width, height, panel, style) {
     for (const layer of panel.layers) {
       c.strokeStyle = c.fillStyle = colourOf(layer, style);
       const { Lines: lines, Points: points, Peaks: peaks } = layer.shape;
-      if (lines) drawLines(c, lines, at, em);
-      for (const point of points?.points ?? []) dot(c, at(point), (points.radius * em) / 11);
+      if (lines) drawLines(c, lines, layer, at, em);
+      for (const point of points ?? []) dot(c, at(point), (layer.size * em) / 11);
       for (const [point] of peaks ?? []) dot(c, at(point), 0.22 * em);
     }
   });
@@ -107,9 +107,9 @@ function drawPanel(c, width, height, panel, style) {
   }
 }
 
-function drawLines(c, { strips, dashed, width }, at, em) {
+function drawLines(c, strips, { dashed, size }, at, em) {
   c.setLineDash(dashed ? [0.4 * em, 0.3 * em] : []);
-  c.lineWidth = Math.max(1, (width * em) / 11);
+  c.lineWidth = Math.max(1, (size * em) / 11);
   c.lineJoin = "round";
   for (const strip of strips) {
     c.beginPath();
