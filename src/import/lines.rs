@@ -68,41 +68,33 @@ pub(super) fn each_line(
     Ok(())
 }
 
-/// Separator of the fields of a row.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Separator {
-    Character(char),
-    Blanks,
+/// Detects the separator of the fields of a row; a blank stands for any number of blanks.
+pub(super) fn separator_of(row: &str) -> char {
+    let found = [';', '\t', ','].into_iter().find(|&c| row.contains(c));
+    found.unwrap_or(' ')
 }
 
-impl Separator {
-    /// Detects the separator of a row.
-    pub fn of(row: &str) -> Self {
-        let found = [';', '\t', ','].into_iter().find(|&c| row.contains(c));
-        found.map_or(Self::Blanks, Self::Character)
-    }
-
-    /// The fields of a row, without surrounding blanks and quotation marks.
-    pub fn fields(self, row: &str) -> impl Iterator<Item = &str> {
-        let mut quoted = false;
-        let ends = move |c: char| match self {
-            Self::Blanks => c.is_whitespace(),
-            Self::Character(separator) => {
-                quoted ^= c == '"';
-                c == separator && !quoted
+/// The fields of a row, without surrounding blanks and quotation marks.
+pub(super) fn split_row(separator: char, row: &str) -> impl Iterator<Item = &str> {
+    let is_blank = separator == ' ';
+    let mut quoted = false;
+    let ends = move |c: char| {
+        quoted ^= c == '"';
+        if is_blank {
+            c.is_whitespace()
+        } else {
+            c == separator && !quoted
+        }
+    };
+    row.split(ends)
+        .filter(move |field| !(is_blank && field.is_empty()))
+        .map(move |field| {
+            if is_blank {
+                field
+            } else {
+                field.trim().trim_matches('"').trim()
             }
-        };
-        let blanks = self == Self::Blanks;
-        row.split(ends)
-            .filter(move |field| !(blanks && field.is_empty()))
-            .map(move |field| {
-                if blanks {
-                    field
-                } else {
-                    field.trim().trim_matches('"').trim()
-                }
-            })
-    }
+        })
 }
 
 /// The number in a field. A comma, which does not separate fields here, may be the decimal point.

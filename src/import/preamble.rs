@@ -19,7 +19,7 @@ use std::io::{BufRead, Seek};
 
 use super::Problem;
 use super::clock::Uniform;
-use super::lines::{MAX_LINE, Separator, each_line, number};
+use super::lines::{MAX_LINE, each_line, number, separator_of, split_row};
 use super::table::ColumnHeader;
 use super::units;
 
@@ -77,7 +77,7 @@ impl Preamble {
 
 /// The fields of a line on its own.
 fn fields(text: &str) -> Vec<&str> {
-    Separator::of(text).fields(text).collect()
+    split_row(separator_of(text), text).collect()
 }
 
 pub(super) fn is_comment(line: &str) -> bool {
@@ -98,8 +98,8 @@ pub(super) fn is_row_of_numbers(row: &str) -> bool {
 }
 
 /// Number of fields of a row without and with the empty ones at its end.
-pub(super) fn widths(separator: Separator, row: &str) -> (usize, usize) {
-    let fields = separator.fields(row).enumerate();
+pub(super) fn widths(separator: char, row: &str) -> (usize, usize) {
+    let fields = split_row(separator, row).enumerate();
     fields.fold((0, 0), |(given, _), (k, field)| {
         (if field.is_empty() { given } else { k + 1 }, k + 1)
     })
@@ -116,7 +116,7 @@ fn heading(lines: &Lines, comment: &str, is_instrument: bool) -> Result<Preamble
     let Some(((_, row), above)) = first.map(|first| (&lines[first], &lines[..first])) else {
         return Ok(Preamble::default());
     };
-    let separator = Separator::of(row);
+    let separator = separator_of(row);
     let (given, have) = widths(separator, row);
     // The last line may have further fields.
     let last = above.last().map_or(0, |(line, _)| *line);
@@ -124,7 +124,7 @@ fn heading(lines: &Lines, comment: &str, is_instrument: bool) -> Result<Preamble
         let width = widths(separator, row).0;
         given <= width && (width <= have || *line == last)
     };
-    let fields_of = |row| separator.fields(row).collect::<Vec<_>>();
+    let fields_of = |row| split_row(separator, row).collect::<Vec<_>>();
     let mut rows = above
         .iter()
         .filter(fits)

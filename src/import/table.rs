@@ -199,15 +199,12 @@ pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
 
 /// Index of the selected column: by its full header, by its name, or by its index from 0.
 fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
-    let refused = |reason: String| Problem::Content(format!("{reason}: {}", listed(headings)));
+    let refused = |reason: &str| Problem::Content(format!("{reason}: {}", listed(headings)));
     let Some(asked) = asked else {
-        return match headings.len() {
-            1 => Ok(0),
-            _ => {
-                let reason = "the file has several columns; choose one with --column";
-                Err(refused(reason.to_owned()))
-            }
-        };
+        let several = "the file has several columns; choose one with --column";
+        return (headings.len() == 1)
+            .then_some(0)
+            .ok_or_else(|| refused(several));
     };
     let by_header = headings.iter().position(|c| c.header == asked);
     let by_name = || headings.iter().position(|c| c.name == asked);
@@ -218,7 +215,7 @@ fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, 
     by_header
         .or_else(by_name)
         .or_else(by_place)
-        .ok_or_else(|| refused(format!("there is no column `{asked}`; choose one of")))
+        .ok_or_else(|| refused(&format!("there is no column `{asked}`; choose one of")))
 }
 
 /// Headers separated by commas; a long list is shortened.

@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::clock::{Timing, Uniform, uniform};
-use super::lines::{Separator, each_line, number};
+use super::lines::{each_line, number, separator_of, split_row};
 use super::preamble::{Preamble, is_comment, is_row_of_numbers, widths};
 use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
@@ -38,7 +38,7 @@ pub(super) struct Text<R> {
 
 /// Rows of numbers.
 struct Rows {
-    separator: Separator,
+    separator: char,
     /// Number of fields.
     width: usize,
 }
@@ -46,7 +46,7 @@ struct Rows {
 impl Rows {
     /// The fields of a row; trailing separators are no columns.
     fn fields<'a>(&self, line: u64, row: &'a str) -> Result<Vec<&'a str>, Problem> {
-        let fields: Vec<_> = self.separator.fields(row).collect();
+        let fields: Vec<_> = split_row(self.separator, row).collect();
         let (have, need) = (fields.len(), self.width);
         if have < need || fields[need..].iter().any(|field| !field.is_empty()) {
             return Err(Problem::Content(format!(
@@ -70,7 +70,7 @@ impl<R: BufRead + Seek> Text<R> {
         let Some((first, row)) = rows.first() else {
             return Err(Problem::no_samples("headings or comments"));
         };
-        let separator = Separator::of(row);
+        let separator = separator_of(row);
         let (given, have) = widths(separator, row);
         // A trailing separator in each row is not a column, unless it has a name.
         let width = if preamble.is_heading {
@@ -79,7 +79,7 @@ impl<R: BufRead + Seek> Text<R> {
             given
         };
         check_column_count(width)?;
-        let fields = separator.fields(row).enumerate();
+        let fields = split_row(separator, row).enumerate();
         let fields = fields.take(width).skip(preamble.beside);
         // Columns of words are ignored.
         let columns = fields.filter(|(_, text)| text.is_empty() || number(text).is_some());

@@ -85,11 +85,8 @@ impl AudioStream {
     fn speed(&self) -> f64 {
         let handle = lock(&self.handle);
         let status = handle.as_ref().map(RunHandle::status);
-        status.map_or(1.0, |status| {
-            status
-                .measured_speed
-                .unwrap_or(status.speed)
-                .min(status.speed)
+        status.map_or(1.0, |now| {
+            now.measured_speed.unwrap_or(now.speed).min(now.speed)
         })
     }
 }

@@ -11,7 +11,6 @@ use super::lock;
 use super::tour::TourStep;
 use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
-use crate::number::trimmed;
 use crate::pipeline::message::{
     Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine, Subject,
 };
@@ -101,6 +100,9 @@ pub struct Panel {
 /// A number of the scene that a command can change, in the unit of its key.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Slider {
+    /// The number.
+    #[serde(skip)]
+    pub parameter: Parameter,
     /// Dotted path of the key.
     pub key: &'static str,
     /// Name in words.
@@ -123,6 +125,7 @@ impl From<&Control> for Slider {
     fn from(control: &Control) -> Self {
         let parameter = control.parameter;
         Self {
+            parameter,
             key: parameter.path(),
             label: parameter.label(),
             unit: parameter.unit(),
@@ -138,21 +141,10 @@ impl From<&Control> for Slider {
 impl Panel {
     /// The numbers, besides the tilt, that differ from those of the scene, for which the diagram holds.
     fn diagram_condition(&self) -> Option<String> {
-        let tilt = Parameter::tilt().path();
-        let changed = self
-            .controls
-            .iter()
-            .filter(|slider| slider.key != tilt && slider.value != slider.start);
+        let is_changed = |it: &&Slider| it.parameter != Parameter::tilt() && it.value != it.start;
+        let changed = self.controls.iter().filter(is_changed);
         let conditions: Vec<String> = changed
-            .map(|slider| {
-                let text = format!(
-                    "{} {} {}",
-                    slider.label,
-                    trimmed(slider.start, 6),
-                    slider.unit
-                );
-                text.trim_end().to_owned()
-            })
+            .map(|slider| slider.parameter.with_value(slider.start))
             .collect();
         (!conditions.is_empty())
             .then(|| format!("rows and branches hold for {}", conditions.join(", ")))
@@ -455,10 +447,10 @@ impl StatusStore {
         panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
         for slider in &mut panel.controls {
             let mut changed = frame.changed.iter();
-            if slider.key == Parameter::tilt().path() {
+            if slider.parameter == Parameter::tilt() {
                 // Rounded: the tilt is converted from radians.
                 slider.value = (1e9 * tilt).round() / 1e9;
-            } else if let Some((_, value)) = changed.find(|(p, _)| p.path() == slider.key) {
+            } else if let Some((_, value)) = changed.find(|(known, _)| *known == slider.parameter) {
                 slider.value = *value;
             }
         }

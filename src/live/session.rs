@@ -24,7 +24,7 @@ use crate::pipeline::{
     Sink, SinkError, Source as _, Tee, drive,
 };
 use crate::record::{Output, RerunSink};
-use crate::scene::{PRESETS, Scene};
+use crate::scene::{PRESETS, Scene, preset};
 use crate::sound::{Source, WavSink};
 
 /// Options of a session.
@@ -275,12 +275,9 @@ impl Session {
     /// The available scenes: name and title.
     pub fn scenes(&self) -> Vec<[String; 2]> {
         let mut scenes: Vec<[String; 2]> = Vec::new();
-        if PRESETS
-            .iter()
-            .all(|preset| preset.name != self.options.scene.name)
-        {
-            let title = escape::line(&self.options.scene.title).into_owned();
-            scenes.push([self.options.scene.name.clone(), title]);
+        let first = &self.options.scene;
+        if preset(&first.name).is_none() {
+            scenes.push([first.name.clone(), escape::line(&first.title).into_owned()]);
         }
         scenes.extend(PRESETS.iter().map(|preset| {
             let title = preset.scene().map(|scene| scene.title);

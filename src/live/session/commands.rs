@@ -114,11 +114,8 @@ impl Session {
 
     /// Shows a step of the tour.
     fn show_step(&self, current: &mut Current, number: usize) -> Result<(), Rejected> {
-        let steps = self
-            .options
-            .tour
-            .as_ref()
-            .map_or(&[][..], |tour| &tour.steps);
+        let tour = self.options.tour.as_ref();
+        let steps = tour.map_or(&[][..], |tour| &tour.steps);
         let step = steps.get(number).ok_or_else(|| {
             Rejected(format!(
                 "the tour has {} steps, no step {}",

@@ -72,69 +72,55 @@ impl ScheduleKeys {
             None => format!("1 at all times; at most one of {functions}"),
         };
         let form = Described(given.leak());
+        let number_of = |name: &str, meaning: &str, kind: Kind<f64>| {
+            key(&format!("{name}{suffix}"), meaning, kind, Required)
+        };
         let point = |at: &str| {
             let meaning = format!("The {word} {at} this time.");
-            [&TIME, key(&value_name, &meaning, value, Required)]
+            [&TIME, number_of(name, &meaning, value)]
         };
         let list = |name: &str, meaning: &str| {
             let meaning = format!("The {word} as {meaning}");
             key(name, &meaning, tables(MAX_POINTS), form)
         };
+        let knots = "a function of time: knots with linear interpolation, constant before the first and after the last. \
+             It is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.";
+        let file = format!(
+            "The {word} as knots from a CSV file, relative to the folder of the scene file: the line \
+             `time_ms,{value_name}`, then one knot on each line."
+        );
+        let jumps = "a step function: each value holds from its time on, the first value also before it. A frame ends exactly \
+             at each step.";
+        let mean = "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.";
+        let amplitude = "Amplitude of the sine, all of whose values must be permitted.";
+        let swing = number(value.limits.unit, Closed(0.0, 1e6));
         let constant = constant.map(|meaning| key(&value_name, meaning, value, form));
+        let path = |form, name: &str| (form, &*join(table, name).leak());
+        let forms = constant.map(|_| path(Form::Constant, &value_name));
+        let functions = [
+            path(Form::Knots, name),
+            path(Form::Steps, &steps),
+            path(Form::Sine, &sine),
+            path(Form::Csv, &csv),
+        ];
         Self {
             word,
             curve: KnotKeys {
                 table,
-                knots: list(
-                    name,
-                    "a function of time: knots with linear interpolation, constant before the first and after the last. \
-                     It is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.",
-                ),
+                knots: list(name, knots),
                 knot: point("at"),
-                csv: key(
-                    &csv,
-                    &format!(
-                        "The {word} as knots from a CSV file, relative to the folder of the scene file: the line \
-                         `time_ms,{value_name}`, then one knot on each line."
-                    ),
-                    text(),
-                    form,
-                ),
+                csv: key(&csv, &file, text(), form),
                 order: TIME_ORDER,
             },
-            steps: list(
-                &steps,
-                "a step function: each value holds from its time on, the first value also before it. A frame ends exactly \
-                 at each step.",
-            ),
+            steps: list(&steps, jumps),
             step: point("from"),
             sine: [
-                key(
-                    &format!("mean{suffix}"),
-                    "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.",
-                    value,
-                    Required,
-                ),
-                key(
-                    &format!("amplitude{suffix}"),
-                    "Amplitude of the sine, all of whose values must be permitted.",
-                    number(value.limits.unit, Closed(0.0, 1e6)),
-                    Required,
-                ),
+                number_of("mean", mean, value),
+                number_of("amplitude", amplitude, swing),
                 &FREQUENCY,
                 &PHASE,
             ],
-            forms: constant
-                .map(|_| (Form::Constant, &value_name[..]))
-                .into_iter()
-                .chain([
-                    (Form::Knots, name),
-                    (Form::Steps, &steps),
-                    (Form::Sine, &sine),
-                    (Form::Csv, &csv),
-                ])
-                .map(|(form, name)| (form, &*join(table, name).leak()))
-                .collect(),
+            forms: forms.into_iter().chain(functions).collect(),
             constant,
         }
     }
@@ -212,7 +198,8 @@ impl ScheduleKeys {
                 "the {word} reaches {end}";
                 "reduce it; the {word} must be {}", value.expected());
         }
-        let frame = Frames::read(table.document.table("time"))?.length();
+        let frames = Frames::read(table.document.table("time"))?;
+        let frame = frames.frame_samples as f64 / frames.sample_rate;
         let fastest = 1.0 / (MIN_FRAMES_PER_PERIOD * frame);
         // A frequency at the limit is accepted in spite of rounding.
         ensure!(table,

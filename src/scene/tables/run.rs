@@ -96,13 +96,6 @@ keys! {
     }
 }
 
-impl Frames {
-    /// Length of a frame, s.
-    pub fn length(&self) -> f64 {
-        self.frame_samples as f64 / self.sample_rate
-    }
-}
-
 impl RecordSpec {
     /// Settings for a system without contact patch and body: samples only.
     pub const SAMPLES_ONLY: Self = Self {
