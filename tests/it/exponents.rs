@@ -1,6 +1,6 @@
 //! Lyapunov exponents of the scenes: zero on limit cycles and tori, positive in chaos.
 
-use squeakscope::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use squeakscope::dynamics::{Attractor, Exponent, Motion, Sign};
 use squeakscope::scene::{Scene, Schedule};
 use squeakscope::study::lyapunov::{
     ExponentCount, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov,
@@ -114,7 +114,7 @@ fn steady_sliding_is_an_equilibrium() {
     scene.start.kick = 0.0;
     let found = follow(scene, ExponentCount::Largest(4), Goal::Time(0.05));
     assert_eq!(found.study.motion, Motion::Still);
-    let unstable = Attractor::Equilibrium(Stability::Unstable);
+    let unstable = Attractor::UnstableEquilibrium;
     assert_eq!(found.study.attractor(), unstable);
 }
 

@@ -29,7 +29,6 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::error_control::StateNorm;
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
 use super::stepper::Stepper;
@@ -82,8 +81,6 @@ pub(super) struct Steppers {
     detector: Option<StiffnessDetector>,
     /// The prescribed choice (`true` for implicit), which overrides the detector.
     pub prescribed: Option<bool>,
-    /// Scratch: a difference of two states or slopes, without quadratures.
-    difference: Vec<f64>,
 }
 
 /// Detects when the inactive method should take over.
@@ -188,15 +185,14 @@ impl StiffnessDetector {
 }
 
 impl Steppers {
-    /// Methods for a system without quadratures of length `n`; of two methods, `auto` chooses, starting with the explicit one.
-    pub fn new(explicit: RungeKutta, implicit: Option<Rosenbrock>, auto: bool, n: usize) -> Self {
+    /// The methods of an integration; of two, `auto` chooses, starting with the explicit one.
+    pub fn new(explicit: RungeKutta, implicit: Option<Rosenbrock>, auto: bool) -> Self {
         Self {
             explicit,
             is_implicit: implicit.is_some() && !auto,
             implicit,
             detector: auto.then(StiffnessDetector::new),
             prescribed: None,
-            difference: vec![0.0; n],
         }
     }
 
@@ -251,7 +247,7 @@ impl Steppers {
         }
         let rate = match &self.implicit {
             Some(implicit) if self.is_implicit => implicit.step.length() * implicit.fastest_rate,
-            _ => self.explicit_rate(sys),
+            _ => self.explicit.step.length() * self.explicit.fastest_rate(sys),
         };
         if let Some(detector) = &mut self.detector {
             detector.last = Some(rate);
@@ -271,34 +267,6 @@ impl Steppers {
         let implicit = self.implicit.as_mut();
         let stages = implicit.map_or(0, |implicit| implicit.enable_tangents(sys));
         self.explicit.enable_tangents(sys).max(stages)
-    }
-
-    /// Disables tangent vectors.
-    pub fn disable_tangents(&mut self) {
-        self.explicit.disable_tangents();
-        if let Some(implicit) = &mut self.implicit {
-            implicit.disable_tangents();
-        }
-    }
-
-    /// `h rho` of the last attempted explicit step.
-    fn explicit_rate(&mut self, sys: &dyn System) -> f64 {
-        let (step, out) = (&self.explicit.step, &mut self.difference);
-        let (h, end) = (step.length(), self.explicit.tableau.end);
-        let size = |z: &[f64]| {
-            let [vibration, first_order, _] = StateNorm::of(z, sys).0;
-            vibration + first_order
-        };
-        self.explicit.slope_change([end - 1, end], out);
-        let change = size(out);
-        self.explicit.stage_change([end - 1, end], out);
-        let apart = size(out);
-        // Below this the difference consists of rounding errors.
-        if h * apart > 1e-13 * size(&step.end[..out.len()]) {
-            change / apart
-        } else {
-            0.0
-        }
     }
 }
 

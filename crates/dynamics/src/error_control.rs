@@ -120,22 +120,30 @@ impl StateNorm {
         self.zip(other, f64::max)
     }
 
-    /// Combines this estimate with a coarser one into an estimate of higher order in the step: `e^2 /
-    /// sqrt(e^2 + (f / 10)^2)`, as in DOP853.
+    /// Combines each part with that of a coarser estimate by [`sharpened`].
     pub fn sharpened(self, coarse: Self) -> Self {
-        self.zip(coarse, |error, coarse| {
-            let scale = error.hypot(0.1 * coarse);
-            if scale == 0.0 {
-                0.0
-            } else {
-                error * (error / scale)
-            }
-        })
+        self.zip(coarse, sharpened)
+    }
+
+    /// The norms of the modal part and of the first-order components together.
+    pub fn without_quadratures(self) -> f64 {
+        self.0[0] + self.0[1]
     }
 
     /// Whether all norms are finite.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|part| part.is_finite())
+    }
+}
+
+/// Combines an estimate of the error with a coarser one into an estimate of higher order in the step: `e^2 /
+/// sqrt(e^2 + (f / 10)^2)`, as in DOP853.
+pub(super) fn sharpened(error: f64, coarse: f64) -> f64 {
+    let scale = error.hypot(0.1 * coarse);
+    if scale == 0.0 {
+        0.0
+    } else {
+        error * (error / scale)
     }
 }
 

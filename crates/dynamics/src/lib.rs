@@ -118,7 +118,7 @@ pub use error::{DynamicsError, Stopped};
 pub use error_control::{Accuracy, max_rk4_step};
 pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{
-    Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, Stability, student,
+    Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, student,
 };
 pub use own::{OwnSystem, piecewise_system, system};
 pub use simd::vectorised;

@@ -11,7 +11,7 @@ use super::error_control::{MethodTraits, StateNorm};
 use super::integrating_factor::{IntegratingFactor, LANES};
 use super::stepper::{Step, Stepper, differentiable, switching};
 use super::system::force;
-use super::tableau::Tableau;
+use super::tableau::{MAX_STAGES, Tableau};
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
 use crate::simd::vectorised;
@@ -52,29 +52,31 @@ impl RungeKutta {
         }
     }
 
-    /// The change of the slope from one stage to another.
-    pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let pairs = self.slope(to).iter().zip(self.slope(from));
-        for (out, (to, from)) in out.iter_mut().zip(pairs) {
-            *out = to - from;
+    /// Estimate of the fastest rate (1/s) of the force, from the changes of the slope and of the state between the last two
+    /// stages of an attempted step.
+    pub fn fastest_rate(&mut self, sys: &dyn System) -> f64 {
+        let end = self.tableau.end;
+        let mut slope = [0.0; MAX_STAGES];
+        [slope[end - 1], slope[end]] = [-1.0, 1.0];
+        let mut state = [0.0; MAX_STAGES];
+        for (sign, stage) in [(-1.0, end - 1), (1.0, end)] {
+            for (sum, weight) in state.iter_mut().zip(self.tableau.stages[stage]) {
+                *sum += sign * weight;
+            }
         }
-    }
-
-    /// The change of `y`, divided by the step, from one stage to another.
-    pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let dim = self.step.dim();
-        let sum = |stage: usize, c: usize| -> f64 {
-            let slopes = self.slopes[c..].iter().step_by(dim);
-            let terms = self.tableau.stages[stage].iter().zip(slopes);
-            terms.map(|(weight, slope)| weight * slope).sum()
-        };
-        for (c, out) in out.iter_mut().enumerate() {
-            *out = sum(to, c) - sum(from, c);
+        let [change, apart] = [slope, state].map(|weights| {
+            self.state.fill(0.0);
+            accumulate(&mut self.state, 1.0, &self.slopes, &weights[..=end]);
+            StateNorm::of(&self.state, sys).without_quadratures()
+        });
+        let apart = self.step.length() * apart;
+        let size = StateNorm::of(&self.step.end, sys).without_quadratures();
+        // Below this the difference consists of rounding errors.
+        if apart > 1e-13 * size {
+            change / apart
+        } else {
+            0.0
         }
-    }
-
-    fn slope(&self, stage: usize) -> &[f64] {
-        &self.slopes[stage * self.step.dim()..][..self.step.dim()]
     }
 
     /// Exchanges the records at the two ends of the step.
@@ -240,10 +242,6 @@ impl Stepper for RungeKutta {
         let stages = self.tableau.nodes.len();
         self.records = vec![vec![0.0; differentiable(sys).record_len()]; stages];
         stages
-    }
-
-    fn disable_tangents(&mut self) {
-        self.records.clear();
     }
 
     /// The vectors pass through the same stages as the state. The result is the exact derivative of the

@@ -138,9 +138,6 @@ pub(super) trait Stepper {
     /// Enables tangent vectors; returns the number of slopes that each of them needs.
     fn enable_tangents(&mut self, sys: &dyn System) -> usize;
 
-    /// Disables tangent vectors.
-    fn disable_tangents(&mut self);
-
     /// Propagates tangent vectors from the start of the step to its end, shortened or not.
     fn propagate_tangents(
         &mut self,

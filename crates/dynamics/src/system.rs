@@ -256,6 +256,15 @@ pub(super) fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 
     }
 }
 
+/// Factors of the components of a tangent vector that make their squares those of an energy: the natural frequency of a modal
+/// coordinate, 1 for the others and at zero frequency.
+pub(super) fn energy_units(sys: &dyn System) -> Vec<f64> {
+    let omega = sys.omega().iter();
+    let mut units: Vec<f64> = omega.map(|&w| if w > 0.0 { w } else { 1.0 }).collect();
+    units.resize(sys.tangent_dim(), 1.0);
+    units
+}
+
 /// Adds the linear part to `dz = [. | f | g]`. `z` is one state, or `width` tangent vectors stored
 /// component by component.
 pub(super) fn add_linear(omega: &[f64], damping: &[f64], z: &[f64], dz: &mut [f64], width: usize) {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Classification, Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, SceneLyapunov};
-use crate::dynamics::{Attractor, Exponent, Motion, Sign, Stability};
+use crate::dynamics::{Attractor, Exponent, Motion, Sign};
 use crate::number::{brief, degrees, fixed, short};
 use crate::pipeline::message::{Exponents, MotionSegment};
 use crate::report::{Block, Measured, Report, Table, Tone};
@@ -87,13 +87,13 @@ fn description(study: &LyapunovStudy) -> String {
         ""
     };
     let reason = match attractor {
-        Attractor::Equilibrium(Stability::Stable) => {
+        Attractor::StableEquilibrium => {
             "the state is constant, and all exponents are negative".to_owned()
         }
-        Attractor::Equilibrium(Stability::Unstable) => {
+        Attractor::UnstableEquilibrium => {
             "the state is constant, but small perturbations grow".to_owned()
         }
-        Attractor::Equilibrium(Stability::Undecided) => {
+        Attractor::Equilibrium => {
             "the state is constant, and no exponent is significantly positive".to_owned()
         }
         Attractor::FixedPoint | Attractor::PhaseLocked => "all exponents are negative".to_owned(),

@@ -214,7 +214,7 @@ fn the_description_has_the_attractor_and_the_reason() {
         &[9.0, -3.0],
         2,
         Motion::Still,
-        Attractor::Equilibrium(Stability::Unstable),
+        Attractor::UnstableEquilibrium,
         "the state is constant, but small perturbations grow",
     );
 }

@@ -147,27 +147,18 @@ pub(super) fn critical_multiplier(
     kind: BifurcationKind,
     orbit: &PeriodicOrbit,
 ) -> Option<Multiplier> {
-    match kind {
+    let all = orbit.nontrivial_multipliers();
+    let distance: &dyn Fn(&Multiplier) -> f64 = match kind {
         BifurcationKind::Fold
         | BifurcationKind::BranchPoint
-        | BifurcationKind::SymmetryBreaking => nearest(orbit, 1.0),
-        BifurcationKind::PeriodDoubling => nearest(orbit, -1.0),
-        BifurcationKind::NeimarkSacker => critical_pair(orbit),
-        BifurcationKind::Grazing => None,
-    }
-}
-
-/// The multiplier without the trivial one that is closest to a real number.
-fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
-    orbit
-        .nontrivial_multipliers()
-        .min_by(|a, b| a.distance_from(real).total_cmp(&b.distance_from(real)))
-}
-
-/// The pair of complex multipliers closest to the unit circle.
-fn critical_pair(orbit: &PeriodicOrbit) -> Option<Multiplier> {
-    orbit
-        .nontrivial_multipliers()
-        .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
-        .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()))
+        | BifurcationKind::SymmetryBreaking => &|multiplier| multiplier.distance_from(1.0),
+        BifurcationKind::PeriodDoubling => &|multiplier| multiplier.distance_from(-1.0),
+        BifurcationKind::NeimarkSacker => {
+            return all
+                .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
+                .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()));
+        }
+        BifurcationKind::Grazing => return None,
+    };
+    all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }

@@ -66,7 +66,7 @@ pub struct BranchStats {
 }
 
 /// A branch of periodic orbits of a family.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitBranch {
     /// The orbits in their order along the branch.
     pub points: Vec<PeriodicOrbit>,

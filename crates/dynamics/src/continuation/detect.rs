@@ -3,6 +3,7 @@
 use super::bifurcation::critical_multiplier;
 use super::point::Point;
 use super::shape::GuardDistances;
+use super::shooting::parameter_of;
 use super::{BifurcationKind, Multiplier, PeriodicOrbit};
 
 /// Largest distance `|ln|multiplier||` of a pair from the unit circle at a Neimark-Sacker point. A larger one shows that
@@ -15,7 +16,7 @@ impl BifurcationKind {
     pub(super) fn test(self, point: &Point) -> f64 {
         let orbit = &point.orbit;
         match self {
-            Self::Fold => point.tangent.parameter / point.scale.parameter,
+            Self::Fold => parameter_of(&point.tangent) / point.scale.parameter,
             // Zero at folds, too.
             Self::BranchPoint | Self::SymmetryBreaking => product(orbit, |m| 1.0 - m.re()),
             Self::PeriodDoubling => product(orbit, |m| 1.0 + m.re()),

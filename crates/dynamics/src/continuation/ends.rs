@@ -8,7 +8,7 @@ use super::follow::BranchState;
 use super::locate::Piece;
 use super::point::Point;
 use super::shape::GuardDistances;
-use super::shooting::Direction;
+use super::shooting::{Direction, direction};
 use super::{Bifurcation, BifurcationKind, BranchEnd, PeriodicOrbit};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
@@ -29,8 +29,8 @@ const MIN_POINTS: usize = 5;
 const CLOSE: RangeInclusive<f64> = -0.2..=1.2;
 const CLOSE_ASIDE: f64 = 0.5;
 
-/// Distance from the first point, relative to the length of the step, at which the branch is closed: the amplitudes are
-/// those of samples of the orbits. Maximum number of orbits to find it.
+/// Distance from the first point, relative to the length of the step, at which the branch is closed. Maximum number of orbits
+/// to find it.
 const CLOSED: f64 = 0.1;
 const MAX_CLOSING: usize = 5;
 
@@ -135,7 +135,7 @@ impl BranchState<'_, '_> {
         })
     }
 
-    /// Whether the last step passed the first point of the branch. Only the parameter, the period and the amplitudes are
+    /// Whether the last step passed the first point of the branch. Only the parameter, the period and the deviations are
     /// compared: the phases of the segments change along the branch. Where the first point is close to the chord of the step,
     /// the orbit beside it is computed. Bifurcations of the last step beyond the first point are forgotten: the branch has
     /// passed them before.
@@ -143,22 +143,20 @@ impl BranchState<'_, '_> {
         let (Some(before), Some(next)) = (&self.before, self.found.points.first()) else {
             return false;
         };
-        let place = |orbit: &PeriodicOrbit| Direction {
-            parameter: orbit.parameter,
-            period: orbit.period_s,
-            states: vec![DVector::from_column_slice(&orbit.component_amplitudes)],
+        let place = |orbit: &PeriodicOrbit| {
+            let deviations = DVector::from_column_slice(&orbit.component_deviations);
+            direction([&deviations], orbit.period_s, orbit.parameter)
         };
         let scale = &self.now.scale;
-        let from_to = |a: &Direction, b: &Direction| b.clone().plus(-1.0, a);
         let [start, next, from, to] =
             [&self.first.orbit, next, &before.orbit, &self.now.orbit].map(place);
-        let step = from_to(&from, &to);
+        let step = &to - &from;
         let length = scale.norm(&step);
         let share_of = |way: &Direction| scale.dot(&step, way) / length.powi(2);
-        let passed = from_to(&from, &start);
+        let passed = &start - &from;
         let mut share = share_of(&passed);
-        let aside = scale.norm(&passed.plus(-share, &step));
-        let heads_back = scale.dot(&from_to(&start, &next), &step) > 0.0;
+        let aside = scale.norm(&(passed - &step * share));
+        let heads_back = scale.dot(&(next - &start), &step) > 0.0;
         if !heads_back || !CLOSE.contains(&share) || aside > CLOSE_ASIDE * length {
             return false;
         }
@@ -170,11 +168,10 @@ impl BranchState<'_, '_> {
             let Ok(point) = self.flow.point_within(piece, share) else {
                 return false;
             };
-            let missing = from_to(&place(&point.orbit), &start);
+            let missing = &start - place(&point.orbit);
             if scale.norm(&missing) < CLOSED * length {
                 let last = self.found.bifurcations.split_off(known);
-                let is_new =
-                    |found: &Bifurcation| share_of(&from_to(&from, &place(&found.orbit))) < share;
+                let is_new = |found: &Bifurcation| share_of(&(place(&found.orbit) - &from)) < share;
                 self.found
                     .bifurcations
                     .extend(last.into_iter().filter(is_new));

@@ -35,7 +35,7 @@ pub enum ContinuationError {
         /// Last correction, relative to the size of the orbit.
         correction: f64,
         /// Number of iterations.
-        iterations: u32,
+        iterations: usize,
     },
     /// The motion does not return to its start.
     #[error(

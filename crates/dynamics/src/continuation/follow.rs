@@ -7,7 +7,7 @@ use super::locate::Piece;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
 use super::shape::GuardDistances;
-use super::shooting::{Direction, Scale, ShootingPoint};
+use super::shooting::{Direction, Scale, ShootingPoint, parameter_of};
 use super::start::BranchStart;
 use super::step::StepControl;
 use super::{
@@ -53,50 +53,39 @@ pub fn continue_orbits(
     };
     let precision = Precision::Location;
     let mut first = flow.point(&shot, &scale, constraint, precision)?;
-    let forward = |tangent: &Direction, scale: &Scale| match &away {
-        Some(away) if away.states.len() == tangent.states.len() => scale.dot(tangent, away) > 0.0,
-        _ => tangent.parameter > 0.0,
+    let is_forward = match &away {
+        Some(away) if away.len() == first.tangent.len() => {
+            first.scale.dot(&first.tangent, away) > 0.0
+        }
+        _ => parameter_of(&first.tangent) > 0.0,
     };
-    if !forward(&first.tangent, &first.scale) {
-        first.tangent = first.tangent.scaled(-1.0);
+    if !is_forward {
+        first.tangent.neg_mut();
     }
-    let mut branch = OrbitBranch {
-        points: vec![first.orbit.clone()],
-        bifurcations: Vec::new(),
-        unresolved: Vec::new(),
-        ends: [None, None],
-        stats: flow.stats,
-    };
+    let mut branch = OrbitBranch::default();
     if watch(&first.orbit).is_err() {
         branch.ends[1] = Some(BranchEnd::Stopped);
-        return Ok(branch);
-    }
-    if away.is_none() {
+    } else if away.is_none() {
         let mut back = first.clone();
-        back.tangent = back.tangent.scaled(-1.0);
-        let mut found = BranchState::new(&mut flow, back).run(watch)?;
-        found.points.reverse();
-        found.bifurcations.reverse();
-        found.unresolved.reverse();
-        for bifurcation in &mut found.bifurcations {
+        back.tangent.neg_mut();
+        branch = BranchState::new(&mut flow, back).run(watch)?;
+        branch.points.reverse();
+        branch.bifurcations.reverse();
+        branch.unresolved.reverse();
+        for bifurcation in &mut branch.bifurcations {
             bifurcation.unstable_change *= -1;
         }
-        found.points.append(&mut branch.points);
-        branch.points = found.points;
-        branch.bifurcations = found.bifurcations;
-        branch.unresolved = found.unresolved;
-        let is_complete = matches!(found.end, BranchEnd::Closed | BranchEnd::Stopped);
-        branch.ends[0] = Some(found.end);
-        if is_complete {
-            branch.stats = flow.stats;
-            return Ok(branch);
-        }
+        branch.ends.swap(0, 1);
     }
-    let mut found = BranchState::new(&mut flow, first).run(watch)?;
-    branch.points.append(&mut found.points);
-    branch.bifurcations.append(&mut found.bifurcations);
-    branch.unresolved.append(&mut found.unresolved);
-    branch.ends[1] = Some(found.end);
+    branch.points.push(first.orbit.clone());
+    let is_complete = |end| matches!(end, &Some(BranchEnd::Closed | BranchEnd::Stopped));
+    if !branch.ends.iter().any(is_complete) {
+        let mut found = BranchState::new(&mut flow, first).run(watch)?;
+        branch.points.append(&mut found.points);
+        branch.bifurcations.append(&mut found.bifurcations);
+        branch.unresolved.append(&mut found.unresolved);
+        branch.ends[1] = found.ends[1].take();
+    }
     branch.stats = flow.stats;
     Ok(branch)
 }
@@ -113,15 +102,8 @@ pub(super) struct BranchState<'a, 'f> {
     control: StepControl,
     pub largest_amplitude: f64,
     largest_sizes: [f64; 2],
-    pub found: BranchPart,
-}
-
-/// What was found in one direction.
-pub(super) struct BranchPart {
-    pub points: Vec<PeriodicOrbit>,
-    pub bifurcations: Vec<Bifurcation>,
-    unresolved: Vec<[f64; 2]>,
-    end: BranchEnd,
+    /// The points after the first, and what was found with them.
+    pub found: OrbitBranch,
 }
 
 /// Why a step should be shorter.
@@ -155,17 +137,12 @@ impl<'a, 'f> BranchState<'a, 'f> {
             largest_amplitude: first.orbit.amplitude,
             largest_sizes: first.shape.sizes,
             first,
-            found: BranchPart {
-                points: Vec::new(),
-                bifurcations: Vec::new(),
-                unresolved: Vec::new(),
-                end: BranchEnd::Stopped,
-            },
+            found: OrbitBranch::default(),
         }
     }
 
-    fn run(mut self, watch: OnOrbit<'_>) -> Result<BranchPart, ContinuationError> {
-        self.found.end = loop {
+    fn run(mut self, watch: OnOrbit<'_>) -> Result<OrbitBranch, ContinuationError> {
+        let end = loop {
             if self.found.points.len() >= MAX_POINTS {
                 break BranchEnd::MaxPoints;
             }
@@ -207,6 +184,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
                 break end;
             }
         };
+        self.found.ends[1] = Some(end);
         Ok(self.found)
     }
 
@@ -215,7 +193,11 @@ impl<'a, 'f> BranchState<'a, 'f> {
         let [low, high] = self.flow.options.bounds;
         let (now, tangent) = (&self.now, &self.now.tangent);
         let here = now.orbit.parameter;
-        let bound = if tangent.parameter > 0.0 { high } else { low };
+        let bound = if parameter_of(tangent) > 0.0 {
+            high
+        } else {
+            low
+        };
         let is_at_bound = (here - bound).abs() <= 1e-12 * (high - low);
         if is_at_bound || !(low..=high).contains(&here) {
             return Ok(None);
@@ -224,10 +206,8 @@ impl<'a, 'f> BranchState<'a, 'f> {
         let guess_at = |step: f64| {
             let guess = now.shot.moved(step, tangent);
             match &self.bend {
-                Some(bend) if bend.states.len() == guess.len() => {
-                    guess.moved(0.5 * step * step, bend)
-                }
-                _ => guess,
+                Some(bend) => guess.moved(0.5 * step * step, bend),
+                None => guess,
             }
         };
         let mut shot = guess_at(step);
@@ -286,9 +266,16 @@ impl<'a, 'f> BranchState<'a, 'f> {
         if next.shot.phases != self.now.shot.phases {
             self.now = self.flow.with_phases(&self.now, &next.shot.phases)?;
             self.bend = None;
+            if self.now.shot.len() != next.shot.len() {
+                return Err(ContinuationError::NotConverged {
+                    parameter: next.shot.parameter,
+                    correction: next.orbit.correction,
+                    iterations: 0,
+                });
+            }
         }
         if self.now.scale.dot(&next.tangent, &self.now.tangent) < 0.0 {
-            next.tangent = next.tangent.scaled(-1.0);
+            next.tangent.neg_mut();
         }
         Ok(next)
     }
@@ -358,9 +345,8 @@ impl<'a, 'f> BranchState<'a, 'f> {
             [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
         let watched = watch(&next.orbit);
         self.found.points.push(next.orbit.clone());
-        let bend = next.tangent.clone().plus(-1.0, &self.now.tangent);
-        self.bend =
-            (!self.now.has_corner_before(&next)).then(|| bend.scaled(1.0 / prediction.step));
+        let bend = (&next.tangent - &self.now.tangent) / prediction.step;
+        self.bend = (!self.now.has_corner_before(&next)).then_some(bend);
         self.control.adapt(&self.now, &next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
         Ok(watched.is_err().then_some(BranchEnd::Stopped))

@@ -7,7 +7,7 @@ use super::detect::lowest_guard;
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
-use super::shooting::ShootingPoint;
+use super::shooting::{ShootingPoint, parameter_of};
 use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonance};
 
 /// Target for the error of the parameter at a bifurcation, relative to the distance of its bounds.
@@ -35,10 +35,11 @@ pub(super) struct Piece<'a> {
 }
 
 impl Piece<'_> {
-    /// Distance of the two points along the tangent of the first.
-    pub fn length(self) -> f64 {
+    /// Second derivative of the parameter with respect to the arclength, from the tangents at both ends.
+    fn fold_curvature(self) -> f64 {
         let chord = self.to.shot.minus(&self.from.shot);
-        self.from.scale.dot(&self.from.tangent, &chord)
+        let length = self.from.scale.dot(&self.from.tangent, &chord);
+        (parameter_of(&self.to.tangent) - parameter_of(&self.from.tangent)) / length
     }
 
     /// The cubic through both points with both tangents, at a share of the piece.
@@ -46,12 +47,7 @@ impl Piece<'_> {
         let chord = self.to.shot.minus(&self.from.shot);
         let length = self.from.scale.norm(&chord);
         let r = 1.0 - share;
-        let bend = self
-            .from
-            .tangent
-            .clone()
-            .scaled(share * r * r * length)
-            .plus(-share * share * r * length, &self.to.tangent);
+        let bend = (&self.from.tangent * r - &self.to.tangent * share) * (share * r * length);
         self.from
             .shot
             .moved(share * share * (3.0 - 2.0 * share), &chord)
@@ -168,7 +164,7 @@ impl Flow<'_> {
         if point.shot.len() == piece.from.shot.len()
             && piece.from.scale.dot(&point.tangent, &piece.from.tangent) < 0.0
         {
-            point.tangent = point.tangent.scaled(-1.0);
+            point.tangent.neg_mut();
         }
         Ok(point)
     }
@@ -182,25 +178,20 @@ impl Flow<'_> {
         error: f64,
     ) -> Result<Bifurcation, ContinuationError> {
         let orbit = &point.orbit;
-        let critical = critical_multiplier(kind, orbit);
-        let crossing_rate = match kind {
-            BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker => {
-                critical.and_then(|critical| crossing_rate(piece, &point, critical))
-            }
-            _ => None,
-        };
+        let critical = critical_multiplier(kind, orbit).filter(|_| {
+            matches!(
+                kind,
+                BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker
+            )
+        });
+        let crossing_rate = critical.and_then(|critical| crossing_rate(piece, &point, critical));
         let rotation_number = critical
             .filter(|_| kind == BifurcationKind::NeimarkSacker)
             .map(Multiplier::rotation_number);
         let resonance = rotation_number.and_then(Resonance::of);
-        let birth = match kind {
-            BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker
-                if resonance.is_none() =>
-            {
-                critical.and_then(|critical| self.birth(&point, critical))
-            }
-            _ => None,
-        };
+        let birth = critical
+            .filter(|_| resonance.is_none())
+            .and_then(|critical| self.birth(&point, critical));
         // An error of the multipliers moves the zero.
         let by_multipliers = orbit
             .trivial_multiplier_error
@@ -212,8 +203,8 @@ impl Flow<'_> {
             }
             kind => kind,
         };
-        let change = |from: usize, to: usize| to as i32 - from as i32;
-        let [from, to] = [piece.from, piece.to].map(|point| point.orbit.unstable_multipliers);
+        let [from, to] =
+            [piece.from, piece.to].map(|point| point.orbit.unstable_multipliers as i32);
         Ok(Bifurcation {
             kind,
             parameter: orbit.parameter,
@@ -224,12 +215,11 @@ impl Flow<'_> {
             resonance,
             crossing_rate,
             birth,
-            fold_curvature: (kind == BifurcationKind::Fold).then(|| fold_curvature(piece)),
-            guard: match kind {
-                BifurcationKind::Grazing => lowest_guard(&point).map(|(guard, _)| guard),
-                _ => None,
-            },
-            unstable_change: change(from, to),
+            fold_curvature: (kind == BifurcationKind::Fold).then(|| piece.fold_curvature()),
+            guard: lowest_guard(&point)
+                .filter(|_| kind == BifurcationKind::Grazing)
+                .map(|(guard, _)| guard),
+            unstable_change: to - from,
             orbit: point.orbit,
         })
     }
@@ -265,10 +255,4 @@ fn crossing_rate(piece: Piece<'_>, point: &Point, critical: Multiplier) -> Optio
     });
     let ([xa, slope_a], [xb, slope_b]) = (a?, b?);
     (xa * xb < 0.0).then(|| (slope_a * xb - slope_b * xa) / (xb - xa))
-}
-
-/// Second derivative of the parameter with respect to the arclength, from the tangents at both ends of a piece.
-fn fold_curvature(piece: Piece<'_>) -> f64 {
-    let length = piece.length();
-    (piece.to.tangent.parameter - piece.from.tangent.parameter) / length
 }

@@ -6,7 +6,7 @@ use super::ContinuationError;
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
-use super::shooting::{Scale, ShootingPoint};
+use super::shooting::{Scale, ShootingPoint, parameter_of};
 use crate::System;
 
 /// Points of an orbit at which its first division is considered.
@@ -88,8 +88,8 @@ impl Flow<'_> {
         }
         let constraint = Constraint::Parameter;
         let mut other = self.point(&shot, &point.scale, constraint, Precision::Branch)?;
-        if (other.tangent.parameter < 0.0) != (point.tangent.parameter < 0.0) {
-            other.tangent = other.tangent.scaled(-1.0);
+        if (parameter_of(&other.tangent) < 0.0) != (parameter_of(&point.tangent) < 0.0) {
+            other.tangent.neg_mut();
         }
         Ok(other)
     }

@@ -9,8 +9,8 @@
 //! * *Multiple shooting.* The period is divided into segments. The unknowns are the states at their starts, the
 //!   period (of an autonomous system) and the parameter. Newton's method uses the tangent flow of each segment,
 //!   which passes events with their saltation correction. The number of segments follows the growth and contraction
-//!   of the flow, and the linear systems are solved segment by segment with orthogonal transformations: neither
-//!   needs the product of the segments (U. Ascher, R. Mattheij, R. Russell, Numerical Solution of Boundary Value
+//!   of the flow, and the linear systems of all segments are solved by a sparse QR factorisation: neither needs the
+//!   product of the segments (U. Ascher, R. Mattheij, R. Russell, Numerical Solution of Boundary Value
 //!   Problems for Ordinary Differential Equations, SIAM 1995; S. J. Wright, SIAM J. Sci. Stat. Comput. 13 (1992)
 //!   742-764).
 //! * *Phase.* The phase of an autonomous orbit is fixed by the integral condition relative to the preceding orbit,

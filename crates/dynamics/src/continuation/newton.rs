@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::ContinuationError;
-use super::cyclic::{Segment, Solution, solve};
+use super::cyclic::{Entry, equations, phase_row, solve};
 use super::flow::{Flow, SegmentEnds};
-use super::shooting::{Direction, Scale, ShootingPoint};
+use super::shooting::{Direction, Scale, ShootingPoint, direction};
 use crate::System;
 
 /// Maximum number of iterations per orbit.
@@ -54,9 +54,8 @@ pub(super) struct Corrected {
     pub maps: Vec<DMatrix<f64>>,
     /// The tangent of the branch, of norm 1.
     pub tangent: Direction,
-    /// First and last Newton correction.
-    pub corrections: [f64; 2],
-    pub iterations: u32,
+    /// Sizes of the Newton corrections.
+    pub corrections: Vec<f64>,
 }
 
 /// The state of an iteration.
@@ -81,50 +80,34 @@ impl Flow<'_> {
         precision: Precision,
     ) -> Result<Corrected, ContinuationError> {
         let mut now = self.iterate(guess.clone(), scale)?;
-        let phase = phase_rows(&now.ends, scale);
+        let phase = phase_row(guess, &now.ends, scale);
         let mut slopes = Vec::new();
-        let mut corrections: [f64; 2] = [f64::INFINITY; 2];
-        let mut first = None;
-        for iteration in 1..=MAX_ITERATIONS {
-            if (iteration - 1) % RENEWAL == 0 {
+        let mut corrections = Vec::new();
+        for iteration in 0..MAX_ITERATIONS {
+            if iteration % RENEWAL == 0 {
                 slopes = self.parameter_slopes(now.sys.as_ref(), &now.shot, &now.ends)?;
             }
-            let equations = Equations {
-                scale,
-                constraint,
-                guess,
-                phase: &phase,
-                slopes: &slopes,
-            };
-            let failed = ContinuationError::NotConverged {
-                parameter: now.shot.parameter,
-                correction: corrections[1],
-                iterations: iteration,
-            };
-            let Some((correction, tangent)) = equations.solve(&now) else {
-                return Err(failed);
+            let Some([correction, tangent]) =
+                now.corrections(guess, scale, constraint, &phase, &slopes)
+            else {
+                break;
             };
             self.stats.newton_iterations += 1;
-            let size = scale.norm(&correction);
-            corrections = [corrections[1], size];
-            let first = *first.get_or_insert(size);
-            if self.has_converged(corrections, precision) {
-                let shot = self.settled(now.shot.moved(1.0, &correction), &now);
-                let norm = scale.norm(&tangent);
+            corrections.push(scale.norm(&correction));
+            if self.has_converged(&corrections, precision) {
                 return Ok(Corrected {
-                    shot,
+                    shot: self.settled(now.shot.moved(1.0, &correction), &now),
+                    tangent: &tangent / scale.norm(&tangent),
                     maps: now.ends.maps,
-                    tangent: tangent.scaled(1.0 / norm),
-                    corrections: [first, size],
-                    iterations: iteration,
+                    corrections,
                 });
             }
             now = self.advance(now, &correction, scale)?;
         }
         Err(ContinuationError::NotConverged {
             parameter: now.shot.parameter,
-            correction: corrections[1],
-            iterations: MAX_ITERATIONS,
+            correction: corrections.last().copied().unwrap_or(f64::INFINITY),
+            iterations: corrections.len(),
         })
     }
 
@@ -137,10 +120,7 @@ impl Flow<'_> {
         shot.period = self.period(&shot);
         let sys = self.system(shot.parameter)?;
         let ends = self.segments(sys.as_ref(), &shot, true)?;
-        let residuals = residuals(&shot, &ends);
-        let residual = residuals
-            .iter()
-            .fold(0.0, |max: f64, r| max.max(scale.norm_state(r)));
+        let residual = residual(&shot, &ends, scale);
         shot.statuses.clone_from(&ends.statuses);
         shot.statuses.rotate_right(1);
         Ok(Iterate {
@@ -185,14 +165,14 @@ impl Flow<'_> {
         }
     }
 
-    /// Whether the orbit after the last of two successive corrections is accurate enough.
-    fn has_converged(&self, [previous, last]: [f64; 2], precision: Precision) -> bool {
+    /// Whether the orbit after the last correction is accurate enough.
+    fn has_converged(&self, corrections: &[f64], precision: Precision) -> bool {
         let tolerance = self.options.newton_tolerance;
         // The next correction: the last two show the rate of convergence; after one, it is assumed to be quadratic.
-        let next = if previous.is_finite() {
-            last * (last / previous).min(1.0)
-        } else {
-            10.0 * last * last
+        let (previous, last, next) = match *corrections {
+            [.., previous, last] => (previous, last, last * (last / previous).min(1.0)),
+            [last] => (f64::INFINITY, last, 10.0 * last * last),
+            [] => return false,
         };
         // Corrections that do not decrease any more show the error of the integration.
         let noise = 1e3 * self.tolerance();
@@ -222,116 +202,52 @@ impl Flow<'_> {
 }
 
 /// The distance of the end of each segment from the start of the next one.
-pub(super) fn residuals(shot: &ShootingPoint, ends: &SegmentEnds) -> Vec<DVector<f64>> {
-    let next = (1..=shot.len()).map(|k| &shot.states[k % shot.len()]);
-    ends.ends
-        .iter()
-        .zip(next)
-        .map(|(end, next)| end - next)
-        .collect()
+fn residuals(shot: &ShootingPoint, ends: &SegmentEnds) -> impl Iterator<Item = DVector<f64>> {
+    let next = shot.states.iter().cycle().skip(1);
+    ends.ends.iter().zip(next).map(|(end, next)| end - next)
 }
 
-/// The rows of the integral phase condition in scaled coordinates: the flow at the starts of the segments, together of
-/// norm 1. An orbit at rest has no phase; its rows are zero.
-fn phase_rows(ends: &SegmentEnds, scale: &Scale) -> Vec<DVector<f64>> {
-    let count = ends.slopes.len();
-    let mut rows: Vec<_> = (0..count)
-        .map(|k| scale.scaled_state(&ends.slopes[(k + count - 1) % count]))
-        .collect();
-    let norm = rows.iter().map(DVector::norm_squared).sum::<f64>().sqrt();
-    if norm > 0.0 {
-        rows.iter_mut().for_each(|row| *row /= norm);
-    }
-    rows
+/// The largest of these distances, scaled.
+pub(super) fn residual(shot: &ShootingPoint, ends: &SegmentEnds, scale: &Scale) -> f64 {
+    residuals(shot, ends).fold(0.0, |max, distance| max.max(scale.norm_state(&distance)))
 }
 
-/// The equations of one Newton iteration.
-struct Equations<'a> {
-    scale: &'a Scale,
-    constraint: Constraint<'a>,
-    /// The guess, from which the phase is measured.
-    guess: &'a ShootingPoint,
-    phase: &'a [DVector<f64>],
-    /// Derivatives of the segment ends with respect to the parameter.
-    slopes: &'a [DVector<f64>],
-}
-
-impl Equations<'_> {
-    /// The Newton correction, and the direction of the branch, not normalised.
-    fn solve(&self, now: &Iterate) -> Option<(Direction, Direction)> {
-        let scale = self.scale;
-        let shot = &now.shot;
-        let free = shot.drive_periods.is_none();
-        // Scalar unknowns: the period of an autonomous system, and the parameter.
-        let b = 1 + usize::from(free);
-        let last = b - 1;
-        let n = shot.states[0].len();
-        let residuals = residuals(shot, &now.ends);
-        let mut corner = DMatrix::zeros(b, b);
-        let mut right = DMatrix::zeros(b, 2);
-        right[(last, 1)] = 1.0;
-        let segments: Vec<_> = (0..shot.len())
-            .map(|k| {
-                let mut columns = DMatrix::zeros(n, b);
-                let mut border = DMatrix::zeros(b, n);
-                if free {
-                    let [from, to] = shot.span(k);
-                    let slope = &now.ends.slopes[k] * ((to - from) * scale.period);
-                    columns.set_column(0, &scale.scaled_state(&slope));
-                    border.set_row(0, &self.phase[k].transpose());
-                    let moved = scale.scaled_state(&(&shot.states[k] - &self.guess.states[k]));
-                    right[(0, 0)] -= self.phase[k].dot(&moved);
-                }
-                let slope = &self.slopes[k] * scale.parameter;
-                columns.set_column(last, &scale.scaled_state(&slope));
-                if let Constraint::Arclength { tangent, .. } = self.constraint {
-                    let row = scale.scaled_state(&tangent.states[k]) / shot.len() as f64;
-                    border.set_row(last, &row.transpose());
-                }
-                let mut right = DMatrix::zeros(n, 2);
-                right.set_column(0, &-scale.scaled_state(&residuals[k]));
-                Segment {
-                    map: scale.scaled_map(&now.ends.maps[k]),
-                    columns,
-                    right,
-                    border,
-                }
-            })
-            .collect();
-        match self.constraint {
-            Constraint::Parameter => corner[(last, last)] = 1.0,
+impl Iterate {
+    /// The Newton correction, and the direction of the branch, not normalised. `guess` is that from which the phase is
+    /// measured; `slopes` are the derivatives of the segment ends with respect to the parameter.
+    fn corrections(
+        &self,
+        guess: &ShootingPoint,
+        scale: &Scale,
+        constraint: Constraint<'_>,
+        phase: &Direction,
+        slopes: &[DVector<f64>],
+    ) -> Option<[Direction; 2]> {
+        let shot = &self.shot;
+        let units = scale.units(shot.len());
+        let [period, parameter] = [2, 1].map(|from_end| units.len() - from_end);
+        let column = direction(slopes, 0.0, 0.0).component_mul(&units) / units[parameter];
+        let mut entries = equations(shot, &self.ends, scale, phase, false);
+        let places = (0..period).map(|row| Entry::new(row, parameter, column[row]));
+        entries.extend(places);
+        let mut right = DMatrix::zeros(units.len(), 2);
+        let residuals: Vec<_> = residuals(shot, &self.ends).collect();
+        let distances = scale.scaled(&direction(&residuals, 0.0, 0.0));
+        right.set_column(0, &-distances);
+        if shot.drive_periods.is_none() {
+            right[(period, 0)] = -phase.dot(&scale.scaled(&shot.minus(guess)));
+        }
+        match constraint {
+            Constraint::Parameter => entries.push(Entry::new(parameter, parameter, 1.0)),
             Constraint::Arclength { tangent, target } => {
-                corner[(last, last)] = tangent.parameter / scale.parameter;
-                if free {
-                    corner[(last, 0)] = tangent.period / scale.period;
-                }
-                right[(last, 0)] = -scale.dot(tangent, &shot.minus(target));
+                let tangent = scale.scaled(tangent);
+                right[(parameter, 0)] = -tangent.dot(&scale.scaled(&shot.minus(target)));
+                let places = (0..=parameter).map(|j| Entry::new(parameter, j, tangent[j]));
+                entries.extend(places);
             }
         }
-        let solution = solve(&segments, corner, right)?;
-        Some((
-            self.direction(&solution, 0, free),
-            self.direction(&solution, 1, free),
-        ))
-    }
-
-    /// One column of the solution without scales.
-    fn direction(&self, solution: &Solution, column: usize, free: bool) -> Direction {
-        let last = solution.scalars.nrows() - 1;
-        let states = solution.states.iter();
-        Direction {
-            parameter: solution.scalars[(last, column)] * self.scale.parameter,
-            period: if free {
-                solution.scalars[(0, column)] * self.scale.period
-            } else {
-                0.0
-            },
-            states: states
-                .map(|state| {
-                    self.scale
-                        .unscaled_state(&state.column(column).into_owned())
-                })
-                .collect(),
-        }
+        right[(parameter, 1)] = 1.0;
+        let solution = solve(&entries, &right)?;
+        Some([0, 1].map(|column| solution.column(column).component_div(&units)))
     }
 }

@@ -59,34 +59,24 @@ impl ContinuationOptions {
         let width = high - low;
         let newton = self.newton_tolerance;
         let StepLimits { initial, min, max } = self.steps;
-        let ordered = min > 0.0 && min <= initial && initial <= max && max.is_finite();
-        let checks = [
-            (
-                width > 0.0 && width.is_finite(),
-                "the distance of the parameter's bounds",
-                width,
-                "finite, with the lower bound below the upper one",
-            ),
-            (
-                newton > 0.0 && newton < 1.0,
-                "the Newton tolerance",
-                newton,
-                "between 0 and 1",
-            ),
-            (
-                ordered,
-                "the first step along the branch",
-                initial,
-                "positive, from the minimum to the maximum step",
-            ),
-        ];
-        match checks.into_iter().find(|check| !check.0) {
-            None => Ok(()),
-            Some((_, name, value, allowed)) => Err(ContinuationError::Option {
+        let fail = |name, value, allowed| {
+            Err(ContinuationError::Option {
                 name,
                 value,
                 allowed,
-            }),
+            })
+        };
+        if !(width > 0.0 && width.is_finite()) {
+            let allowed = "finite, with the lower bound below the upper one";
+            return fail("the distance of the parameter's bounds", width, allowed);
         }
+        if !(newton > 0.0 && newton < 1.0) {
+            return fail("the Newton tolerance", newton, "between 0 and 1");
+        }
+        if !(min > 0.0 && min <= initial && initial <= max && max.is_finite()) {
+            let allowed = "positive, from the minimum to the maximum step";
+            return fail("the first step along the branch", initial, allowed);
+        }
+        Ok(())
     }
 }

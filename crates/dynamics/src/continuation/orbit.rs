@@ -120,6 +120,10 @@ pub struct PeriodicOrbit {
     pub amplitude: f64,
     /// Half the range of each component of the state over the period.
     pub component_amplitudes: Vec<f64>,
+    /// Standard deviation of each component of the state over the period. Unlike the range of samples it does not depend on
+    /// their phases.
+    #[serde(skip)]
+    pub component_deviations: Vec<f64>,
     /// Largest distance between the end of a segment and the start of the next one, relative to the size of the orbit.
     pub residual: f64,
     /// Last Newton correction, relative to the size of the orbit.

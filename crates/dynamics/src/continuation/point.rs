@@ -43,13 +43,13 @@ impl Flow<'_> {
     ) -> Result<Point, ContinuationError> {
         let mut corrected = self.correct(guess, scale, constraint, precision)?;
         let first_correction = corrected.corrections[0];
-        let iterations = corrected.iterations;
+        let mut iterations = corrected.corrections.len();
         for _ in 0..MAX_REFINEMENTS {
             let Some(refined) = self.refine(&corrected.shot, &corrected.maps, scale)? else {
                 break;
             };
             corrected = self.correct(&refined, scale, Constraint::Parameter, precision)?;
-            corrected.iterations += iterations;
+            iterations += corrected.corrections.len();
         }
         let shape = self.shape(&corrected.shot, scale)?;
         let sys = self.system(corrected.shot.parameter)?;
@@ -60,12 +60,11 @@ impl Flow<'_> {
             self.width(),
         );
         self.stats.orbits += 1;
-        let orbit = self.orbit(&corrected, &shape, &scale)?;
-        let norm = scale.norm(&corrected.tangent);
+        let orbit = self.orbit(&corrected, iterations, &shape, &scale)?;
         Ok(Point {
             orbit,
             shot: corrected.shot,
-            tangent: corrected.tangent.scaled(1.0 / norm),
+            tangent: &corrected.tangent / scale.norm(&corrected.tangent),
             shape,
             scale,
             first_correction,
@@ -76,6 +75,7 @@ impl Flow<'_> {
     fn orbit(
         &self,
         corrected: &Corrected,
+        iterations: usize,
         shape: &Shape,
         scale: &Scale,
     ) -> Result<PeriodicOrbit, ContinuationError> {
@@ -96,9 +96,10 @@ impl Flow<'_> {
             trivial_multiplier_error: None,
             amplitude: shape.amplitude,
             component_amplitudes: shape.component_amplitudes.clone(),
+            component_deviations: shape.component_deviations.clone(),
             residual: shape.residual,
-            correction: corrected.corrections[1],
-            iterations: corrected.iterations,
+            correction: corrected.corrections[corrected.corrections.len() - 1],
+            iterations: iterations as u32,
             events: shape.crossings,
             open_guards: shape.open_guards(),
             segments: segments
@@ -118,17 +119,5 @@ impl Flow<'_> {
             .count();
         orbit.stable = orbit.unstable_multipliers == 0;
         Ok(orbit)
-    }
-
-    /// The scale for an orbit or a guess.
-    pub fn scale(&mut self, shot: &ShootingPoint) -> Result<Scale, ContinuationError> {
-        let sys = self.system(shot.parameter)?;
-        let sizes = self.sizes(sys.as_ref(), shot)?;
-        Ok(Scale::new(
-            sys.as_ref(),
-            sizes,
-            self.period(shot),
-            self.width(),
-        ))
     }
 }

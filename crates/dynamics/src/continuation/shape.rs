@@ -4,22 +4,24 @@ use nalgebra::{DMatrix, DVector};
 
 use super::ContinuationError;
 use super::flow::{Flow, SegmentEnds, slope_in};
-use super::newton::residuals;
-use super::shooting::{Scale, ShootingPoint, sizes_of};
+use super::newton::residual;
+use super::shooting::{Scale, ShootingPoint};
 use crate::{Switching, System};
 
 /// Samples per period from which ranges and minima are computed.
 const SAMPLES: usize = 128;
 
 /// A state of an orbit.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct OrbitSample {
+#[derive(Clone, Debug)]
+struct OrbitSample {
     /// Time from phase zero, s.
-    pub time_s: f64,
-    /// State, without quadratures.
-    pub state: Vec<f64>,
+    time_s: f64,
+    /// The state.
+    z: Vec<f64>,
     /// Status of a system whose events are located; otherwise empty.
-    pub status: Vec<u8>,
+    status: Vec<u8>,
+    /// Guards crossed before, from any origin.
+    crossings: u64,
 }
 
 /// Distances from the guards.
@@ -39,6 +41,8 @@ pub(super) struct Shape {
     pub amplitude: f64,
     /// Half the range of each component.
     pub component_amplitudes: Vec<f64>,
+    /// Standard deviation of each component.
+    pub component_deviations: Vec<f64>,
     /// Largest distance of the vibration, and of the first-order components, from their means.
     pub sizes: [f64; 2],
     /// Largest distance between the end of a segment and the start of the next one.
@@ -62,56 +66,36 @@ impl Shape {
     }
 }
 
-/// Samples of an orbit.
-pub(super) struct Samples {
-    pub states: Vec<OrbitSample>,
-    /// Guards crossed before each sample, from any origin.
-    crossings: Vec<u64>,
-    /// The ends of the segments.
-    ends: SegmentEnds,
-}
-
 impl Flow<'_> {
-    /// Samples `count` states of an orbit at equal intervals, the first one at phase zero, and returns the ends of
-    /// its segments.
-    pub fn samples(
+    /// Samples of an orbit at equal intervals, the first one at phase zero, and the ends of its segments.
+    fn samples(
         &mut self,
         sys: &dyn System,
         shot: &ShootingPoint,
-        count: usize,
         with_maps: bool,
-    ) -> Result<Samples, ContinuationError> {
+    ) -> Result<(Vec<OrbitSample>, SegmentEnds), ContinuationError> {
         let period = self.period(shot);
         let parameter = shot.parameter;
-        let mut samples: Vec<OrbitSample> = Vec::with_capacity(count);
-        let mut crossings = Vec::with_capacity(count);
-        let mut z = vec![0.0; sys.dim()];
-        let n = sys.tangent_dim();
+        let mut samples: Vec<OrbitSample> = Vec::with_capacity(SAMPLES);
         let ends = self.observed_segments(sys, shot, with_maps, &mut |integrator, k| {
             let end = shot.span(k)[1];
-            while samples.len() < count {
-                let phase = samples.len() as f64 / count as f64;
-                if phase >= end {
-                    break;
-                }
-                let time_s = phase * period;
+            let phase = |sample: usize| sample as f64 / SAMPLES as f64;
+            while samples.len() < SAMPLES && phase(samples.len()) < end {
+                let time_s = phase(samples.len()) * period;
+                let mut z = vec![0.0; sys.dim()];
                 integrator
                     .sample(time_s, &mut z)
                     .map_err(|source| ContinuationError::Integration { parameter, source })?;
                 samples.push(OrbitSample {
                     time_s,
-                    state: z[..n].to_vec(),
+                    z,
                     status: integrator.status().to_vec(),
+                    crossings: integrator.stats().crossings,
                 });
-                crossings.push(integrator.stats().crossings);
             }
             Ok(())
         })?;
-        Ok(Samples {
-            states: samples,
-            crossings,
-            ends,
-        })
+        Ok((samples, ends))
     }
 
     /// Measures an orbit.
@@ -122,92 +106,76 @@ impl Flow<'_> {
     ) -> Result<Shape, ContinuationError> {
         let sys = self.system(shot.parameter)?;
         let sys = sys.as_ref();
-        let mut all = self.samples(sys, shot, SAMPLES, true)?;
-        let maps = std::mem::take(&mut all.ends.maps);
-        let (samples, ends) = (&all.states, &all.ends);
-        let residual = residuals(shot, ends)
-            .iter()
-            .fold(0.0, |max: f64, r| max.max(scale.norm_state(r)));
+        let (samples, ends) = self.samples(sys, shot, true)?;
         let n = sys.tangent_dim();
-        let half_range = |values: &mut dyn Iterator<Item = f64>| {
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
-            0.5 * (high - low)
-        };
-        let observe = |sample: &OrbitSample| self.family.observable(shot.parameter, &sample.state);
+        let states = DMatrix::from_fn(SAMPLES, n, |k, i| samples[k].z[i]);
+        let observe = |k: usize, _| self.family.observable(shot.parameter, &samples[k].z[..n]);
+        let observed = DVector::from_fn(SAMPLES, observe);
         let guards = match sys.switching() {
-            Some(switching) if switching.guards() > 0 => {
-                if switching.is_continuous() {
-                    GuardDistances::Minima(minima(sys, switching, samples))
-                } else {
-                    GuardDistances::ClosestDip(closest_dip(sys, switching, &all))
-                }
+            Some(switching) if switching.guards() > 0 && !switching.is_continuous() => {
+                GuardDistances::ClosestDip(closest_dip(switching, &samples))
             }
-            _ => GuardDistances::Minima(Vec::new()),
+            Some(switching) => GuardDistances::Minima(minima(switching, &samples)),
+            None => GuardDistances::Minima(Vec::new()),
         };
-        let [start, half] = [0, SAMPLES / 2].map(|k| DVector::from_column_slice(&samples[k].state));
         Ok(Shape {
-            half: half - start,
-            amplitude: half_range(&mut samples.iter().map(observe)),
-            component_amplitudes: (0..n)
-                .map(|i| half_range(&mut samples.iter().map(|sample| sample.state[i])))
+            half: (states.row(SAMPLES / 2) - states.row(0)).transpose(),
+            amplitude: 0.5 * (observed.max() - observed.min()),
+            component_amplitudes: states
+                .column_iter()
+                .map(|component| 0.5 * (component.max() - component.min()))
                 .collect(),
-            sizes: sizes(sys, samples),
-            residual,
+            component_deviations: states.row_variance_tr().map(f64::sqrt).as_slice().to_vec(),
+            sizes: sizes(sys, &samples),
+            residual: residual(shot, &ends, scale),
             crossings: ends.crossings,
             guards,
-            maps,
+            maps: ends.maps,
         })
     }
 
-    /// The largest distances of the vibration and of the first-order components from their means, over a guess.
-    pub fn sizes(
-        &mut self,
-        sys: &dyn System,
-        shot: &ShootingPoint,
-    ) -> Result<[f64; 2], ContinuationError> {
-        Ok(sizes(sys, &self.samples(sys, shot, SAMPLES, false)?.states))
+    /// The scale for an orbit or a guess.
+    pub fn scale(&mut self, shot: &ShootingPoint) -> Result<Scale, ContinuationError> {
+        let sys = self.system(shot.parameter)?;
+        let (samples, _) = self.samples(sys.as_ref(), shot, false)?;
+        let sizes = sizes(sys.as_ref(), &samples);
+        let (period, width) = (self.period(shot), self.width());
+        Ok(Scale::new(sys.as_ref(), sizes, period, width))
     }
 }
 
 /// The largest distances of the vibration and of the first-order components from their means.
 fn sizes(sys: &dyn System, samples: &[OrbitSample]) -> [f64; 2] {
     let n = sys.tangent_dim();
-    let mean = samples
-        .iter()
-        .map(|sample| DVector::from_column_slice(&sample.state))
-        .sum::<DVector<f64>>()
-        / samples.len() as f64;
-    let mut largest = [0.0_f64; 2];
-    let mut difference = vec![0.0; n];
-    for sample in samples {
-        for (i, difference) in difference.iter_mut().enumerate() {
-            *difference = sample.state[i] - mean[i];
-        }
-        let sizes = sizes_of(sys, &difference);
-        largest = [0, 1].map(|part| largest[part].max(sizes[part]));
-    }
-    largest
+    let states = || {
+        samples
+            .iter()
+            .map(|s| DVector::from_column_slice(&s.z[..n]))
+    };
+    let mean = states().sum::<DVector<f64>>() / samples.len() as f64;
+    let unit = Scale::new(sys, [1.0; 2], 1.0, 1.0);
+    states()
+        .map(|state| unit.norms(&(state - &mean)))
+        .fold([0.0; 2], |largest: [f64; 2], norms| {
+            [0, 1].map(|part| largest[part].max(norms[part]))
+        })
 }
 
-/// Guard values and their rates along the flow at a sample.
-fn guard_with_rate(
-    sys: &dyn System,
-    switching: &dyn Switching,
-    status: &[u8],
-    sample: &OrbitSample,
-    guard: usize,
-) -> [f64; 2] {
-    let mut z = sample.state.clone();
-    z.resize(sys.dim(), 0.0);
+/// The values of the guards at a sample, for a status.
+fn guard_values(switching: &dyn Switching, status: &[u8], sample: &OrbitSample) -> Vec<f64> {
     let mut values = vec![0.0; switching.guards()];
-    switching.guard_values(status, sample.time_s, &z, &mut values);
-    let mut gradient = vec![0.0; sys.dim()];
-    let rate = switching.guard_gradient(status, guard, sample.time_s, &z, &mut gradient);
-    let slope = slope_in(sys, &sample.status, sample.time_s, &z);
-    let along: f64 = gradient.iter().zip(slope.iter()).map(|(g, f)| g * f).sum();
-    [values[guard], rate + along]
+    switching.guard_values(status, sample.time_s, &sample.z, &mut values);
+    values
+}
+
+/// The rate of a guard along the flow at a sample, for a status.
+fn guard_rate(switching: &dyn Switching, status: &[u8], sample: &OrbitSample, guard: usize) -> f64 {
+    let mut gradient = vec![0.0; switching.dim()];
+    let (t, z) = (sample.time_s, &sample.z);
+    let rate = switching.guard_gradient(status, guard, t, z, &mut gradient);
+    let slope = slope_in(switching, &sample.status, t, z);
+    let along = gradient.iter().zip(slope.iter()).map(|(g, f)| g * f);
+    rate + along.sum::<f64>()
 }
 
 /// The minimum of the cubic with given values and slopes at the ends of an interval of length `h`.
@@ -238,65 +206,49 @@ fn cubic_minimum([from, to]: [[f64; 2]; 2], h: f64) -> f64 {
 
 /// The minimum of each guard of a continuous system over the orbit, with the sign that makes its mean positive. It is
 /// negative if the orbit crosses the guard. The status of a phase would give a sign that depends on this phase.
-fn minima(sys: &dyn System, switching: &dyn Switching, samples: &[OrbitSample]) -> Vec<f64> {
+fn minima(switching: &dyn Switching, samples: &[OrbitSample]) -> Vec<f64> {
     let status = vec![0; switching.status_len()];
-    let count = switching.guards();
     let values: Vec<Vec<f64>> = samples
         .iter()
-        .map(|sample| {
-            let mut z = sample.state.clone();
-            z.resize(sys.dim(), 0.0);
-            let mut values = vec![0.0; count];
-            switching.guard_values(&status, sample.time_s, &z, &mut values);
-            values
-        })
+        .map(|sample| guard_values(switching, &status, sample))
         .collect();
-    let h = match samples {
-        [first, second, ..] => second.time_s - first.time_s,
-        _ => 0.0,
+    let h = samples[1].time_s - samples[0].time_s;
+    let minimum = |guard: usize| {
+        let sum: f64 = values.iter().map(|values| values[guard]).sum();
+        let sign = sum.signum();
+        let value = |k: &usize| sign * values[*k][guard];
+        let lowest = (0..SAMPLES).min_by(|a, b| value(a).total_cmp(&value(b)));
+        let near = [SAMPLES - 1, 0, 1].map(|offset| {
+            let k = (lowest.unwrap_or(0) + offset) % SAMPLES;
+            let rate = sign * guard_rate(switching, &status, &samples[k], guard);
+            [value(&k), rate]
+        });
+        cubic_minimum([near[0], near[1]], h).min(cubic_minimum([near[1], near[2]], h))
     };
-    let length = samples.len();
-    (0..count)
-        .map(|guard| {
-            let sum: f64 = values.iter().map(|values| values[guard]).sum();
-            let sign = sum.signum();
-            let value = |k: &usize| sign * values[*k][guard];
-            let lowest = (0..length).min_by(|a, b| value(a).total_cmp(&value(b)));
-            let at = lowest.unwrap_or(0);
-            let near = [length - 1, 0, 1].map(|offset| {
-                let sample = &samples[(at + offset) % length];
-                guard_with_rate(sys, switching, &status, sample, guard).map(|value| sign * value)
-            });
-            cubic_minimum([near[0], near[1]], h).min(cubic_minimum([near[1], near[2]], h))
-        })
-        .collect()
+    (0..switching.guards()).map(minimum).collect()
 }
 
 /// The guard with the lowest minimum that is not a crossing, relative to its largest value.
-fn closest_dip(sys: &dyn System, switching: &dyn Switching, all: &Samples) -> Option<(usize, f64)> {
-    let samples = &all.states;
-    let count = switching.guards();
-    let mut closest: Option<(usize, f64)> = None;
-    for guard in 0..count {
-        let values: Vec<_> = samples
-            .iter()
-            .map(|sample| guard_with_rate(sys, switching, &sample.status, sample, guard))
-            .collect();
-        let largest = values.iter().fold(0.0_f64, |max, v| max.max(v[0].abs()));
-        for k in 0..samples.len() {
-            let next = (k + 1) % samples.len();
-            let [from, to] = [values[k], values[next]];
-            let is_dip = from[1] < 0.0 && to[1] > 0.0;
-            let same = next > 0 && all.crossings[k] == all.crossings[next];
-            if !(is_dip && same) || largest == 0.0 {
-                continue;
-            }
-            let h = samples[next].time_s - samples[k].time_s;
-            let low = cubic_minimum([from, to], h) / largest;
-            if closest.is_none_or(|(_, least)| low < least) {
-                closest = Some((guard, low));
-            }
-        }
-    }
-    closest
+fn closest_dip(switching: &dyn Switching, samples: &[OrbitSample]) -> Option<(usize, f64)> {
+    let values: Vec<Vec<f64>> = samples
+        .iter()
+        .map(|sample| guard_values(switching, &sample.status, sample))
+        .collect();
+    let dips = (0..switching.guards()).flat_map(|guard| {
+        let known = samples.iter().zip(&values).map(move |(sample, values)| {
+            let rate = guard_rate(switching, &sample.status, sample, guard);
+            [values[guard], rate]
+        });
+        let known: Vec<_> = known.collect();
+        let largest = known.iter().fold(0.0_f64, |max, v| max.max(v[0].abs()));
+        let dip = move |(pair, samples): (&[[f64; 2]], &[OrbitSample])| {
+            let is_dip = pair[0][1] < 0.0 && pair[1][1] > 0.0;
+            let h = samples[1].time_s - samples[0].time_s;
+            (is_dip && largest > 0.0 && samples[0].crossings == samples[1].crossings)
+                .then(|| (guard, cubic_minimum([pair[0], pair[1]], h) / largest))
+        };
+        let pairs = known.windows(2).zip(samples.windows(2));
+        pairs.filter_map(dip).collect::<Vec<_>>()
+    });
+    dips.min_by(|a, b| a.1.total_cmp(&b.1))
 }

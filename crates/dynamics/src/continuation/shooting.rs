@@ -4,6 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{OrbitSegment, PeriodicOrbit};
 use crate::System;
+use crate::system::energy_units;
+
+/// The states at the starts of the segments, one after another, the period and the parameter: a difference of two sets of
+/// unknowns, for example a direction.
+pub(super) type Direction = DVector<f64>;
 
 /// A guess of an orbit, or an orbit: the unknowns of multiple shooting.
 #[derive(Clone, Debug)]
@@ -22,12 +27,19 @@ pub(super) struct ShootingPoint {
     pub statuses: Vec<Vec<u8>>,
 }
 
-/// A difference of two sets of unknowns.
-#[derive(Clone, Debug)]
-pub(super) struct Direction {
-    pub parameter: f64,
-    pub period: f64,
-    pub states: Vec<DVector<f64>>,
+/// A direction from its parts.
+pub(super) fn direction<'a>(
+    states: impl IntoIterator<Item = &'a DVector<f64>>,
+    period: f64,
+    parameter: f64,
+) -> Direction {
+    let states = states.into_iter().flat_map(|state| state.iter().copied());
+    DVector::from_vec(states.chain([period, parameter]).collect())
+}
+
+/// The change of the parameter in a direction.
+pub(super) fn parameter_of(direction: &Direction) -> f64 {
+    direction[direction.len() - 1]
 }
 
 impl ShootingPoint {
@@ -74,42 +86,19 @@ impl ShootingPoint {
     /// Adds a multiple of a direction.
     pub fn moved(&self, by: f64, direction: &Direction) -> Self {
         let mut moved = self.clone();
-        moved.parameter += by * direction.parameter;
-        moved.period += by * direction.period;
-        for (state, change) in moved.states.iter_mut().zip(&direction.states) {
-            state.axpy(by, change, 1.0);
+        let mut changes = direction.iter().map(|change| by * change);
+        let states = moved.states.iter_mut().flat_map(|state| state.iter_mut());
+        let others = [&mut moved.period, &mut moved.parameter];
+        for (x, change) in states.chain(others).zip(&mut changes) {
+            *x += change;
         }
         moved
     }
 
     /// The difference from another set of unknowns with the same phases.
     pub fn minus(&self, other: &Self) -> Direction {
-        let states = self.states.iter().zip(&other.states);
-        Direction {
-            parameter: self.parameter - other.parameter,
-            period: self.period - other.period,
-            states: states.map(|(a, b)| a - b).collect(),
-        }
-    }
-}
-
-impl Direction {
-    /// Multiplies by a number.
-    pub fn scaled(mut self, by: f64) -> Self {
-        self.parameter *= by;
-        self.period *= by;
-        self.states.iter_mut().for_each(|state| *state *= by);
-        self
-    }
-
-    /// Adds a multiple of another direction.
-    pub fn plus(mut self, by: f64, other: &Self) -> Self {
-        self.parameter += by * other.parameter;
-        self.period += by * other.period;
-        for (state, change) in self.states.iter_mut().zip(&other.states) {
-            state.axpy(by, change, 1.0);
-        }
-        self
+        let unknowns = |point: &Self| direction(&point.states, point.period, point.parameter);
+        unknowns(self) - unknowns(other)
     }
 }
 
@@ -124,7 +113,7 @@ pub(super) struct Scale {
     /// Number of components that belong to the vibration; they come first.
     pub modal: usize,
     /// Scale of the period, s.
-    pub period: f64,
+    period: f64,
     /// Scale of the parameter: the distance of its bounds.
     pub parameter: f64,
 }
@@ -132,44 +121,57 @@ pub(super) struct Scale {
 impl Scale {
     /// The scales for an orbit with the largest norms `sizes` of its vibration and its first-order components.
     pub fn new(sys: &dyn System, sizes: [f64; 2], period: f64, parameter: f64) -> Self {
-        let (m, n) = (sys.modes(), sys.tangent_dim());
-        let [vibration, first_order] = sizes.map(|size| if size > 0.0 { 1.0 / size } else { 1.0 });
-        let state = DVector::from_fn(n, |i, _| match i {
-            i if i < m => vibration * unit_of(sys.omega()[i]),
-            i if i < 2 * m => vibration,
-            _ => first_order,
-        });
+        let modal = 2 * sys.modes();
+        let factors = sizes.map(|size| if size > 0.0 { 1.0 / size } else { 1.0 });
+        let mut state = DVector::from_vec(energy_units(sys));
+        for (i, unit) in state.iter_mut().enumerate() {
+            *unit *= factors[usize::from(i >= modal)];
+        }
         Self {
             state,
-            modal: 2 * m,
+            modal,
             period,
             parameter,
         }
     }
 
-    /// The inner product of two directions: the mean over the segments for the states.
-    pub fn dot(&self, a: &Direction, b: &Direction) -> f64 {
-        let states = a.states.iter().zip(&b.states);
-        let sum: f64 = states.map(|(a, b)| self.dot_states(a, b)).sum();
-        sum / a.states.len() as f64
-            + a.period * b.period / self.period.powi(2)
-            + a.parameter * b.parameter / self.parameter.powi(2)
+    /// The factors of the unknowns of a number of segments. The norm of a direction is that of its products with them: the
+    /// mean over the segments for the states.
+    pub fn units(&self, segments: usize) -> Direction {
+        let states = vec![&self.state / (segments as f64).sqrt(); segments];
+        direction(&states, 1.0 / self.period, 1.0 / self.parameter)
     }
 
-    /// The inner product of two states.
-    pub fn dot_states(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-        let terms = a.iter().zip(b).zip(&self.state);
-        terms.map(|((a, b), scale)| a * b * scale * scale).sum()
+    /// A direction in scaled unknowns.
+    pub fn scaled(&self, direction: &Direction) -> Direction {
+        direction.component_mul(&self.units((direction.len() - 2) / self.state.len()))
+    }
+
+    /// The inner product of two directions.
+    pub fn dot(&self, a: &Direction, b: &Direction) -> f64 {
+        self.scaled(a).dot(&self.scaled(b))
     }
 
     /// The norm of a direction.
     pub fn norm(&self, direction: &Direction) -> f64 {
-        self.dot(direction, direction).sqrt()
+        self.scaled(direction).norm()
+    }
+
+    /// The inner product of two states.
+    pub fn dot_states(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+        self.scaled_state(a).dot(&self.scaled_state(b))
     }
 
     /// The norm of a state.
     pub fn norm_state(&self, state: &DVector<f64>) -> f64 {
-        self.dot_states(state, state).sqrt()
+        self.scaled_state(state).norm()
+    }
+
+    /// The norms of the vibration and of the first-order components of a state.
+    pub fn norms(&self, state: &DVector<f64>) -> [f64; 2] {
+        let state = self.scaled_state(state);
+        let rest = state.len() - self.modal;
+        [state.rows(0, self.modal), state.rows(self.modal, rest)].map(|part| part.norm())
     }
 
     /// A linear map of states in scaled coordinates.
@@ -188,23 +190,4 @@ impl Scale {
     pub fn unscaled_state(&self, state: &DVector<f64>) -> DVector<f64> {
         state.component_div(&self.state)
     }
-}
-
-/// Factor of a modal coordinate with a natural frequency (rad/s).
-pub(super) fn unit_of(omega: f64) -> f64 {
-    if omega > 0.0 { omega } else { 1.0 }
-}
-
-/// Norms of the vibration and of the first-order components of a state without quadratures.
-pub(super) fn sizes_of(sys: &dyn System, z: &[f64]) -> [f64; 2] {
-    let m = sys.modes();
-    let (vibration, first_order) = z[..sys.tangent_dim()].split_at(2 * m);
-    let (q, v) = vibration.split_at(m);
-    let q = q
-        .iter()
-        .zip(sys.omega())
-        .map(|(q, &omega)| q * unit_of(omega));
-    let sum: f64 = q.chain(v.iter().copied()).map(|x| x * x).sum();
-    let rest: f64 = first_order.iter().map(|w| w * w).sum();
-    [sum.sqrt(), rest.sqrt()]
 }

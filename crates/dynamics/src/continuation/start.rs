@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::DVector;
 
-use super::cyclic::{Segment, eigenvector, singular_direction};
+use super::cyclic::{equations, null_direction, phase_row};
 use super::flow::{Flow, jumps, slope_in};
 use super::newton::{Constraint, Precision};
-use super::shooting::{Direction, Scale, ShootingPoint, sizes_of};
+use super::shooting::{Direction, Scale, ShootingPoint, direction};
 use super::{
     Bifurcation, BifurcationKind, ContinuationError, ContinuationOptions, Family, PeriodicOrbit,
 };
@@ -114,128 +114,61 @@ fn find_return(
     integrator.integrate_to(settle).map_err(failed)?;
     let start = DVector::from_column_slice(&integrator.state()[..n]);
     let slope = slope_in(sys, integrator.status(), settle, integrator.state());
-    let mut returns = ReturnTest {
-        sys,
-        start: start.clone(),
-        slope,
-        sizes: [0.0; 2],
-        best: f64::INFINITY,
-        tolerance: search.tolerance,
-    };
+    let unit = Scale::new(sys, [1.0; 2], 1.0, 1.0);
+    // The largest distances from the start, and the closest return relative to them.
+    let (mut sizes, mut closest) = ([0.0_f64; 2], f64::INFINITY);
     let mut z = vec![0.0; sys.dim()];
-    let mut previous: Option<(f64, Vec<f64>)> = None;
+    let mut last = DVector::zeros(n);
     let end = settle + search.max_period_s * (1.0 + 1e-9);
     let mut count = 1;
     let mut t = settle;
     while t < end {
-        let next = t + integrator.step_size();
+        let from = t;
         let due = drive.map(|drive| settle + f64::from(count) * drive);
-        t = due.map_or(next, |due| next.min(due));
+        t = (t + integrator.step_size()).min(due.unwrap_or(f64::INFINITY));
         integrator.sample(t, &mut z).map_err(failed)?;
-        returns.widen(&z);
-        let sizes = returns.sizes.map(|size| 0.5 * size);
-        let found = |period, drive_periods| {
+        let now = DVector::from_column_slice(&z[..n]) - &start;
+        let before = std::mem::replace(&mut last, now.clone());
+        let norms = unit.norms(&now);
+        sizes = [0, 1].map(|part| sizes[part].max(norms[part]));
+        let (time, distance) = match due {
+            Some(due) if t >= due => (due, now),
+            Some(_) => continue,
+            None => {
+                // A free motion is back where it crosses the section through the start.
+                let [low, high] =
+                    [&before, &now].map(|from_start| unit.dot_states(&slope, from_start));
+                if !(low < 0.0 && high >= 0.0) {
+                    continue;
+                }
+                let share = low / (low - high);
+                (from + share * (t - from), before.lerp(&now, share))
+            }
+        };
+        let norms = unit.norms(&distance);
+        let relative = [0, 1].map(|part| match sizes[part] {
+            0.0 => 0.0,
+            size => norms[part] / size,
+        });
+        let distance = relative[0].max(relative[1]);
+        closest = closest.min(distance);
+        if distance <= search.tolerance {
             let orbit = ShootingPoint {
                 parameter,
-                period,
-                drive_periods,
+                period: time - settle,
+                drive_periods: drive.map(|_| count),
                 phases: vec![0.0],
-                states: vec![start.clone()],
+                states: vec![start],
                 statuses: Vec::new(),
             };
-            (orbit, sizes)
-        };
-        match due {
-            Some(due) if t >= due => {
-                if returns.is_back(&z[..n]) {
-                    return Ok(found(due - settle, Some(count)));
-                }
-                count += 1;
-            }
-            Some(_) => {}
-            None => {
-                let crossing = previous
-                    .as_ref()
-                    .and_then(|(before, state)| returns.crossing([*before, t], [state, &z]));
-                if let Some(time) = crossing {
-                    return Ok(found(time - settle, None));
-                }
-            }
+            return Ok((orbit, sizes.map(|size| 0.5 * size)));
         }
-        previous = Some((t, z.clone()));
+        count += 1;
     }
     Err(ContinuationError::NoReturn {
         time_s: search.max_period_s,
-        distance: returns.best,
+        distance: closest,
     })
-}
-
-/// A motion that may return to its start.
-struct ReturnTest<'a> {
-    sys: &'a dyn System,
-    start: DVector<f64>,
-    /// `dz/dt` at the start.
-    slope: DVector<f64>,
-    /// Largest distances of vibration and first-order components from the start.
-    sizes: [f64; 2],
-    /// Distance of the closest return, relative to the size.
-    best: f64,
-    tolerance: f64,
-}
-
-impl ReturnTest<'_> {
-    /// Takes a state into account for the size of the motion.
-    fn widen(&mut self, z: &[f64]) {
-        let sizes = self.distances(z);
-        self.sizes = [0, 1].map(|part| self.sizes[part].max(sizes[part]));
-    }
-
-    /// Distances of vibration and first-order components from the start.
-    fn distances(&self, z: &[f64]) -> [f64; 2] {
-        let pairs = z.iter().zip(self.start.iter());
-        let difference: Vec<f64> = pairs.map(|(z, start)| z - start).collect();
-        sizes_of(self.sys, &difference)
-    }
-
-    /// Whether a state is close to the start.
-    fn is_back(&mut self, z: &[f64]) -> bool {
-        let distances = self.distances(z);
-        let relative = [0, 1].map(|part| match self.sizes[part] {
-            0.0 => 0.0,
-            size => distances[part] / size,
-        });
-        let distance = relative[0].max(relative[1]);
-        self.best = self.best.min(distance);
-        distance <= self.tolerance
-    }
-
-    /// The time at which the motion crosses the section through the start between two samples, if it is back there.
-    fn crossing(&mut self, [from, to]: [f64; 2], [before, after]: [&[f64]; 2]) -> Option<f64> {
-        let m = self.sys.modes();
-        let height = |z: &[f64]| -> f64 {
-            let terms = (0..self.start.len()).map(|i| {
-                let unit = if i < m {
-                    super::shooting::unit_of(self.sys.omega()[i])
-                } else {
-                    1.0
-                };
-                unit * unit * self.slope[i] * (z[i] - self.start[i])
-            });
-            terms.sum()
-        };
-        let [low, high] = [height(before), height(after)];
-        if !(low < 0.0 && high >= 0.0) {
-            return None;
-        }
-        let share = low / (low - high);
-        let between: Vec<f64> = before
-            .iter()
-            .zip(after)
-            .map(|(a, b)| a + share * (b - a))
-            .take(self.start.len())
-            .collect();
-        self.is_back(&between).then_some(from + share * (to - from))
-    }
 }
 
 /// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of
@@ -280,16 +213,12 @@ pub fn hopf_orbit(
         statuses: Vec::new(),
         phases,
     };
-    let direction = Direction {
-        parameter: 0.0,
-        period: 0.0,
-        states: at_rest
-            .phases
-            .iter()
-            .map(|&phase| turn(phase) * factor)
-            .collect(),
-    };
-    start_along(&mut flow, &at_rest, &direction)
+    let states: Vec<_> = at_rest
+        .phases
+        .iter()
+        .map(|&phase| turn(phase) * factor)
+        .collect();
+    start_along(&mut flow, &at_rest, &direction(&states, 0.0, 0.0))
 }
 
 /// An orbit of the branch that crosses at a bifurcation: that of twice the period at a period doubling, or the other
@@ -324,99 +253,36 @@ pub fn switched_orbit(
         }
     };
     let mut flow = Flow::new(family, options)?;
-    let mut shot = ShootingPoint::of(&bifurcation.orbit);
+    let orbit = &bifurcation.orbit;
+    let mut shot = ShootingPoint::of(orbit);
     let scale = flow.scale(&shot)?;
-    let mut direction = if doubles {
-        flip_direction(&mut flow, &shot, &scale)?
-    } else {
-        crossing_direction(&mut flow, &shot, &scale)?
-    };
-    if doubles {
-        let (phases, starts) = (shot.phases.clone(), shot.states.clone());
-        shot.phases = phases.iter().map(|phase| 0.5 * phase).collect();
-        shot.phases
-            .extend(phases.iter().map(|phase| 0.5 + 0.5 * phase));
-        shot.states.extend(starts);
-        shot.period *= 2.0;
-        shot.drive_periods = shot.drive_periods.map(|count| 2 * count);
-        let reversed: Vec<_> = direction.states.iter().map(|state| -state).collect();
-        direction.states.extend(reversed);
+    let sys = flow.system(shot.parameter)?;
+    let ends = flow.segments(sys.as_ref(), &shot, true)?;
+    let phase = phase_row(&shot, &ends, &scale);
+    let mut entries = equations(&shot, &ends, &scale, &phase, doubles);
+    let mut size = scale.units(shot.len()).len() - 1;
+    if doubles || !orbit.is_autonomous() {
+        // The period stays as it is.
+        size -= 1;
+        entries.retain(|entry| entry.row < size && entry.col < size);
     }
-    let norm = scale.norm(&direction);
-    start_along(&mut flow, &shot, &direction.scaled(amplitude / norm))
-}
-
-/// The direction at the starts of the segments that returns reversed after a period.
-fn flip_direction(
-    flow: &mut Flow<'_>,
-    shot: &ShootingPoint,
-    scale: &Scale,
-) -> Result<Direction, ContinuationError> {
-    let sys = flow.system(shot.parameter)?;
-    let ends = flow.segments(sys.as_ref(), shot, true)?;
-    let maps: Vec<_> = ends.maps.iter().map(|map| scale.scaled_map(map)).collect();
-    let vectors = eigenvector(&maps, Complex::new(-1.0, 0.0));
-    // A complex factor is arbitrary; the largest component becomes real.
-    let largest = vectors[0]
-        .iter()
-        .fold(Complex::new(0.0, 0.0), |max: Complex<f64>, x| {
-            if x.norm() > max.norm() { *x } else { max }
-        });
-    let turn = largest.conj() / largest.norm();
-    let states = vectors
-        .iter()
-        .map(|vector| scale.unscaled_state(&vector.map(|x| (x * turn).re)));
-    Ok(Direction {
-        parameter: 0.0,
-        period: 0.0,
-        states: states.collect(),
-    })
-}
-
-/// The direction of another branch at a branch point: states and period at the same parameter, orthogonal to the flow at
-/// phase zero.
-fn crossing_direction(
-    flow: &mut Flow<'_>,
-    shot: &ShootingPoint,
-    scale: &Scale,
-) -> Result<Direction, ContinuationError> {
-    let sys = flow.system(shot.parameter)?;
-    let ends = flow.segments(sys.as_ref(), shot, true)?;
-    let n = shot.states[0].len();
-    let b = usize::from(shot.drive_periods.is_none());
-    let count = shot.len();
-    let segments: Vec<_> = (0..count)
-        .map(|k| {
-            let mut columns = DMatrix::zeros(n, b);
-            let mut border = DMatrix::zeros(b, n);
-            if b == 1 {
-                let [from, to] = shot.span(k);
-                let slope = &ends.slopes[k] * ((to - from) * scale.period);
-                columns.set_column(0, &scale.scaled_state(&slope));
-                let flow = scale.scaled_state(&ends.slopes[(k + count - 1) % count]);
-                border.set_row(0, &flow.normalize().transpose());
-            }
-            Segment {
-                map: scale.scaled_map(&ends.maps[k]),
-                columns,
-                right: DMatrix::zeros(n, 0),
-                border,
-            }
-        })
-        .collect();
-    let found = singular_direction(&segments, DMatrix::zeros(b, b));
-    let found = found.ok_or(ContinuationError::NoSwitch {
+    let critical = null_direction(entries, size).ok_or(ContinuationError::NoSwitch {
         why: "the equations of the orbit are not singular",
     })?;
-    Ok(Direction {
-        parameter: 0.0,
-        period: found.scalars.iter().map(|w| w * scale.period).sum(),
-        states: found
-            .states
-            .iter()
-            .map(|state| scale.unscaled_state(&state.column(0).into_owned()))
-            .collect(),
-    })
+    let mut change = critical.as_slice().to_vec();
+    if doubles {
+        change.extend(critical.iter().map(|x| -x));
+        let later: Vec<f64> = shot.phases.iter().map(|phase| phase + 1.0).collect();
+        shot.phases.extend(later);
+        shot.phases.iter_mut().for_each(|phase| *phase *= 0.5);
+        shot.states.extend_from_within(..);
+        shot.period *= 2.0;
+        shot.drive_periods = shot.drive_periods.map(|count| 2 * count);
+    }
+    let units = scale.units(shot.len());
+    change.resize(units.len(), 0.0);
+    let change = DVector::from_vec(change).normalize() * amplitude;
+    start_along(&mut flow, &shot, &change.component_div(&units))
 }
 
 /// Corrects the orbit that lies in a direction from a known one.

@@ -11,6 +11,7 @@ mod normal_form;
 use faer::prelude::Solve;
 use faer::{Mat, c64};
 
+use super::system::{add_linear, energy_units};
 use super::{Differentiable, System};
 
 pub use normal_form::FirstLyapunov;
@@ -84,13 +85,7 @@ impl Linearised {
             .differentiable()
             .ok_or(EquilibriumError::NoDerivative)?;
         let (m, dim) = (system.modes(), system.tangent_dim());
-        let omega = system.omega();
-        let scale: Vec<f64> = (0..dim)
-            .map(|i| match omega.get(i) {
-                Some(&omega) if omega > 0.0 => omega,
-                _ => 1.0,
-            })
-            .collect();
+        let scale = energy_units(system);
         let mut z = guess.to_vec();
         let mut rate = vec![0.0; system.dim()];
         let mut residual = f64::INFINITY;
@@ -214,29 +209,11 @@ fn jacobian(law: &dyn Differentiable, status: Option<&[u8]>, z: &[f64], scale: &
     let mut force = vec![0.0; law.dim() - m];
     law.force_recorded(status, 0.0, z, &mut force, &mut record);
     let mut identity = vec![0.0; dim * dim];
-    for i in 0..dim {
-        identity[i * dim + i] = 1.0;
-    }
-    let mut lower = vec![0.0; (dim - m) * dim];
-    law.product(status, &mut record, &identity, dim, &mut lower);
-    Mat::from_fn(dim, dim, |i, j| {
-        let entry = if i < m {
-            f64::from(u8::from(j == m + i))
-        } else {
-            let row = i - m;
-            let mut entry = lower[row * dim + j];
-            if let Some(omega) = law.omega().get(row) {
-                if j == row {
-                    entry -= omega * omega;
-                } else if j == i {
-                    let ratio = law.damping().get(row).copied().unwrap_or(0.0);
-                    entry -= 2.0 * ratio * omega;
-                }
-            }
-            entry
-        };
-        entry * scale[i] / scale[j]
-    })
+    identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
+    let mut rows = vec![0.0; dim * dim];
+    law.product(status, &mut record, &identity, dim, &mut rows[m * dim..]);
+    add_linear(law.omega(), law.damping(), &identity, &mut rows, dim);
+    Mat::from_fn(dim, dim, |i, j| rows[i * dim + j] * scale[i] / scale[j])
 }
 
 /// `a* b`.

@@ -103,7 +103,6 @@ impl Method {
             RungeKutta::new(tableau, sys, modes),
             implicit.transpose()?,
             self.name == MethodName::Auto,
-            sys.tangent_dim(),
         ))
     }
 

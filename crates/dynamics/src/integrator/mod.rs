@@ -31,8 +31,7 @@ pub struct Integrator<'a> {
     system: Arc<dyn System + 'a>,
     stepper: Steppers,
     step_controller: StepController,
-    /// Maximum step by the method's parameters, s; the linear part may impose a smaller one.
-    max_step: f64,
+    method: Method,
     /// Event location, if enabled.
     events: Option<Events>,
     /// Tangent vectors, if enabled.
@@ -55,7 +54,6 @@ impl<'a> Integrator<'a> {
         let control = method.control()?;
         check_modes(&system)?;
         let stepper = method.steppers(&system)?;
-        let max_step = control.step;
         let step_controller = StepController {
             control,
             size: StateNorm::default(),
@@ -68,7 +66,7 @@ impl<'a> Integrator<'a> {
             system: Arc::new(system),
             stepper,
             step_controller,
-            max_step,
+            method,
             events: None,
             tangents: None,
             perturbed: None,
@@ -108,7 +106,7 @@ impl<'a> Integrator<'a> {
                 what: "guards",
                 purpose: "event location",
             })?;
-        self.events = Some(Events::new(switching, self.max_step));
+        self.events = Some(Events::new(switching, self.method.max_step));
         Ok(self)
     }
 
@@ -505,7 +503,7 @@ impl<'a> Integrator<'a> {
     fn limit_step(&mut self) {
         let longest = self.stepper.max_step_of_linear_part();
         let control = &mut self.step_controller.control;
-        control.set_max_step(self.max_step.min(longest));
+        control.set_max_step(self.method.max_step.min(longest));
     }
 }
 

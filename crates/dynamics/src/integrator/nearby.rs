@@ -131,11 +131,9 @@ impl Integrator<'_> {
     /// # Errors
     /// Those of [`Integrator::start`].
     pub fn add_perturbed(&mut self, z: &[f64]) -> Result<(), DynamicsError> {
-        let mut stepper = self.stepper.clone();
-        stepper.disable_tangents();
         let mut integrator = Integrator {
             system: Arc::clone(&self.system),
-            stepper,
+            stepper: self.method.steppers(&*self.system)?,
             step_controller: StepController {
                 // Steps end where those of the reference trajectory end, whatever the error.
                 control: StepControl::new(None, f64::INFINITY),

@@ -5,7 +5,7 @@ mod growth;
 mod interval;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 pub(super) use batches::Growth;
 pub use interval::student;
@@ -99,11 +99,17 @@ pub enum Motion {
     Still,
 }
 
-/// Type of attractor, classified by the exponents.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Type of attractor, classified by the exponents. It is serialised as its [`Attractor::name`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[serde(into = "&'static str")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Attractor {
-    /// A fixed point: the state is constant.
-    Equilibrium(Stability),
+    /// A fixed point, at which the state is constant, with negative exponents.
+    StableEquilibrium,
+    /// A fixed point with a positive exponent.
+    UnstableEquilibrium,
+    /// A fixed point of which neither is shown.
+    Equilibrium,
     /// All exponents are negative: the motion converges to a fixed point.
     FixedPoint,
     /// Driven, and all exponents are negative: the motion is phase-locked to the drive.
@@ -121,17 +127,6 @@ pub enum Attractor {
     Undecided,
 }
 
-/// Stability of an equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stability {
-    /// All exponents are negative.
-    Stable,
-    /// At least one exponent is positive.
-    Unstable,
-    /// Neither is shown.
-    Undecided,
-}
-
 impl Attractor {
     /// Whether at least one exponent is shown to be positive.
     pub fn is_chaotic(self) -> bool {
@@ -140,45 +135,22 @@ impl Attractor {
 
     /// Whether the classification is conclusive.
     pub fn is_decided(self) -> bool {
-        !matches!(
-            self,
-            Self::Undecided | Self::Equilibrium(Stability::Undecided)
-        )
+        !matches!(self, Self::Undecided | Self::Equilibrium)
     }
 
     /// Identifier for tables and files: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`,
     /// `hyperchaos`, `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Equilibrium(Stability::Stable) => "stable-equilibrium",
-            Self::Equilibrium(Stability::Unstable) => "unstable-equilibrium",
-            Self::Equilibrium(Stability::Undecided) => "equilibrium",
-            Self::FixedPoint => "fixed-point",
-            Self::PhaseLocked => "phase-locked",
-            Self::Cycle => "cycle",
-            Self::Torus(_) => "torus",
-            Self::Chaos => "chaos",
-            Self::Hyperchaos(_) => "hyperchaos",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
-/// As its [`Attractor::name`].
-impl Serialize for Attractor {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
+        self.into()
     }
 }
 
 impl std::fmt::Display for Attractor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Equilibrium(Stability::Stable) => f.write_str("stable equilibrium"),
-            Self::Equilibrium(Stability::Unstable) => f.write_str("unstable equilibrium"),
-            Self::Equilibrium(Stability::Undecided) => {
-                f.write_str("equilibrium of undetermined stability")
-            }
+            Self::StableEquilibrium => f.write_str("stable equilibrium"),
+            Self::UnstableEquilibrium => f.write_str("unstable equilibrium"),
+            Self::Equilibrium => f.write_str("equilibrium of undetermined stability"),
             Self::FixedPoint => f.write_str("fixed point"),
             Self::PhaseLocked => f.write_str("phase-locked to the drive"),
             Self::Cycle => f.write_str("limit cycle"),
@@ -235,11 +207,11 @@ impl LyapunovSpectrum {
         let known = self.exponents.len() >= self.dimension || negative > 0;
         let known = known && doubtful == 0 && !self.exponents.is_empty();
         if motion == Motion::Still {
-            return Attractor::Equilibrium(match (positive, zero) {
-                (1.., _) => Stability::Unstable,
-                (0, 0) if known => Stability::Stable,
-                _ => Stability::Undecided,
-            });
+            return match (positive, zero) {
+                (1.., _) => Attractor::UnstableEquilibrium,
+                (0, 0) if known => Attractor::StableEquilibrium,
+                _ => Attractor::Equilibrium,
+            };
         }
         match (positive, zero, motion) {
             (1, ..) => Attractor::Chaos,

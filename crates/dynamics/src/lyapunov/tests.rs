@@ -161,15 +161,15 @@ fn the_attractor_depends_on_the_type_of_motion() {
     let both = [-0.5, -1.0];
     assert_eq!(of(&both, Motion::Free), Attractor::FixedPoint);
     assert_eq!(of(&both, Motion::Driven), Attractor::PhaseLocked);
-    let stable = Attractor::Equilibrium(Stability::Stable);
+    let stable = Attractor::StableEquilibrium;
     assert_eq!(of(&both, Motion::Still), stable);
     assert_eq!(of(&[0.0, -1.0], Motion::Driven), Attractor::Torus(2));
     assert_eq!(of(&[0.0, 0.0], Motion::Free), Attractor::Torus(2));
     let undecided = of(&[0.0, -1.0], Motion::Still);
-    assert_eq!(undecided, Attractor::Equilibrium(Stability::Undecided));
+    assert_eq!(undecided, Attractor::Equilibrium);
     assert!(!undecided.is_decided() && stable.is_decided());
     let unstable = of(&[0.7, 0.5], Motion::Still);
-    assert_eq!(unstable, Attractor::Equilibrium(Stability::Unstable));
+    assert_eq!(unstable, Attractor::UnstableEquilibrium);
 }
 
 /// Slowly converging vectors: the growth rate differs during the first tenth.

@@ -274,10 +274,6 @@ impl Stepper for Rosenbrock {
         STAGES
     }
 
-    fn disable_tangents(&mut self) {
-        self.stage_records.clear();
-    }
-
     /// The vectors pass through the same stages as the state. The result is the derivative of the numerical map. The
     /// derivative of the Jacobian at the start, along the stage `(u_i, d_i h)`, is a central difference.
     fn propagate_tangents(

@@ -7,6 +7,8 @@
 //! and at two points between them, which costs two evaluations. The cubic through the four values
 //! provides the dense output.
 
+use crate::error_control::sharpened;
+
 /// Nodes of the rule: the ends and `(1 -+ 1 / sqrt 5) / 2`.
 pub(super) const NODES: [f64; 4] = [0.0, 0.276_393_202_250_021, 0.723_606_797_749_979, 1.0];
 
@@ -20,13 +22,7 @@ const FINE: [f64; 4] = [-1.0 / 12.0, SQRT_5 / 12.0, -SQRT_5 / 12.0, 1.0 / 12.0];
 /// first difference, as in DOP853.
 pub(super) fn error(integrand: [f64; 4]) -> f64 {
     let fine: f64 = FINE.iter().zip(integrand).map(|(e, g)| e * g).sum();
-    let coarse = (integrand[3] - integrand[0]) / 12.0;
-    let scale = fine.hypot(0.1 * coarse);
-    if scale == 0.0 {
-        0.0
-    } else {
-        fine * (fine / scale)
-    }
+    sharpened(fine, (integrand[3] - integrand[0]) / 12.0)
 }
 
 /// Weights of the integrand at the nodes for the integral from the start to `theta`.

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::System;
+use crate::system::energy_units;
 
 /// Target for the natural logarithm of the ratio between the largest and smallest growth over one
 /// interval. At this value three of sixteen digits are lost.
@@ -37,9 +38,7 @@ pub(super) struct Frame {
 
 impl Frame {
     pub fn new(sys: &dyn System, width: usize, seed: u64) -> Self {
-        let omega = sys.omega().iter();
-        let mut scale: Vec<f64> = omega.map(|&w| if w > 0.0 { w } else { 1.0 }).collect();
-        scale.resize(sys.tangent_dim(), 1.0);
+        let scale = energy_units(sys);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let numbers = scale.len() * width;
         let mut first: Vec<f64> = (0..numbers)

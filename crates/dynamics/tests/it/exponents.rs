@@ -6,7 +6,7 @@ use super::systems::by_differences;
 use super::*;
 use crate::known::{HenonHeiles, Lorenz, Roessler};
 use squeakscope_dynamics::{
-    Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Stability, Switching,
+    Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Switching,
 };
 use squeakscope_joint::systems::{ImpactOscillator, MassOnBelt};
 
@@ -282,7 +282,7 @@ fn an_equilibrium_is_distinguished_from_a_motion() {
         let motion = integrator.motion();
         (motion, spectrum.attractor_of(motion))
     };
-    let unstable = Attractor::Equilibrium(Stability::Unstable);
+    let unstable = Attractor::UnstableEquilibrium;
     assert_eq!(motion(&[0.0; 4]), (Motion::Still, unstable));
     // The smallest detectable motion.
     assert_eq!(motion(&[1e-300, 0.0, 0.0, 0.0]).0, Motion::Free);
