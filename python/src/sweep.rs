@@ -120,6 +120,7 @@ impl Swept {
 
     fn grid<'a>(&'a self, starts: &'a [Start]) -> Grid<'a> {
         Grid {
+            names: self.names.as_slice().into(),
             axes: self.values.iter().map(Vec::as_slice).collect(),
             starts,
         }
@@ -256,8 +257,7 @@ pub fn sweep<'py>(
     check_names(options, &[Options::NAMES])?;
     let options = Options::of(options)?;
     let found = swept.points(py, (&chosen, shard), &options, progress.as_ref())?;
-    let axes = swept.names.iter().cloned().zip(swept.labels.clone());
-    let all = SweepResult::of(axes.collect(), &grid, found, shard);
+    let all = SweepResult::of(swept.labels.clone(), &grid, found, shard);
     let fields = Fields::of(py, &all)?;
     let figures = move |scene: &Scene, axes: &[Axis]| {
         let plan = SweepPlan {

@@ -6,17 +6,16 @@ use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use clap_complete::Shell;
 
 use super::analyse_args::AnalyseArgs;
-use super::branch_args::BranchArgs;
+use super::branch::BranchArgs;
 use super::common_args::{
-    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url,
+    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, positive, tilts, viewer_url,
 };
 use super::figures::FigureArgs;
 use super::friction::FrictionArgs;
 use super::harness::OutputArgs;
-use super::live_args::LiveArgs;
+use super::live::LiveArgs;
 use super::output::Overwrite;
 use super::schema::ResultOf;
-use super::sound_args::SoundArgs;
 use super::steps::Steps;
 use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
@@ -295,7 +294,6 @@ mod tests {
     use std::ffi::OsString;
 
     use super::*;
-    use crate::cli::steps::RangeError;
 
     fn parse(line: &str) -> Result<Args, clap::Error> {
         crate::cli::parse(line.split(' ').map(OsString::from).collect())
@@ -305,7 +303,8 @@ mod tests {
     fn tilts_are_limited_to_90_degrees() {
         let values: Vec<f64> = tilts("-90:90:45").unwrap().values().collect();
         assert_eq!(values, [-90.0, -45.0, 0.0, 45.0, 90.0]);
-        assert_eq!(tilts("0:91:1"), Err(RangeError::TiltOutOfRange(91.0)));
+        let error = tilts("0:91:1").unwrap_err();
+        assert!(error.contains("a tilt of 91 degrees"), "{error}");
     }
 
     #[test]

@@ -62,16 +62,6 @@ pub enum CliError {
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
-    /// The playback speed is out of range.
-    #[error("--speed {requested} is out of range; give {low} to {high} simulated ms per second")]
-    Speed {
-        /// Requested speed, simulated ms per second.
-        requested: f64,
-        /// Lowest speed.
-        low: f64,
-        /// Highest speed.
-        high: f64,
-    },
     /// The address or port of the live page cannot be used.
     #[error(
         "cannot serve the page at {host}, port {port}: {source}; choose another --port (0 for any free \

@@ -5,17 +5,18 @@ use std::ffi::OsStr;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args as Arguments;
+use indicatif::{ProgressBar, ProgressStyle};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::console::print;
+use super::console::{print, print_warning};
 use super::error::CliError;
 use super::figures::{DrawnAs, FigureArgs};
 use super::output::{Kind, OutputError, OutputFile, Overwrite, is_stdout};
-use super::progress::{Notifier, Progress};
 use super::{interrupt, resources};
 use crate::export;
 use crate::number::size;
@@ -326,6 +327,46 @@ pub(super) struct Document<R> {
     result: R,
     /// Written files.
     files: Vec<WrittenFile>,
+}
+
+/// Prints a warning above the progress bar, from any thread.
+pub(super) type Notifier = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// Progress of a computation.
+pub(super) struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// A bar with an estimate of the remaining time.
+    pub fn new() -> Self {
+        let template = "{elapsed} [{bar:30}] {percent:>3} %, about {eta} left: {msg}";
+        let style = ProgressStyle::with_template(template)
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("=> ");
+        Self {
+            bar: ProgressBar::new(1_000_000).with_style(style),
+        }
+    }
+
+    /// Sets the completed share, 0 to 1, and the task.
+    pub fn update(&self, share: f64, task: &str) {
+        self.bar.set_message(task.to_owned());
+        // The bar counts in integers.
+        self.bar.set_position((share * 1e6).round() as u64);
+    }
+
+    /// Returns a function that prints warnings above the bar.
+    pub fn notifier(&self) -> Notifier {
+        let bar = self.bar.clone();
+        Arc::new(move |message| bar.suspend(|| print_warning(message)))
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 /// Progress of the work, and whether the user has interrupted it.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::console::{print_notice, print_warning};
 use super::error::CliError;
-use super::progress::Progress;
+use super::harness::Progress;
 use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
 use crate::record::{paths, read_series};
 

@@ -2,8 +2,6 @@
 
 use std::str::FromStr;
 
-use thiserror::Error;
-
 /// Evenly spaced values from A to B, both included if B - A is a multiple of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
@@ -41,81 +39,38 @@ pub struct Keyed<T> {
     pub range: T,
 }
 
-/// Reason why a text is not a range.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum RangeError {
-    /// Too few or too many numbers.
-    #[error("give {0}")]
-    Form(&'static str),
-    /// No `KEY=` before the numbers.
-    #[error("`{0}` has no key; give KEY=RANGE, such as contact.stiffness_factor=1:3")]
-    NoKey(String),
-    /// A part that is not a finite number.
-    #[error("`{0}` is not a number; give {1}")]
-    NotANumber(String, &'static str),
-    /// A tilt beyond the horizontal.
-    #[error("a tilt of {0} degrees is out of range; give -90 to 90 degrees")]
-    TiltOutOfRange(f64),
-    /// The ends of an interval are equal or in descending order.
-    #[error("{from}:{to} is not an interval; give A:B with A less than B")]
-    Empty {
-        /// First end.
-        from: f64,
-        /// Second end.
-        to: f64,
-    },
-    /// A step of zero, or of the wrong sign.
-    #[error(
-        "a step of {step} does not lead from {from} to {to}; give a nonzero step in that direction"
-    )]
-    Direction {
-        /// First value.
-        from: f64,
-        /// Last value.
-        to: f64,
-        /// Step between values.
-        step: f64,
-    },
-    /// Too many values.
-    #[error(
-        "a step of {step} gives more than {} values; give a larger step",
-        Steps::MAX_STEPS
-    )]
-    TooMany {
-        /// Step between values.
-        step: f64,
-    },
-}
-
 /// The numbers of a range of this form.
-fn numbers(text: &str, form: &'static str) -> Result<Vec<f64>, RangeError> {
+fn numbers(text: &str, form: &'static str) -> Result<Vec<f64>, String> {
     text.split(':')
         .map(|part| match part.trim().parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(RangeError::NotANumber(part.to_owned(), form)),
+            _ => Err(format!("`{part}` is not a number; give {form}")),
         })
         .collect()
 }
 
 impl FromStr for Interval {
-    type Err = RangeError;
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         const FORM: &str = "A:B, such as 0:8";
         match numbers(text, FORM)?[..] {
             [from, to] if from < to => Ok(Self([from, to])),
-            [from, to] => Err(RangeError::Empty { from, to }),
-            _ => Err(RangeError::Form(FORM)),
+            [from, to] => Err(format!(
+                "{from}:{to} is not an interval; give A:B with A less than B"
+            )),
+            _ => Err(format!("give {FORM}")),
         }
     }
 }
 
-impl<T: FromStr<Err = RangeError>> FromStr for Keyed<T> {
-    type Err = RangeError;
+impl<T: FromStr<Err = String>> FromStr for Keyed<T> {
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let no_key = || RangeError::NoKey(text.to_owned());
-        let (key, range) = text.split_once('=').ok_or_else(no_key)?;
+        let (key, range) = text.split_once('=').ok_or_else(|| {
+            format!("`{text}` has no key; give KEY=RANGE, such as contact.stiffness_factor=1:3")
+        })?;
         Ok(Self {
             key: key.trim().to_owned(),
             range: range.parse()?,
@@ -124,22 +79,27 @@ impl<T: FromStr<Err = RangeError>> FromStr for Keyed<T> {
 }
 
 impl FromStr for Steps {
-    type Err = RangeError;
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         const FORM: &str = "one number, or A:B:STEP, such as 0:7:0.5";
         let (from, to, step) = match numbers(text, FORM)?[..] {
             [value] => (value, value, 1.0),
             [from, to, step] => (from, to, step),
-            _ => return Err(RangeError::Form(FORM)),
+            _ => return Err(format!("give {FORM}")),
         };
         // The margin makes 0:0.3:0.1 end at 0.3 despite rounding.
         let steps = ((to - from) / step + 1e-9).floor();
         if step == 0.0 || steps < 0.0 {
-            return Err(RangeError::Direction { from, to, step });
+            return Err(format!(
+                "a step of {step} does not lead from {from} to {to}; give a nonzero step in that direction"
+            ));
         }
         if steps >= Self::MAX_STEPS {
-            return Err(RangeError::TooMany { step });
+            return Err(format!(
+                "a step of {step} gives more than {} values; give a larger step",
+                Self::MAX_STEPS
+            ));
         }
         Ok(Self {
             from,
@@ -153,7 +113,7 @@ impl FromStr for Steps {
 mod tests {
     use super::*;
 
-    fn values(text: &str) -> Result<Vec<f64>, RangeError> {
+    fn values(text: &str) -> Result<Vec<f64>, String> {
         text.parse::<Steps>().map(|steps| steps.values().collect())
     }
 
@@ -174,18 +134,18 @@ mod tests {
     #[test]
     fn bad_steps_are_refused_with_a_reason() {
         for text in ["0:7", "0:7:1:1"] {
-            assert!(matches!(values(text), Err(RangeError::Form(_))), "{text}");
+            assert!(values(text).unwrap_err().starts_with("give "), "{text}");
         }
         for text in ["", "a:7:1", "0:nan:1", "0:7:inf", "0::1"] {
-            let error = values(text);
-            assert!(matches!(error, Err(RangeError::NotANumber(..))), "{text}");
+            let error = values(text).unwrap_err();
+            assert!(error.contains("is not a number"), "{error}");
         }
         for text in ["0:7:0", "0:7:-1", "7:0:1", "0:0:0"] {
-            let error = values(text);
-            assert!(matches!(error, Err(RangeError::Direction { .. })), "{text}");
+            let error = values(text).unwrap_err();
+            assert!(error.contains("does not lead"), "{error}");
         }
-        let error = values("0:90:1e-9");
-        assert!(matches!(error, Err(RangeError::TooMany { .. })));
+        let error = values("0:90:1e-9").unwrap_err();
+        assert!(error.contains("gives more than 10000 values"), "{error}");
     }
     #[test]
     fn intervals_are_ascending_numbers() {
@@ -203,7 +163,7 @@ mod tests {
         assert_eq!(steps.range.values().count(), 5);
         let interval: Keyed<Interval> = "contact.stiffness_factor=1:3".parse().unwrap();
         assert_eq!(interval.range, Interval([1.0, 3.0]));
-        let error = "0:8".parse::<Keyed<Interval>>();
-        assert!(matches!(error, Err(RangeError::NoKey(_))));
+        let error = "0:8".parse::<Keyed<Interval>>().unwrap_err();
+        assert!(error.contains("has no key"), "{error}");
     }
 }

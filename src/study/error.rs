@@ -59,9 +59,6 @@ pub enum StudyError {
     /// No periodic orbit can be found at a start; why.
     #[error("{0}")]
     NoOrbit(String),
-    /// A map without points.
-    #[error("the map has no points; widen its intervals")]
-    NoPoint,
     /// The run reached `max_rhs_evals` right-hand-side evaluations.
     #[error(
         "stopped after {rhs_evals} right-hand-side evaluations at {:.3} ms: the motion needs very small time \

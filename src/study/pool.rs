@@ -37,14 +37,6 @@ impl PollTimer {
     }
 }
 
-/// Event delivered to the caller.
-pub(super) enum Event<R> {
-    /// A result; results arrive in any order.
-    Result(R),
-    /// One interval has passed.
-    Tick,
-}
-
 /// Sends the results of a job, unless the study is stopped.
 pub(super) struct ResultSender<'a, R> {
     sender: &'a Sender<R>,
@@ -76,7 +68,8 @@ impl<R> ResultSender<'_, R> {
 /// Runs the jobs in order on `threads` threads (at least one), or on fewer if the system cannot start more.
 ///
 /// A job receives a value cached by its thread (initially the default), the index of the thread, the index
-/// of the job, and the sender for its results. `on_event` is called for each event.
+/// of the job, and the sender for its results. `on_event` is called with each result, in any order, and with `None` after an
+/// interval without one.
 ///
 /// # Errors
 /// The error of `on_event`, after which no job is started. [`StudyError::Threads`].
@@ -84,7 +77,7 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<StudyError>>(
     jobs: usize,
     threads: usize,
     job: impl Fn(&mut K, usize, usize, &ResultSender<'_, R>) + Sync,
-    mut on_event: impl FnMut(Event<R>) -> Result<(), E>,
+    mut on_event: impl FnMut(Option<R>) -> Result<(), E>,
 ) -> Result<(), E> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
@@ -121,8 +114,8 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<StudyError>>(
         let mut outcome = Ok(());
         loop {
             let event = match receiver.recv_timeout(TICK) {
-                Ok(result) => Event::Result(result),
-                Err(RecvTimeoutError::Timeout) => Event::Tick,
+                Ok(result) => Some(result),
+                Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             // After an error, remaining events are dropped.
@@ -176,7 +169,7 @@ mod tests {
                 let _ = sender.send(place);
             };
             let done = run_jobs(20, threads, job, |event| {
-                if let Event::Result(result) = event {
+                if let Some(result) = event {
                     results.push(result);
                 }
                 Ok::<_, Fault>(())

@@ -117,6 +117,9 @@ pub(super) struct SceneSubject {
 
 impl SceneSubject {
     fn scene_at(&self, values: &[f64]) -> Result<Scene, PipelineError> {
+        if self.parameters.is_empty() {
+            return Ok(self.scene.clone());
+        }
         let pairs = self.parameters.iter().copied().zip(values.iter().copied());
         Ok(self.scene.with_values(&pairs.collect::<Vec<_>>())?)
     }

@@ -14,6 +14,7 @@ use arrow_array::{Array, RecordBatch};
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, DataType, FieldRef, SchemaRef};
 use parquet::arrow::ArrowWriter;
+use serde::Serialize;
 
 use crate::export::{OutputError, replace_file};
 
@@ -70,6 +71,20 @@ pub(super) fn write(
         Some("csv") => write_csv(out, schema, batches),
         _ => write_arrow(out, schema, batches),
     })
+}
+
+/// Writes rows with some columns, as [`write()`].
+pub(super) fn write_rows<R: Serialize>(
+    path: &Path,
+    fields: Result<Vec<FieldRef>, serde_arrow::Error>,
+    rows: &[R],
+) -> Result<(), OutputError> {
+    let batch = fields.and_then(|fields| serde_arrow::to_record_batch(&columns(fields), &rows));
+    let batch = batch.map_err(|error| OutputError {
+        path: path.to_owned(),
+        source: io::Error::other(error),
+    })?;
+    write(path, &batch.schema(), &[batch])
 }
 
 fn write_arrow(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {

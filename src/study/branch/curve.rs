@@ -1,14 +1,37 @@
 //! Curves in the plane of two parameters: each step sets the parameter that changes more and solves for the other one, so
 //! that turning points are passed. Lengths and angles are those in the unit square of the intervals.
+//!
+//! A Hopf curve is the zero of the growth rate of a mode that is followed by its shape. With one parameter set, the secant
+//! method solves for the other one.
+//!
+//! A curve of Neimark-Sacker points starts at each such point of the branch of periodic orbits over the first parameter, at the
+//! value of the scene for the second one. With one parameter set, a short piece of the branch over the other one is followed
+//! around the expected value, and the Neimark-Sacker point in it located.
 
+use std::convert::Infallible;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::equilibria::BranchPlan;
+use super::family::SubjectFamily;
 use super::map::MapPlan;
+use super::orbits::{OrbitStarts, add_orbits};
+use super::result::Branch;
+use super::tracking::most_alike;
+use crate::dynamics::continuation::{
+    Bifurcation, BifurcationKind, BranchStart, ContinuationOptions, PeriodicOrbit, StepLimits,
+    continue_orbits,
+};
+use crate::dynamics::equilibrium::Eigenmode;
+use crate::study::{Stopped, StudyError};
 
 /// Angles (rad) between successive steps below which the next step is doubled, and above which it is halved.
 const TURNS: [f64; 2] = [0.05, 0.15];
 /// Smallest cosine of the angle between successive steps; a longer turn is tried again with half the step.
 const MIN_COSINE: f64 = 0.9;
 /// Distance of a point from the chords of a curve that passes it.
-pub(super) const ON_CURVE: f64 = 2e-3;
+const ON_CURVE: f64 = 2e-3;
 /// Largest number of points of a curve in one direction.
 const MAX_POINTS: usize = 1000;
 
@@ -21,11 +44,15 @@ pub(super) trait CurvePoint: Clone {
     fn is_alike(&self, other: &Self) -> bool;
 }
 
-/// A curve that was followed in both directions.
-pub(super) struct Curve<P> {
+/// A curve on which a mode or a periodic motion changes its stability.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Curve<P> {
+    /// Dominant mode of the body where a Hopf curve was found; empty for another curve.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub label: String,
     /// The points, in their order along the curve.
     pub points: Vec<P>,
-    /// Whether the last point is the first one.
+    /// Whether the curve is closed: the last point is the first one.
     pub closed: bool,
     /// Why the curve ends inside the intervals, one sentence each.
     pub ended: Vec<String>,
@@ -61,7 +88,7 @@ impl MapPlan {
 
     /// Follows a curve from a point in both directions. `direction` is a first guess, `steps` are the first, the smallest and
     /// the largest step.
-    pub(super) fn follow<P: CurvePoint, E>(
+    fn follow<P: CurvePoint, E>(
         &self,
         start: &P,
         direction: [f64; 2],
@@ -69,6 +96,7 @@ impl MapPlan {
         solve: Solve<'_, P, E>,
     ) -> Result<Curve<P>, E> {
         let mut curve = Curve {
+            label: String::new(),
             points: vec![start.clone()],
             closed: false,
             ended: Vec::new(),
@@ -174,4 +202,251 @@ fn step_within(here: [f64; 2], direction: [f64; 2], step: f64) -> Option<(usize,
         room if room <= step => Some((nearest, room)),
         _ => Some((inside, step)),
     }
+}
+
+/// First, smallest and largest step along a curve, relative to the intervals.
+const HOPF_STEPS: [f64; 3] = [0.01, 1e-4, 0.03];
+/// First step of the secant method, relative to the interval.
+const DIFFERENCE: f64 = 1e-5;
+/// Steps of the secant method.
+const SECANT_STEPS: usize = 12;
+/// Largest correction, as a fraction of the interval, of a converged point.
+const CONVERGED: f64 = 1e-11;
+/// Relative difference of the frequencies of one curve at neighbouring points.
+const SAME_FREQUENCY: f64 = 0.02;
+
+/// A point of a Hopf curve, or a first approximation of one.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct HopfCurvePoint {
+    /// Values of both parameters, in the units of the scene file.
+    pub values: [f64; 2],
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// The mode there.
+    #[serde(skip)]
+    pub(super) mode: Eigenmode,
+}
+
+impl HopfCurvePoint {
+    pub(super) fn new(values: [f64; 2], mode: Eigenmode) -> Self {
+        Self {
+            values,
+            frequency_hz: mode.frequency_hz(),
+            mode,
+        }
+    }
+}
+
+impl CurvePoint for HopfCurvePoint {
+    fn values(&self) -> [f64; 2] {
+        self.values
+    }
+
+    fn is_alike(&self, other: &Self) -> bool {
+        (self.frequency_hz / other.frequency_hz - 1.0).abs() < SAME_FREQUENCY
+    }
+}
+
+/// The curve through a point near a first approximation, which lies on an edge of the grid along a parameter (`along`).
+/// `None` if there is no point.
+pub(super) fn hopf_curve(
+    plan: &MapPlan,
+    family: &SubjectFamily,
+    seed: &HopfCurvePoint,
+    along: usize,
+) -> Option<Curve<HopfCurvePoint>> {
+    let start = hopf_point(plan, family, seed, along, seed.values)?;
+    // The tangent is normal to the gradient of the growth rate.
+    let slope = |axis: usize| {
+        let values = moved(plan, start.values, axis);
+        let [from, to] = plan.intervals[axis];
+        let growth = mode_at(family, values, &start.mode)?.value.re - start.mode.value.re;
+        Some(growth * (to - from) / (values[axis] - start.values[axis]))
+    };
+    let (a, b) = (slope(0)?, slope(1)?);
+    let tangent = [-b / a.hypot(b), a / a.hypot(b)];
+    let mut solve = |near: &HopfCurvePoint, axis: usize, expected: [f64; 2]| {
+        Ok::<_, Infallible>(hopf_point(plan, family, near, 1 - axis, expected))
+    };
+    plan.follow(&start, tangent, HOPF_STEPS, &mut solve).ok()
+}
+
+/// The mode next to another one at some values of the parameters.
+fn mode_at(family: &SubjectFamily, values: [f64; 2], near: &Eigenmode) -> Option<Eigenmode> {
+    most_alike(family.at(&values).ok()?.modes().ok()?, near)
+}
+
+/// Values that differ by [`DIFFERENCE`] in one parameter, towards the middle of its interval.
+fn moved(plan: &MapPlan, mut values: [f64; 2], axis: usize) -> [f64; 2] {
+    let [from, to] = plan.intervals[axis];
+    values[axis] += DIFFERENCE
+        * if 2.0 * values[axis] < from + to {
+            to - from
+        } else {
+            from - to
+        };
+    values
+}
+
+/// The point of a curve next to another one by the secant method over one parameter (`along`), from a guess.
+fn hopf_point(
+    plan: &MapPlan,
+    family: &SubjectFamily,
+    near: &HopfCurvePoint,
+    along: usize,
+    guess: [f64; 2],
+) -> Option<HopfCurvePoint> {
+    let [from, to] = plan.intervals[along];
+    let mut values = moved(plan, guess, along);
+    let mut mode = mode_at(family, guess, &near.mode)?;
+    let mut change = values[along] - guess[along];
+    for _ in 0..SECANT_STEPS {
+        let before = mode.value.re;
+        mode = mode_at(family, values, &mode)?;
+        if change.abs() < CONVERGED * (to - from) || mode.value.re == 0.0 {
+            return Some(HopfCurvePoint::new(values, mode));
+        }
+        change *= mode.value.re / (before - mode.value.re);
+        values[along] += change;
+        if !values[along].is_finite() {
+            return None;
+        }
+    }
+    None
+}
+
+/// Half the length of the piece of the branch around the expected point, relative to the interval of its parameter.
+const REACH: f64 = 0.05;
+/// Steps along this piece, relative to its length.
+const PIECE: StepLimits = StepLimits {
+    initial: 0.2,
+    min: 1e-3,
+    max: 0.5,
+};
+/// First, smallest and largest step along a curve, relative to the intervals.
+const TORUS_STEPS: [f64; 3] = [0.025, 5e-4, 0.1];
+/// Largest change of the rotation number in a step.
+const SAME_ROTATION: f64 = 0.05;
+
+/// A point of a curve of Neimark-Sacker points, at which a torus is born: on one side the periodic motion attracts, on the
+/// other a torus has taken its place.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct TorusCurvePoint {
+    /// Values of the parameters, in the units of the scene file.
+    pub values: [f64; 2],
+    /// Frequency of the periodic motion, Hz.
+    pub frequency_hz: f64,
+    /// Second base frequency of the torus, Hz.
+    pub second_hz: f64,
+    /// The periodic motion.
+    #[serde(skip)]
+    orbit: PeriodicOrbit,
+}
+
+impl TorusCurvePoint {
+    fn new(found: &Bifurcation, values: [f64; 2]) -> Self {
+        Self {
+            values,
+            frequency_hz: found.frequency_hz,
+            second_hz: found.torus_frequency_hz.unwrap_or(f64::NAN),
+            orbit: found.orbit.clone(),
+        }
+    }
+
+    /// The difference of the rotation numbers.
+    fn change(&self, other: &Self) -> f64 {
+        let [a, b] = [self, other].map(|point| point.second_hz / point.frequency_hz);
+        (a - b).abs()
+    }
+}
+
+impl CurvePoint for TorusCurvePoint {
+    fn values(&self) -> [f64; 2] {
+        self.values
+    }
+
+    fn is_alike(&self, other: &Self) -> bool {
+        self.change(other) < SAME_ROTATION
+    }
+}
+
+/// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
+///
+/// # Errors
+/// [`StudyError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
+pub(super) fn torus_curves(
+    plan: &MapPlan,
+    check: &mut dyn FnMut() -> Result<(), Stopped>,
+) -> Result<Vec<Curve<TorusCurvePoint>>, StudyError> {
+    let [from, to] = plan.intervals[1];
+    let own = plan.scene.value_of(plan.parameters[1]);
+    let own = own.filter(|value| (from..=to).contains(value));
+    let start = own.unwrap_or(0.5 * (from + to));
+    let first = branch_over(plan, 0, start)?;
+    let mut branch = Branch::new(&first);
+    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_, _, _| {
+        check()
+    })?;
+    let points = branch.orbit_bifurcations();
+    let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
+    let mut curves: Vec<Curve<TorusCurvePoint>> = Vec::new();
+    for found in points {
+        let found = TorusCurvePoint::new(&found.bifurcation, [found.at.value, start]);
+        let is_known = |curve: &Curve<_>| plan.passes(&curve.points, &found, ON_CURVE);
+        if !curves.iter().any(is_known) {
+            let mut solve = |near: &TorusCurvePoint, axis: usize, expected: [f64; 2]| {
+                check()?;
+                torus_point(plan, near, axis, expected)
+            };
+            curves.push(plan.follow(&found, [0.0, 1.0], TORUS_STEPS, &mut solve)?);
+        }
+    }
+    check()?;
+    Ok(curves)
+}
+
+/// The plan of the branch over one of the parameters at a value of the other one.
+fn branch_over(plan: &MapPlan, axis: usize, other: f64) -> Result<BranchPlan, StudyError> {
+    let (parameter, interval) = (plan.parameters[axis], plan.intervals[axis]);
+    let scene = plan
+        .scene
+        .with_values(&[(plan.parameters[1 - axis], other)])?;
+    Ok(BranchPlan::new(scene, parameter, interval, 2))
+}
+
+/// The Neimark-Sacker point next to another one, with the expected value of one parameter (`axis`) and near that of
+/// the other one.
+fn torus_point(
+    plan: &MapPlan,
+    near: &TorusCurvePoint,
+    axis: usize,
+    expected: [f64; 2],
+) -> Result<Option<TorusCurvePoint>, StudyError> {
+    let over = 1 - axis;
+    let branch = branch_over(plan, over, expected[axis])?;
+    let [low, high] = plan.intervals[over];
+    let reach = REACH * (high - low);
+    let middle = expected[over];
+    let bounds = [(middle - reach).max(low), (middle + reach).min(high)];
+    let options = ContinuationOptions {
+        steps: PIECE,
+        ..ContinuationOptions::new(bounds, plan.scene.integrator.max_step)
+    };
+    let start = BranchStart::from(PeriodicOrbit {
+        parameter: middle,
+        ..near.orbit.clone()
+    });
+    let family = branch.family();
+    let Ok(piece) = continue_orbits(&family, &start, &options, &mut |_| Ok(())) else {
+        return Ok(None);
+    };
+    let found = piece.bifurcations.iter();
+    let tori = found.filter(|found| found.kind == BifurcationKind::NeimarkSacker);
+    let tori = tori.map(|found| {
+        let mut values = expected;
+        values[over] = found.parameter;
+        TorusCurvePoint::new(found, values)
+    });
+    let nearest = tori.min_by(|a, b| a.change(near).total_cmp(&b.change(near)));
+    Ok(nearest.filter(|found| found.is_alike(near)))
 }

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::at::At;
+use super::family::{SteadyState, SubjectFamily};
 use super::hopf::{Bracket, SteadyBifurcation, locate, sign};
-use super::result::{Branch, BranchBifurcation};
-use super::steady::{SteadyFamily, SteadyState};
+use super::result::{At, Branch, BranchBifurcation};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
@@ -65,6 +64,11 @@ pub struct BranchPlan {
 }
 
 impl BranchPlan {
+    /// The systems that are studied.
+    pub fn family(&self) -> SubjectFamily {
+        SubjectFamily::of(Arc::clone(&self.subject))
+    }
+
     /// The plan of a scene over one of its keys.
     pub fn new(scene: Scene, parameter: Parameter, interval: [f64; 2], points: usize) -> Self {
         let parameters = vec![parameter];
@@ -111,9 +115,9 @@ pub fn add_equilibria(
 ) -> Result<(), StudyError> {
     let [from, to] = plan.interval;
     let name = plan.subject.name(0);
-    let mut family = SteadyFamily::of(Arc::clone(&plan.subject));
+    let family = plan.family();
     let mut tracks = Tracks::default();
-    let mut last = solve(&mut family, &mut tracks, from, &[])?;
+    let mut last = solve(&family, &mut tracks, from, &[])?;
     let mut points = vec![point(name, &last)];
     let mut brackets = Vec::new();
     let mut ended = None;
@@ -128,7 +132,7 @@ pub fn add_equilibria(
                 break 'branch;
             }
             let mut trial = tracks.clone();
-            let solved = match solve(&mut family, &mut trial, next, &last.tracked) {
+            let solved = match solve(&family, &mut trial, next, &last.tracked) {
                 Ok(solved) => solved,
                 Err(error) => {
                     ended = Some(format!("at {name} = {next}: {}", chain_of_causes(&error)));
@@ -161,7 +165,7 @@ pub fn add_equilibria(
             ended = Some(INTERRUPTED.to_owned());
             break;
         }
-        bifurcations.extend(locate(&mut family, bracket, to - from)?);
+        bifurcations.extend(locate(&family, bracket, to - from)?);
     }
     bifurcations.sort_by(|a, b| a.at.value.total_cmp(&b.at.value));
     result.equilibria = points;
@@ -186,7 +190,7 @@ fn is_undamped_after(before: &Solved, here: &Solved) -> bool {
 
 /// Solves for the equilibrium at a value and continues the tracks of its modes.
 fn solve(
-    family: &mut SteadyFamily,
+    family: &SubjectFamily,
     tracks: &mut Tracks,
     value: f64,
     before: &[Tracked],

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::at::At;
-use super::steady::{SteadyFamily, SteadyState};
+use super::family::{SteadyState, SubjectFamily};
+use super::result::At;
 use super::tracking::{Tracked, fastest_alike, most_alike};
 use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
@@ -139,7 +139,7 @@ pub(super) fn sign(mode: &Eigenmode) -> i32 {
 
 /// Locates the bifurcation in a bracket of an interval of a width. `None` if the mode cannot be followed into it.
 pub(super) fn locate(
-    family: &mut SteadyFamily,
+    family: &SubjectFamily,
     bracket: &Bracket,
     width: f64,
 ) -> Result<Option<SteadyBifurcation>, StudyError> {
@@ -184,7 +184,7 @@ pub(super) fn locate(
 
 /// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
 /// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
-fn root(family: &mut SteadyFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
+fn root(family: &SubjectFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
     let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
     let level = bracket.level;
     let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
@@ -228,7 +228,7 @@ fn root(family: &mut SteadyFamily, bracket: &Bracket) -> Result<Option<(f64, f64
 
 /// The steady state at a value within a bracket, and its mode most similar to those at the ends.
 fn followed(
-    family: &mut SteadyFamily,
+    family: &SubjectFamily,
     bracket: &Bracket,
     value: f64,
 ) -> Result<(SteadyState, Option<Eigenmode>), StudyError> {

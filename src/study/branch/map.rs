@@ -4,14 +4,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::curve::Curve;
-use super::hopf_curve::{HopfCurve, HopfPoint, hopf_curve};
-use super::steady::SteadyFamily;
-use super::torus_curve::{TorusCurve, torus_curves};
+use super::curve::{Curve, HopfCurvePoint, TorusCurvePoint, hopf_curve, torus_curves};
+use super::family::SubjectFamily;
 use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
-use crate::study::pool::{Event, ResultSender, run_jobs};
+use crate::study::pool::{ResultSender, run_jobs};
 use crate::study::{OnProgress, StudyError};
 
 /// Name of the work.
@@ -60,9 +58,9 @@ pub struct StabilityMap {
     /// The grid, row by row: the horizontal parameter varies fastest, in ascending order.
     pub grid: Vec<MapPoint>,
     /// The curves on which a pair of complex eigenvalues is imaginary.
-    pub curves: Vec<HopfCurve>,
+    pub curves: Vec<Curve<HopfCurvePoint>>,
     /// The curves of Neimark-Sacker points of the periodic motion of the scene, at which a torus is born.
-    pub torus_curves: Vec<TorusCurve>,
+    pub torus_curves: Vec<Curve<TorusCurvePoint>>,
 }
 
 /// A grid point with its modes.
@@ -76,8 +74,8 @@ impl MapPlan {
         values.collect()
     }
 
-    fn family(&self) -> SteadyFamily {
-        SteadyFamily::new(self.scene.clone(), self.parameters.to_vec())
+    fn family(&self) -> SubjectFamily {
+        SubjectFamily::new(self.scene.clone(), self.parameters.to_vec())
     }
 }
 
@@ -92,8 +90,8 @@ pub fn stability_map(
     progress: OnProgress<'_>,
 ) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
-    let mut rows: Vec<Option<Vec<Solved>>> = ys.iter().map(|_| None).collect();
-    let job = |kept: &mut Option<SteadyFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
+    let mut rows: Vec<(usize, Vec<Solved>)> = Vec::new();
+    let job = |kept: &mut Option<SubjectFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
         let family = kept.get_or_insert_with(|| plan.family());
         let points = xs.iter().map_while(|&x| {
             sender.check().ok()?;
@@ -105,27 +103,25 @@ pub fn stability_map(
             let _ = sender.send((row, points));
         }
     };
-    let mut done = 0;
-    // Tracing the curves takes about as long as the grid.
-    let share = |done: usize| 0.5 * done as f64 / ys.len() as f64;
-    run_jobs(ys.len(), threads, job, |event| {
-        if let Event::Result((row, points)) = event {
-            rows[row] = Some(points);
-            done += 1;
-        }
-        Ok::<_, StudyError>(progress(share(done), TASK)?)
+    run_jobs(ys.len(), threads, job, |row| {
+        rows.extend(row);
+        // Tracing the curves takes about as long as the grid.
+        let share = 0.5 * rows.len() as f64 / ys.len() as f64;
+        Ok::<_, StudyError>(progress(share, TASK)?)
     })?;
-    let solved: Vec<Solved> = rows.into_iter().flatten().flatten().collect();
-    if solved.iter().all(Result::is_err) {
-        let first = solved.into_iter().next();
-        return Err(first.and_then(Result::err).unwrap_or(StudyError::NoPoint));
+    rows.sort_by_key(|(row, _)| *row);
+    let mut solved: Vec<Solved> = rows.into_iter().flat_map(|(_, points)| points).collect();
+    if solved.iter().all(Result::is_err)
+        && let Err(error) = solved.swap_remove(0)
+    {
+        return Err(error);
     }
     let grid = solved.iter().map(grid_point).collect();
-    let mut family = plan.family();
+    let family = plan.family();
     let edges = edges([xs.len(), ys.len()]);
     // A linear approximation lies this close to its curve.
     let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
-    let mut curves: Vec<(&str, Curve<HopfPoint>)> = Vec::new();
+    let mut curves: Vec<Curve<HopfCurvePoint>> = Vec::new();
     for (k, [from, to]) in edges.iter().enumerate() {
         progress(0.5 + 0.5 * k as f64 / edges.len() as f64, TASK)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
@@ -134,10 +130,11 @@ pub fn stability_map(
         let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
         let along = usize::from(to - from > 1);
         for (seed, label) in seeds([place(*from), place(*to)], one, other, names) {
-            let is_known = |(_, curve): &(_, Curve<_>)| plan.passes(&curve.points, &seed, cell);
+            let is_known = |curve: &Curve<_>| plan.passes(&curve.points, &seed, cell);
             if !curves.iter().any(is_known) {
-                let curve = hopf_curve(plan, &mut family, &seed, along);
-                curves.extend(curve.map(|curve| (label, curve)));
+                let curve = hopf_curve(plan, &family, &seed, along);
+                let label = label.to_owned();
+                curves.extend(curve.map(|curve| Curve { label, ..curve }));
             }
         }
     }
@@ -154,7 +151,7 @@ pub fn stability_map(
     Ok(StabilityMap {
         axes: [axis(0, &xs), axis(1, &ys)],
         grid,
-        curves: curves.into_iter().map(HopfCurve::new).collect(),
+        curves,
         torus_curves,
     })
 }
@@ -172,15 +169,11 @@ fn edges([columns, rows]: [usize; 2]) -> Vec<[usize; 2]> {
 }
 
 fn grid_point(solved: &Solved) -> MapPoint {
-    match solved {
-        Ok((_, named)) => MapPoint {
-            unstable_modes: Some(named.iter().filter(|mode| mode.unstable).count()),
-            largest_growth_per_s: named.iter().map(|mode| mode.growth).reduce(f64::max),
-        },
-        Err(_) => MapPoint {
-            unstable_modes: None,
-            largest_growth_per_s: None,
-        },
+    let modes = solved.as_ref().ok().map(|(_, named)| named.iter());
+    let growths = modes.clone().map(|modes| modes.map(|mode| mode.growth));
+    MapPoint {
+        unstable_modes: modes.map(|modes| modes.filter(|mode| mode.unstable).count()),
+        largest_growth_per_s: growths.and_then(|growths| growths.reduce(f64::max)),
     }
 }
 
@@ -190,7 +183,7 @@ fn seeds<'a>(
     one: &[Tracked],
     other: &[Tracked],
     names: &'a [NamedMode],
-) -> Vec<(HopfPoint, &'a str)> {
+) -> Vec<(HopfCurvePoint, &'a str)> {
     let modes = other.iter().map(|tracked| tracked.mode.clone());
     // The numbers start where those of the first point end, so that a new mode does not take one of them.
     let mut tracks = Tracks::after(one);
@@ -200,17 +193,15 @@ fn seeds<'a>(
         let growths = [from.mode.value.re, to.mode.value.re];
         let crosses = growths[0] * growths[1] < 0.0 && from.mode.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
-        let seed = HopfPoint {
-            values: [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k])),
-            mode: from.mode.clone(),
-        };
+        let values = [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k]));
+        let seed = HopfCurvePoint::new(values, from.mode.clone());
         crosses.then_some((seed, &*name.label))
     });
     seeds.collect()
 }
 
 /// The modes at a grid point, numbered on their own.
-fn solve(family: &mut SteadyFamily, values: [f64; 2]) -> Solved {
+fn solve(family: &SubjectFamily, values: [f64; 2]) -> Solved {
     let state = family.at(&values)?;
     let tracked = Tracks::default().follow(&[], state.modes()?);
     let named = tracked.iter().map(|tracked| state.named(&tracked.mode));

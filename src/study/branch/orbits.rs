@@ -1,9 +1,9 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
 use super::equilibria::BranchPlan;
+use super::family::SubjectFamily;
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
-use super::scene_family::SubjectFamily;
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
@@ -63,7 +63,7 @@ pub fn add_orbits(
     result: &mut Branch,
     progress: OnBranch<'_>,
 ) -> Result<(), StudyError> {
-    let family = SubjectFamily::new(plan);
+    let family = plan.family();
     let mut study = Study {
         plan,
         options: family.options(plan.interval)?,
@@ -150,7 +150,7 @@ impl Study<'_> {
         let name = self.plan.subject.name(0);
         let task = format!("settling at {name} = {value}");
         (self.progress)(0.0, &task, result)?;
-        let trial = self.family.steady().trial(&[value])?;
+        let trial = self.family.trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
             max_transient: 1.0,
@@ -238,7 +238,7 @@ impl Study<'_> {
     /// The first orbit of the branch born at a Hopf point.
     fn born(&mut self, found: &SteadyBifurcation) -> Result<BranchStart, StudyError> {
         let value = found.at.value;
-        let state = self.family.steady().at(&[value])?;
+        let state = self.family.at(&[value])?;
         let omega = std::f64::consts::TAU * found.frequency_hz;
         let modes = state.modes()?;
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {

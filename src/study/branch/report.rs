@@ -1,7 +1,7 @@
 //! The reports of branches and of stability maps.
 
 use super::{
-    Branch, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus, TorusCurve, TorusCurvePoint,
+    Branch, Curve, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus, TorusCurvePoint,
 };
 use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
@@ -262,9 +262,10 @@ impl Report for StabilityMap {
             blocks.push(curves.into());
         }
         if !map.torus_curves.is_empty() {
-            let spans = |curve: &TorusCurve, of: fn(&TorusCurvePoint) -> f64, decimals| {
-                span(curve.points.iter().map(of), decimals)
-            };
+            let spans =
+                |curve: &Curve<TorusCurvePoint>, of: fn(&TorusCurvePoint) -> f64, decimals| {
+                    span(curve.points.iter().map(of), decimals)
+                };
             let curves = Table::of(&map.torus_curves)
                 .left(
                     "Neimark-Sacker curve of",

@@ -1,9 +1,10 @@
 //! The result of a study of branches over one parameter.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::at::At;
 use super::equilibria::{BranchPlan, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
 use super::tori::Torus;
@@ -209,5 +210,30 @@ impl Branch {
     /// Name of the key without its table, such as `tilt_deg`.
     pub fn name(&self) -> &str {
         self.parameter.rsplit('.').next().unwrap_or(&self.parameter)
+    }
+}
+
+/// The value of a parameter at a point, in the unit of the scene file. In JSON it is a field with the name of the key, such as
+/// `tilt_deg`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "BTreeMap<String, f64>")]
+pub struct At {
+    /// Name of the key, such as `tilt_deg`.
+    pub name: String,
+    /// Value in the unit of the scene file.
+    pub value: f64,
+}
+
+impl At {
+    /// A value of the key with a name.
+    pub fn new(name: &str, value: f64) -> Self {
+        let name = name.to_owned();
+        Self { name, value }
+    }
+}
+
+impl From<At> for BTreeMap<String, f64> {
+    fn from(at: At) -> Self {
+        Self::from([(at.name, at.value)])
     }
 }

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::differences::{difference, largest};
-use super::steady::{STEP, SteadyFamily};
+use super::family::{STEP, SubjectFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
 use crate::joint::{BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
@@ -55,30 +55,21 @@ pub struct ModeSensitivities {
     pub parameters: Vec<ParameterSensitivity>,
 }
 
-/// A number with its value, which can be changed.
-struct Number {
+/// A number with its value, and the scene after a change of the number by a step.
+struct Number<'a> {
     name: &'static str,
     unit: &'static str,
     value: f64,
-    change: Change,
+    changed: Box<dyn Fn(f64) -> Result<Scene, SceneError> + 'a>,
 }
 
-/// How a number is changed.
-enum Change {
-    Key(Parameter),
-    /// By the socket, for a ball with this diameter, mm.
-    Clearance(Parameter, f64),
-    /// By points of a friction curve, each with these derivatives with respect to the number.
-    Curve(Vec<[f64; 2]>, Vec<f64>),
-}
-
-impl Number {
+impl<'a> Number<'a> {
     /// All numbers of a scene. `sliding_speed` in m/s.
-    fn all(scene: &Scene, sliding_speed: f64) -> Result<Vec<Self>, SceneError> {
+    fn all(scene: &'a Scene, sliding_speed: f64) -> Result<Vec<Self>, SceneError> {
         let mut numbers: Vec<Self> = scene
             .physical_parameters()
             .into_iter()
-            .map(|(parameter, value)| Self::of_key(parameter, value))
+            .map(|(parameter, value)| Self::of_key(scene, parameter, value))
             .collect();
         let Ok(joint) = scene.joint() else {
             return Ok(numbers);
@@ -86,15 +77,19 @@ impl Number {
         if let BodySpec::BallOnBeam(body) = &joint.spec.body {
             numbers.retain(|number| ![BALL, SOCKET].contains(&number.name));
             let ball = 1e3 * body.geometry.ball_diameter;
+            let value = 1e3 * joint.spec.socket.diameter - ball;
+            let socket = scene.parameter(SOCKET)?;
             numbers.push(Self {
                 name: "clearance_mm",
                 unit: "mm",
-                value: 1e3 * joint.spec.socket.diameter - ball,
-                change: Change::Clearance(scene.parameter(SOCKET)?, ball),
+                value,
+                changed: Box::new(move |step| {
+                    scene.with_values(&[(socket, ball + (value + step))])
+                }),
             });
         }
         if joint.spec.damping.is_empty() {
-            numbers.push(Self::of_key(scene.parameter(DAMPING)?, 0.0));
+            numbers.push(Self::of_key(scene, scene.parameter(DAMPING)?, 0.0));
         }
         if let Friction::Table { law, .. } = &joint.spec.friction {
             let points = law.points();
@@ -103,38 +98,28 @@ impl Number {
                 ("friction.points.level", 0.0),
                 ("friction.points.slope", centre),
             ] {
-                let derivatives = points.iter().map(|[_, mu]| mu - zero);
+                let changed = move |step: f64| {
+                    let moved = points.iter();
+                    let moved = moved.map(|[speed, mu]| [*speed, mu + step * (mu - zero)]);
+                    scene.with_friction_points(&moved.collect::<Vec<_>>())
+                };
                 numbers.push(Self {
                     name,
                     unit: "",
                     value: 1.0,
-                    change: Change::Curve(points.to_vec(), derivatives.collect()),
+                    changed: Box::new(changed),
                 });
             }
         }
         Ok(numbers)
     }
 
-    fn of_key(parameter: Parameter, value: f64) -> Self {
+    fn of_key(scene: &'a Scene, parameter: Parameter, value: f64) -> Self {
         Self {
             name: parameter.path(),
             unit: parameter.unit(),
             value,
-            change: Change::Key(parameter),
-        }
-    }
-
-    /// The scene after a change of the number by a step.
-    fn changed(&self, scene: &Scene, step: f64) -> Result<Scene, SceneError> {
-        let value = self.value + step;
-        match &self.change {
-            Change::Key(parameter) => scene.with_values(&[(*parameter, value)]),
-            Change::Clearance(socket, ball) => scene.with_values(&[(*socket, ball + value)]),
-            Change::Curve(points, derivatives) => {
-                let moved = points.iter().zip(derivatives);
-                let moved = moved.map(|([speed, mu], derivative)| [*speed, mu + step * derivative]);
-                scene.with_friction_points(&moved.collect::<Vec<_>>())
-            }
+            changed: Box::new(move |step| scene.with_values(&[(parameter, value + step)])),
         }
     }
 
@@ -162,7 +147,7 @@ pub fn sensitivities(
     scene: &Scene,
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
-    let mut family = SteadyFamily::new(scene.clone(), Vec::new());
+    let family = SubjectFamily::new(scene.clone(), Vec::new());
     let state = family.at_scene(scene)?;
     let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
     let numbers = Number::all(scene, family.sliding_speed(tilt).unwrap_or(0.0))?;
@@ -183,7 +168,7 @@ pub fn sensitivities(
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
         let slope = difference(STEP * number.size(), |step| {
-            let moved = number.changed(scene, step)?;
+            let moved = (number.changed)(step)?;
             let state = family.at_scene(&moved)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;

@@ -1,14 +1,12 @@
 //! The points of branches as a table: one row per point.
 
-use std::io;
 use std::path::Path;
 
 use arrow_schema::{DataType, Field, FieldRef};
 use serde::{Deserialize, Serialize};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
-use super::at::At;
-use super::result::Branch;
+use super::result::{At, Branch};
 use crate::export::OutputError;
 use crate::study::table;
 
@@ -56,18 +54,12 @@ struct RowAt<'a> {
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
 pub fn write_branch(path: &Path, branch: &Branch) -> Result<(), OutputError> {
-    let batch = || {
-        let mut fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default())?;
-        let parameter = Field::new(branch.name(), DataType::Float64, false);
-        fields.push(parameter.into());
-        let fields = table::columns(fields);
-        serde_arrow::to_record_batch(&fields, &rows(branch))
-    };
-    let batch = batch().map_err(|error| OutputError {
-        path: path.to_owned(),
-        source: io::Error::other(error),
-    })?;
-    table::write(path, &batch.schema(), &[batch])
+    let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default());
+    let fields = fields.map(|mut fields| {
+        fields.push(Field::new(branch.name(), DataType::Float64, false).into());
+        fields
+    });
+    table::write_rows(path, fields, &rows(branch))
 }
 
 fn rows(branch: &Branch) -> Vec<RowAt<'_>> {

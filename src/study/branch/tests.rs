@@ -176,8 +176,8 @@ fn joint() -> Scene {
 fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
     let parameter = Parameter::named(key).unwrap();
     let value = scene.value_of(parameter).unwrap();
-    let mut family = SteadyFamily::new(scene.clone(), vec![parameter]);
-    let mut at = |value: f64| {
+    let family = SubjectFamily::new(scene.clone(), vec![parameter]);
+    let at = |value: f64| {
         let modes = family.at(&[value]).unwrap().modes().unwrap();
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
             (mode.frequency_hz() - frequency_hz).abs()
@@ -189,12 +189,12 @@ fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
         [value.re, value.im / std::f64::consts::TAU]
     };
     // Central differences with steps h and h/2, extrapolated twice.
-    let mut central = |h: f64| {
+    let central = |h: f64| {
         let (up, down) = (at(value + h), at(value - h));
         [0, 1].map(|k| (up[k] - down[k]) / (2.0 * h))
     };
     let first = 4e-3 * value;
-    let rows = [first, 0.5 * first, 0.25 * first].map(&mut central);
+    let rows = [first, 0.5 * first, 0.25 * first].map(central);
     [0, 1].map(|k| {
         let once = |j: usize| (4.0 * rows[j + 1][k] - rows[j][k]) / 3.0;
         (16.0 * once(1) - once(0)) / 15.0
@@ -346,7 +346,7 @@ fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
     let hopf: Vec<_> = found.steady_bifurcations().collect();
     assert!(!hopf.is_empty());
     let parameter = Parameter::named(key).unwrap();
-    let mut family = SteadyFamily::new(scene, vec![parameter]);
+    let family = SubjectFamily::new(scene, vec![parameter]);
     for hopf in hopf {
         assert_eq!(hopf.kind, SteadyBifurcationKind::Hopf);
         assert!(hopf.location_error < 1e-9 * hopf.at.value, "{hopf:?}");
@@ -435,7 +435,7 @@ fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
         size: [2, 2],
         orbits: true,
     };
-    let curves = torus_curve::torus_curves(&plan, &mut || Ok(())).unwrap();
+    let curves = curve::torus_curves(&plan, &mut || Ok(())).unwrap();
     let [curve] = &curves[..] else {
         panic!("{} curves", curves.len());
     };

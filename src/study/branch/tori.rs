@@ -9,10 +9,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::at::At;
 use super::equilibria::BranchPlan;
-use super::result::Branch;
-use super::scene_family::SubjectFamily;
+use super::family::started;
+use super::result::{At, Branch};
 use crate::analysis::tones::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
 };
@@ -21,7 +20,7 @@ use crate::dynamics::continuation::{
     BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, OrbitBranch,
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
-use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
+use crate::dynamics::{Accuracy, DynamicsError, Method, MethodName, System};
 use crate::study::{OnProgress, StudyError};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
@@ -122,7 +121,7 @@ pub fn add_tori(
     result: &mut Branch,
     progress: OnProgress<'_>,
 ) -> Result<(), StudyError> {
-    let family = SubjectFamily::new(plan);
+    let family = plan.family();
     let options = family.options(plan.interval)?;
     let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), options.method.max_step);
     let mut tori = Vec::new();
@@ -206,15 +205,14 @@ impl TorusStudy<'_> {
                 torus.ended = Some("interrupted".to_owned());
                 return;
             }
-            let found = match self.settled(value, &mut start) {
-                Ok(found) => found,
+            let mut point = match self.settled(value, &mut start) {
+                Ok(point) => point,
                 Err(error) => {
                     let (name, why) = (self.name, chain_of_causes(&error));
                     torus.ended = Some(format!("at {name} = {value}: {why}"));
                     return;
                 }
             };
-            let mut point = found.point(At::new(self.name, value));
             if point.kind == TorusKind::Torus
                 && let Some((ratio, orbit)) = self.locking(&point, &start.state)
             {
@@ -236,50 +234,9 @@ impl TorusStudy<'_> {
             }
         }
     }
-}
 
-/// Both tones of a settled motion.
-struct Tones {
-    first_hz: f64,
-    /// Second frequency and amplitude of its strongest line relative to the strongest line.
-    second: Option<[f64; 2]>,
-    doubled: bool,
-    /// Frequencies of both tones in both halves of the time.
-    halves: [Option<[f64; 2]>; 2],
-}
-
-impl Tones {
-    fn point(&self, at: At) -> TorusPoint {
-        let rotation = |[first, second]: [f64; 2]| second / first;
-        let [second_hz, side_line] = self.second.map_or([None, None], |it| it.map(Some));
-        let both = self.halves[0].zip(self.halves[1]);
-        let error = both.map(|(a, b)| (0.5 * (rotation(a) - rotation(b)).abs()).max(LEAST_ERROR));
-        let rotation_number = second_hz.map(|second| second / self.first_hz);
-        let is_regular = rotation_number
-            .zip(error)
-            .is_some_and(|(rotation, error)| error < REGULAR * rotation);
-        let kind = match (second_hz, is_regular) {
-            (None, _) => TorusKind::Vanished,
-            (Some(_), false) => TorusKind::Irregular,
-            (Some(_), true) if self.doubled => TorusKind::Doubled,
-            (Some(_), true) => TorusKind::Torus,
-        };
-        TorusPoint {
-            kind,
-            first_hz: self.first_hz,
-            second_hz,
-            side_line: side_line.unwrap_or(0.0),
-            rotation_number,
-            rotation_number_error: error,
-            locking: None,
-            at,
-        }
-    }
-}
-
-impl TorusStudy<'_> {
     /// Lets the motion settle at a value of the parameter and measures its tones. `start` becomes its end.
-    fn settled(&self, value: f64, start: &mut TorusStart) -> Result<Tones, ContinuationError> {
+    fn settled(&self, value: f64, start: &mut TorusStart) -> Result<TorusPoint, ContinuationError> {
         let sys = self.family.system(value);
         let sys = sys.map_err(|source| ContinuationError::Family {
             parameter: value,
@@ -312,21 +269,39 @@ impl TorusStudy<'_> {
             before = now;
         }
         let signal = simulate(count(BEATS[0]))?;
-        let mut tones = guess.tones_in(&signal, rate).unwrap_or(Tones {
-            first_hz,
-            second: None,
-            doubled: false,
-            halves: [None; 2],
-        });
         let (early, late) = signal.split_at(signal.len() / 2);
-        tones.halves = [early, late].map(|half| {
+        let rotation = |half: &[f64]| {
             let tones = guess.tones_in(half, rate)?;
-            Some([tones.first_hz, tones.second?[0]])
-        });
-        if let Some([second, _]) = tones.second {
+            Some(tones.second?[0] / tones.first_hz)
+        };
+        let halves = rotation(early).zip(rotation(late));
+        let error = halves.map(|(a, b)| (0.5 * (a - b).abs()).max(LEAST_ERROR));
+        let tones = guess.tones_in(&signal, rate);
+        let mut point = TorusPoint {
+            kind: TorusKind::Vanished,
+            first_hz: tones.as_ref().map_or(first_hz, |tones| tones.first_hz),
+            second_hz: None,
+            side_line: 0.0,
+            rotation_number: None,
+            rotation_number_error: error,
+            locking: None,
+            at: At::new(self.name, value),
+        };
+        if let Some(tones) = tones
+            && let Some([second, side_line]) = tones.second
+        {
+            let rotation = second / tones.first_hz;
+            let is_regular = error.is_some_and(|error| error < REGULAR * rotation);
+            point.kind = match (is_regular, tones.doubled) {
+                (false, _) => TorusKind::Irregular,
+                (true, true) => TorusKind::Doubled,
+                (true, false) => TorusKind::Torus,
+            };
+            (point.second_hz, point.side_line) = (Some(second), side_line);
+            point.rotation_number = Some(rotation);
             start.frequencies_hz = [tones.first_hz, second];
         }
-        Ok(tones)
+        Ok(point)
     }
 
     /// Simulates `count` samples of the observable at a rate (Hz). The state becomes that at the end, at a multiple of the
@@ -338,14 +313,8 @@ impl TorusStudy<'_> {
         state: &mut Vec<f64>,
         (count, rate): (usize, f64),
     ) -> Result<Vec<f64>, DynamicsError> {
-        let mut integrator = Integrator::new(self.method, sys)?;
-        if sys.switching().is_some_and(|s| !s.is_continuous()) {
-            integrator = integrator.with_events()?;
-        }
+        let (mut integrator, mut z) = started(self.method, sys, state)?;
         let n = sys.tangent_dim();
-        let mut z = state.clone();
-        z.resize(sys.dim(), 0.0);
-        integrator.start(0.0, &z)?;
         let mut signal = Vec::with_capacity(count);
         for k in 1..=count {
             integrator.sample(k as f64 / rate, &mut z)?;
@@ -407,6 +376,14 @@ impl TorusStudy<'_> {
     }
 }
 
+/// Both tones of a settled motion.
+struct Tones {
+    first_hz: f64,
+    /// Second frequency and amplitude of its strongest line relative to the strongest line.
+    second: Option<[f64; 2]>,
+    doubled: bool,
+}
+
 /// The expected tones.
 struct Guess {
     tones: [f64; 2],
@@ -446,7 +423,6 @@ impl Guess {
             first_hz,
             second: side,
             doubled,
-            halves: [None; 2],
         })
     }
 }

@@ -6,7 +6,6 @@
 //! a reference, which is one level finer than the finest level that is shown. A chaotic motion has neither a line nor an
 //! amplitude that converges: its error is that of the rms velocity, and no smaller than the scatter of the average.
 
-mod choice;
 mod effects;
 mod motion;
 mod report;
@@ -21,10 +20,9 @@ use serde::Serialize;
 use super::{OnProgress, Stopped, StudyError};
 use crate::scene::{FixedAt, LoadedJoint, Scene};
 
-pub use choice::{Choice, Origin, TARGETS};
 pub use effects::{Effect, RunAll};
 pub use motion::Motion;
-pub use settings::{Setting, Settings, WorkPrecision, WorkPrecisionPoint};
+pub use settings::{Choice, Origin, Setting, Settings, TARGETS, WorkPrecision, WorkPrecisionPoint};
 
 use motion::Runner;
 
@@ -113,7 +111,7 @@ pub fn cost(
         stopped: false,
     };
     let done = settings::vary(scene, &mut runner, &mut study, &mut watch)
-        .and_then(|()| choice::choose(scene, &mut runner, &mut study, &mut watch))
+        .and_then(|()| settings::choose(scene, &mut runner, &mut study, &mut watch))
         .and_then(|()| effects::price(scene, &mut runner, run_all, &mut study, &mut watch));
     match done {
         Err(StudyError::Stopped(_)) if !study.settings.is_empty() => study.stopped = true,

@@ -1,5 +1,4 @@
-use super::choice::{by_rule, verified};
-use super::settings::levels;
+use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
 use crate::study::response::{InitialState, ResponsePlan, response};

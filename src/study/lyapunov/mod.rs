@@ -1,6 +1,5 @@
 //! Lyapunov exponents with confidence intervals: averaging until a goal is reached.
 
-mod classification;
 mod report;
 mod scene;
 mod trace;
@@ -23,8 +22,7 @@ use super::pool::PollTimer;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 use crate::report::Measured;
-pub use classification::{Classification, Classified};
-pub use report::{LyapunovResult, title};
+pub use report::{Classification, Classified, LyapunovResult, title};
 pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
@@ -240,7 +238,7 @@ pub fn lyapunov(
         progress,
         timer: PollTimer::default(),
         largest: None,
-        needed: plan.expected(),
+        needed: plan.times()[0],
         running: Vec::new(),
         detector: None,
         segments: Vec::new(),
@@ -284,19 +282,11 @@ pub fn lyapunov(
 }
 
 impl LyapunovPlan {
-    /// Maximum averaging time, s.
-    fn longest(&self) -> f64 {
+    /// Expected averaging time before any estimate is known, and the maximum one, s.
+    fn times(&self) -> [f64; 2] {
         match self.goal {
-            Goal::Time(time) => time,
-            Goal::HalfWidth(_) | Goal::Classification => self.max_time,
-        }
-    }
-
-    /// Expected averaging time before any estimate is known, s.
-    fn expected(&self) -> f64 {
-        match self.goal {
-            Goal::Time(time) => time,
-            Goal::HalfWidth(_) | Goal::Classification => self.min_time.min(self.max_time),
+            Goal::Time(time) => [time; 2],
+            _ => [self.min_time.min(self.max_time), self.max_time],
         }
     }
 
@@ -318,7 +308,7 @@ impl LyapunovPlan {
             Goal::Classification if time < self.min_time => self.min_time,
             Goal::Classification => 1.2 * time,
         };
-        guess.max(self.min_time).min(self.longest())
+        guess.max(self.min_time).min(self.times()[1])
     }
 }
 
@@ -484,7 +474,7 @@ impl StudyRun<'_, '_> {
 
     /// Number of samples after which the averaging ends, whether or not the goal is reached.
     fn last_sample(&self) -> u64 {
-        let longest = self.plan.longest();
+        let longest = self.plan.times()[1];
         let begun = match self.plan.goal {
             Goal::Time(_) => 0.0,
             Goal::HalfWidth(_) | Goal::Classification => self.begun.min(longest),

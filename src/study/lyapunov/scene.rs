@@ -124,7 +124,7 @@ pub fn scene_lyapunov(
 
     // Approximate cost of the tangent vectors relative to the state.
     let relative_cost = 1.0 + width as f64 / 3.0;
-    let before = scene.duration / (scene.duration + relative_cost * (settle + plan.expected()));
+    let before = scene.duration / (scene.duration + relative_cost * (settle + plan.times()[0]));
     let mut transient = 0.0;
     let mut stopped = false;
     while !stopped && run.next_frame()?.is_some() {

@@ -123,13 +123,14 @@ impl Comparison {
         }
     }
 
-    /// Compares each of some points; `look` returns whether a point agrees, and its value as text.
+    /// Compares each of some points; `look` returns whether a point agrees, and its value as text, if it can be compared.
     fn of_points(
         expected: impl ToString,
         points: &Points<'_>,
-        look: impl Fn(&SettledResponse) -> (bool, String),
+        look: impl Fn(&SettledResponse) -> Option<(bool, String)>,
     ) -> Self {
-        let seen: Vec<_> = points.iter().map(|(tilt, r)| (tilt, look(r))).collect();
+        let seen = points.iter().map(|(tilt, r)| Some((tilt, look(r)?)));
+        let seen: Vec<_> = seen.flatten().collect();
         let holding = seen.iter().filter(|(_, (is_so, _))| *is_so).count();
         let measured = match &seen[..] {
             [] => None,
@@ -164,10 +165,21 @@ impl Criterion {
         let delay = evidence.delay.filter(|_| first.is_some());
         match *self {
             Self::NaturalFrequency { ref mode, hz } => {
-                natural_frequency(mode, hz, within, evidence)
+                let found = evidence.natural_frequencies.iter();
+                let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
+                Comparison::frequency(hz, found.min_by(f64::total_cmp).map(Some), within)
             }
-            Self::UnstableModes(count) => unstable_modes(count, points),
-            Self::Regime(ref allowed) => regimes(allowed, points),
+            Self::UnstableModes(count) => Comparison::of_points(count, points, |response| {
+                let linear = response.linear.as_ref();
+                let found = linear.map_or(0, |linear| linear.unstable().count());
+                Some((found == count, found.to_string()))
+            }),
+            Self::Regime(ref allowed) => {
+                Comparison::of_points(allowed.join(" or "), points, |response| {
+                    let found = regime(response).to_string();
+                    Some((allowed.contains(&found), found))
+                })
+            }
             Self::NearlyPeriodic(share) => nearly_periodic(share, points),
             Self::StrongestLine(hz) => line(hz, &|r| Some(r.lines.first()?.frequency)),
             Self::Line(hz) => line(hz, &|r| nearest(&strong_lines(r), hz)),
@@ -182,7 +194,14 @@ impl Criterion {
                 let model = evidence.at(as_deg);
                 same_lines(first, model, count, within)
             }
-            Self::Broadband(share) => broadband(share, points),
+            Self::Broadband(share) => {
+                let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+                let expected = format!("at least {}", percent(share));
+                Comparison::of_points(expected, points, |response| {
+                    let found = response.broadband_share;
+                    Some((found >= share, percent(found)))
+                })
+            }
             Self::LinearMismatch {} => linear_mismatch(points, within),
             Self::Lag(samples) => lag(samples, delay),
             Self::Dimension(is) => dimension(is, delay),
@@ -191,9 +210,13 @@ impl Criterion {
             Self::Section(form) => Comparison::of_points(form, points, |response| {
                 let found = section_form(response);
                 let text = found.map_or_else(nothing, |found| found.to_string());
-                (found == Some(form), text)
+                Some((found == Some(form), text))
             }),
-            Self::ExponentZero {} => exponent_zero(points),
+            Self::ExponentZero {} => Comparison::of_points("nearly zero", points, |response| {
+                let largest = largest(response)?;
+                let is_so = largest.low() > -NEARLY_ZERO && largest.high() < NEARLY_ZERO;
+                Some((is_so, shown(largest)))
+            }),
             Self::ExponentsPositive(count) => exponents_positive(count, points),
             Self::Order(ref regimes) => order(regimes, points),
             Self::BaseFrequencies {
@@ -205,20 +228,6 @@ impl Criterion {
     }
 }
 
-fn natural_frequency(mode: &str, hz: f64, within: f64, evidence: &Evidence) -> Comparison {
-    let found = evidence.natural_frequencies.iter();
-    let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
-    Comparison::frequency(hz, found.min_by(f64::total_cmp).map(Some), within)
-}
-
-fn unstable_modes(count: usize, points: &Points<'_>) -> Comparison {
-    Comparison::of_points(count, points, |response| {
-        let linear = response.linear.as_ref();
-        let found = linear.map_or(0, |linear| linear.unstable().count());
-        (found == count, found.to_string())
-    })
-}
-
 /// The regime of a response: chaotic if its largest exponent is positive, which is surer than the classification of its
 /// signal.
 fn regime(response: &SettledResponse) -> Regime {
@@ -227,14 +236,6 @@ fn regime(response: &SettledResponse) -> Regime {
     } else {
         response.regime
     }
-}
-
-/// Compares the regimes of points with the allowed ones.
-fn regimes(allowed: &[String], points: &Points<'_>) -> Comparison {
-    Comparison::of_points(allowed.join(" or "), points, |response| {
-        let found = regime(response).to_string();
-        (allowed.contains(&found), found)
-    })
 }
 
 /// Whether a frequency is a multiple of another one, within a relative tolerance.
@@ -250,7 +251,7 @@ fn nearly_periodic(share: f64, points: &Points<'_>) -> Comparison {
     let expected = format!("other lines below {:.0} %", 100.0 * share);
     Comparison::of_points(expected, points, |response| {
         let Some(strongest) = response.lines.first() else {
-            return (false, "no lines".to_owned());
+            return Some((false, "no lines".to_owned()));
         };
         let others = response.lines.iter();
         let others = others.filter(|l| !is_multiple(l.frequency, strongest.frequency, MULTIPLE));
@@ -263,7 +264,7 @@ fn nearly_periodic(share: f64, points: &Points<'_>) -> Comparison {
             response.regime,
             100.0 * largest
         );
-        (is_regular && largest < share, measured)
+        Some((is_regular && largest < share, measured))
     })
 }
 
@@ -325,7 +326,7 @@ fn harmonics(hz: f64, within: f64, points: &Points<'_>) -> Comparison {
             0 => format!("{} multiples", lines.len()),
             others => format!("{others} of {} lines are no multiples", lines.len()),
         };
-        (others == 0 && lines.len() > 1, measured)
+        Some((others == 0 && lines.len() > 1, measured))
     })
 }
 
@@ -359,15 +360,6 @@ fn same_lines(
     Comparison::new(shown, found.as_ref().map(list), verdict)
 }
 
-fn broadband(share: f64, points: &Points<'_>) -> Comparison {
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let expected = format!("at least {}", percent(share));
-    Comparison::of_points(expected, points, |response| {
-        let found = response.broadband_share;
-        (found >= share, percent(found))
-    })
-}
-
 /// The paper does not state the sampling interval, so the delays cannot be compared.
 fn lag(samples: f64, found: Option<Embedding>) -> Comparison {
     let measured = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
@@ -394,7 +386,7 @@ fn linear_mismatch(points: &Points<'_>, within: f64) -> Comparison {
         };
         let silent = modes.iter().filter(is_silent).count();
         let measured = format!("{silent} of {} unstable modes without a line", modes.len());
-        (2 * silent > modes.len(), measured)
+        Some((2 * silent > modes.len(), measured))
     })
 }
 
@@ -410,7 +402,8 @@ fn recurrence_period(
             .last(kind)
             .map(|found| found.period);
         let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
-        (is_so, found.map_or_else(|| "none".to_owned(), milliseconds))
+        let text = found.map_or_else(|| "none".to_owned(), milliseconds);
+        Some((is_so, text))
     })
 }
 
@@ -427,7 +420,7 @@ fn no_recurrence_period(points: &Points<'_>) -> Comparison {
         } else {
             periods.join(", ")
         };
-        (periods.is_empty(), text)
+        Some((periods.is_empty(), text))
     })
 }
 
@@ -448,28 +441,14 @@ fn section_form(response: &SettledResponse) -> Option<SectionForm> {
     }
 }
 
-/// The points whose exponents were computed: claims on exponents can be compared there only.
-fn with_exponents<'e>(points: &Points<'e>) -> Vec<(f64, &'e SettledResponse)> {
-    let points = points.iter().copied();
-    points.filter(|(_, r)| largest(r).is_some()).collect()
-}
-
-fn exponent_zero(points: &Points<'_>) -> Comparison {
-    Comparison::of_points("nearly zero", &with_exponents(points), |response| {
-        let largest = largest(response);
-        let is_so = largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO);
-        (is_so, shown(largest))
-    })
-}
-
 fn exponents_positive(count: usize, points: &Points<'_>) -> Comparison {
     let expected = match count {
         1 => "positive".to_owned(),
         count => format!("{count} positive"),
     };
-    Comparison::of_points(expected, &with_exponents(points), |response| {
+    Comparison::of_points(expected, points, |response| {
         let is_so = (0..count).all(|k| sign(response, k) == Some(Sign::Positive));
-        (is_so, shown(largest(response)))
+        Some((is_so, shown(largest(response)?)))
     })
 }
 
@@ -517,26 +496,23 @@ fn base_frequencies(
     [periodic, quasi_periodic, chaotic]: [usize; 3],
     points: &Points<'_>,
 ) -> Comparison {
-    let expected_of = |regime| match regime {
-        Regime::Periodic => Some(periodic),
-        Regime::QuasiPeriodic => Some(quasi_periodic),
-        Regime::Chaotic => Some(chaotic),
-        _ => None,
-    };
-    let of_regimes: Vec<_> = points
-        .iter()
-        .copied()
-        .filter(|(_, response)| expected_of(response.regime).is_some())
-        .collect();
     let expected = format!("{periodic}, {quasi_periodic}, {chaotic}");
-    Comparison::of_points(expected, &of_regimes, |response| {
+    Comparison::of_points(expected, points, |response| {
+        let expected = match response.regime {
+            Regime::Periodic => periodic,
+            Regime::QuasiPeriodic => quasi_periodic,
+            Regime::Chaotic => chaotic,
+            _ => return None,
+        };
         let labels = || response.lines.iter().map(|line| &*line.label);
         let bases = ["f1", "f2"].into_iter();
         let found = bases
             .filter(|base| labels().any(|label| label.contains(base)))
             .count();
-        let measured = format!("{} with {found}", response.regime);
-        (Some(found) == expected_of(response.regime), measured)
+        Some((
+            found == expected,
+            format!("{} with {found}", response.regime),
+        ))
     })
 }
 
@@ -549,6 +525,6 @@ fn largest(response: &SettledResponse) -> Option<Exponent> {
     response.exponents.as_ref()?.exponents.first().copied()
 }
 
-fn shown(exponent: Option<Exponent>) -> String {
-    exponent.map_or_else(nothing, |e| Measured::from(&e).unit("1/s").to_string())
+fn shown(exponent: Exponent) -> String {
+    Measured::from(&exponent).unit("1/s").to_string()
 }

@@ -3,16 +3,14 @@
 //! The exponents of a periodic orbit are the logarithms of its Floquet multipliers over its period. One period determines
 //! them, so that nothing has to be averaged.
 
-use std::cell::RefCell;
-
+use super::Run;
 use crate::dynamics::continuation::{
-    ContinuationOptions, Family, FamilyError, Multiplier, PeriodicOrbit, ReturnSearch,
-    settled_orbit,
+    ContinuationOptions, Multiplier, PeriodicOrbit, ReturnSearch, settled_orbit,
 };
-use crate::dynamics::{Exponent, LyapunovSpectrum, System};
+use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::BallJoint;
-use crate::pipeline::prepare_reusing_body;
-use crate::scene::{Scene, SystemSpec};
+use crate::scene::Scene;
+use crate::study::branch::SubjectFamily;
 
 /// Distance from its start at which a motion has returned, relative to its size.
 const RETURN: f64 = 0.02;
@@ -27,65 +25,41 @@ const MIN_ERROR: f64 = 1e-6;
 /// Longest period, in periods of the slowest mode.
 const LONGEST: f64 = 5.0;
 
-/// A scene as a family of one system.
-struct OneScene<'a> {
-    scene: &'a Scene,
-    ball: RefCell<&'a mut Option<BallJoint>>,
-    probe: &'a [f64],
-}
-
-impl Family for OneScene<'_> {
-    fn system(&self, _parameter: f64) -> Result<Box<dyn System>, FamilyError> {
-        let prepared = prepare_reusing_body(self.scene, &mut self.ball.borrow_mut())?;
-        Ok(Box::new(prepared.integrator.into_system()))
-    }
-
-    /// The motion of a driven system is no orbit of this search: see [`stable_orbit`].
-    fn drive_period(&self, _parameter: f64) -> Option<f64> {
-        None
-    }
-
-    /// The displacement of the probe, m.
-    fn observable(&self, _parameter: f64, z: &[f64]) -> f64 {
-        self.probe.iter().zip(z).map(|(row, q)| row * q).sum()
-    }
-}
-
-/// The stable orbit of a settled motion of the scene's system in the state `z`, with a displacement of the probe above
-/// `silence` (m). `None` for another motion, for a driven one, whose phase at the state is unknown, and for an orbit whose
-/// stability is doubtful. `slowest` is the period of the slowest mode, s.
+/// The stable orbit of a settled motion of the scene. `None` for another or a silent motion, for a driven one, whose phase at
+/// the state is unknown, and for an orbit whose stability is doubtful.
 pub(super) fn stable_orbit(
     scene: &Scene,
     ball: &mut Option<BallJoint>,
-    system: &dyn System,
-    [z, probe]: [&[f64]; 2],
-    slowest: f64,
-    silence: f64,
+    run: &Run<'_>,
 ) -> Option<PeriodicOrbit> {
-    if matches!(&scene.subject, SystemSpec::Small(system) if system.drive_period().is_some()) {
+    if run.drive_period.is_some() {
         return None;
     }
+    let (system, z) = (run.integrator.system(), &run.z[..]);
     system.differentiable()?;
-    let family = OneScene {
-        scene,
-        ball: RefCell::new(ball),
-        probe,
-    };
+    let family = SubjectFamily::new(scene.clone(), Vec::new());
+    family.ball.replace(ball.take());
     let search = ReturnSearch {
         settle_s: 0.0,
-        max_period_s: LONGEST * slowest,
+        max_period_s: LONGEST * run.period,
         tolerance: RETURN,
     };
     // The family has no parameter; its bounds only scale it.
     let options = ContinuationOptions::new([-1.0, 1.0], scene.integrator.max_step);
+    let orbit = settled_orbit(&family, 0.0, z, &search, &options);
+    *ball = family.ball.take();
     // A motion that does not return is not periodic.
-    let orbit = settled_orbit(&family, 0.0, z, &search, &options).ok()?;
-    let rate = orbit
-        .nontrivial_multipliers()
-        .map(|multiplier| multiplier.growth_per_s(orbit.period_s))
-        .fold(f64::NEG_INFINITY, f64::max);
+    let orbit = orbit.ok()?;
     let is_near = distance(system.omega(), z, &orbit) < NEAR;
-    (orbit.stable && rate < -MIN_DECAY && orbit.amplitude > silence && is_near).then_some(orbit)
+    let attracts = orbit.stable && decay(&orbit) > MIN_DECAY;
+    (attracts && orbit.amplitude > run.silence && is_near).then_some(orbit)
+}
+
+/// Rate at which motions approach an orbit, 1/s.
+fn decay(orbit: &PeriodicOrbit) -> f64 {
+    let multipliers = orbit.nontrivial_multipliers();
+    let rates = multipliers.map(|multiplier| -multiplier.growth_per_s(orbit.period_s));
+    rates.fold(f64::INFINITY, f64::min)
 }
 
 /// Distance between a state and phase zero of an orbit in the norm of the energy, relative to the size of the orbit.
@@ -108,10 +82,6 @@ pub(super) fn exponents(orbit: &PeriodicOrbit, count: usize) -> LyapunovSpectrum
         value: multiplier.growth_per_s(period),
         half_width: error,
     };
-    let contraction = orbit
-        .nontrivial_multipliers()
-        .map(|multiplier| -multiplier.growth_per_s(period))
-        .fold(f64::INFINITY, f64::min);
     LyapunovSpectrum {
         exponents: orbit.multipliers.iter().take(count).map(exponent).collect(),
         time: period,
@@ -119,7 +89,7 @@ pub(super) fn exponents(orbit: &PeriodicOrbit, count: usize) -> LyapunovSpectrum
         resolution: error,
         kaplan_yorke: Some(Exponent {
             value: 1.0,
-            half_width: error / contraction,
+            half_width: error / decay(orbit),
         }),
     }
 }

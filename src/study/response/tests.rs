@@ -4,6 +4,7 @@ use super::*;
 use crate::analysis::{AnalysisError, recurrence::RecurrenceKind, regime::Regime};
 use crate::scene::Parameter;
 use crate::study::Stopped;
+use crate::study::subject::SILENCE;
 
 fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
     response(scene, from, plan, &mut None, &mut |_, _| Ok(())).unwrap()

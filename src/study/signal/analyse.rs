@@ -1,8 +1,7 @@
 //! All analyses of one signal, one after another.
 
-use super::background::background_power;
 use super::sound::MeasuredSound;
-use super::stretch::{Selected, select};
+use super::stretch::{Selected, background_power, select};
 use super::{
     AnalysedStretch, DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES, MIN_SAMPLES,
     MeasuresAt, NamedLine, Outcome, PoincareSection, RecurrenceAnalysis, SignalAnalysis,
@@ -101,25 +100,24 @@ pub fn analyse_signal(
     progress(0.1, "spectrum")?;
     let (spectrum, tones) = tones(studied)?;
     progress(0.15, "delay and dimension")?;
-    let delay = Outcome::unless(obstacle.or(silence), || delay(newest, search))?;
-    let lag = delay.get().ok().map(|delay| delay.lag);
-    let event = stretch.event.zip(sound.as_ref());
-    let event_hz = event.map(|(number, sound)| sound.tonal.events[number - 1].frequency_hz);
+    let embedding = Outcome::unless(obstacle.or(silence), || delay(newest, search, rate))?;
+    let lag = embedding.get().ok().map(|embedding| embedding.choice.lag);
+    let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
+    let event_hz = stretch.event.map(|number| events[number - 1].frequency_hz);
     let period = period_of(event_hz, &tones.lines, lag, rate);
     progress(0.3, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
     progress(0.4, "recurrence")?;
-    let recurrence = delay.try_map(|delay| {
-        let plan = Plan::new(delay, search, newest.len());
+    let recurrence = embedding.try_map(|embedding| {
+        let plan = Plan::new(&embedding.choice, search, newest.len());
         let mut recurrence = plan.quantify(studied, newest, period)?;
         progress(0.55, "recurrence along the signal")?;
         recurrence.along = plan.along(studied)?;
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
+    let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
     progress(0.68, "type of motion")?;
-    let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
     let background = || background_power(&signal, events, stretch.band_hz);
     let background = obstacle.is_none().then(background);
     let criterion = RegimeSearch {
@@ -127,20 +125,25 @@ pub fn analyse_signal(
         silence: silent_below.unwrap_or(0.0),
         background: background.flatten().unwrap_or(0.0),
     };
-    let verdict = regime(newest, &criterion, !events.is_empty(), obstacle)?;
+    let mut verdict = Outcome::unless(obstacle, || classify(newest, &criterion))?;
+    // Of a stretch with tonal events, *noise* only means that the noise hides the motion.
+    if !events.is_empty() && verdict.get().is_ok_and(|v| v.regime == Regime::Noise) {
+        let skipped = SkipReason::Noise;
+        verdict = Outcome::Skipped { skipped };
+    }
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
-        None => delay.clone(),
+        None => embedding.clone(),
     };
     progress(0.75, "divergence (Rosenstein)")?;
-    let rosenstein =
-        steady.try_map(|delay| divergence_by(newest, delay, DivergenceMethod::Rosenstein, rate))?;
+    let divergence =
+        |method| steady.try_map(|found| divergence_by(newest, &found.choice, method, rate));
+    let rosenstein = divergence(DivergenceMethod::Rosenstein)?;
     progress(0.82, "divergence (Kantz)")?;
     let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
-    let method = DivergenceMethod::Kantz { radius };
-    let kantz = steady.try_map(|delay| divergence_by(newest, delay, method, rate))?;
+    let kantz = divergence(DivergenceMethod::Kantz { radius })?;
     progress(0.92, "0-1 test")?;
-    let zero_one = steady.try_map(|delay| test_zero_one(newest, delay.lag))?;
+    let zero_one = steady.try_map(|found| test_zero_one(newest, found.choice.lag))?;
     progress(1.0, "done")?;
     Ok(SignalAnalysis {
         facts: SignalStatistics::of(&signal),
@@ -150,7 +153,7 @@ pub fn analyse_signal(
         tones,
         spectrogram,
         nonlinear_samples: newest.len(),
-        embedding: delay.map(|choice| DelayEmbedding::new(choice, rate)),
+        embedding,
         recurrence,
         section,
         rosenstein,
@@ -180,24 +183,6 @@ fn check(samples: &[f64]) -> Result<(), AnalysisError> {
     memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
         samples: samples.len(),
         shortage,
-    })
-}
-
-/// Type of motion in the stretch. If there are tonal events, *noise* only means that the noise hides the motion.
-fn regime(
-    samples: &[f64],
-    search: &RegimeSearch,
-    has_events: bool,
-    obstacle: Option<SkipReason>,
-) -> Result<Outcome<Verdict>, AnalysisError> {
-    let verdict = Outcome::unless(obstacle, || classify(samples, search))?;
-    let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);
-    Ok(if is_noise && has_events {
-        Outcome::Skipped {
-            skipped: SkipReason::Noise,
-        }
-    } else {
-        verdict
     })
 }
 
@@ -321,7 +306,11 @@ fn spectrogram(signal: &Signal, period: f64) -> Result<Vec<Column>, AnalysisErro
 }
 
 /// Delay and dimension, each chosen or given.
-fn delay(samples: &[f64], search: &SignalOptions) -> Result<DelayChoice, AnalysisError> {
+fn delay(
+    samples: &[f64],
+    search: &SignalOptions,
+    rate: f64,
+) -> Result<DelayEmbedding, AnalysisError> {
     let rules = DelaySearch::for_samples(samples.len());
     let mut choice = choose_delay(samples, &rules)?;
     if let Some(lag) = search.lag {
@@ -341,7 +330,7 @@ fn delay(samples: &[f64], search: &SignalOptions) -> Result<DelayChoice, Analysi
         .share
         .get(choice.dimension.wrapping_sub(1));
     choice.unfolded = shares.is_some_and(|share| *share <= rules.false_share);
-    Ok(choice)
+    Ok(DelayEmbedding::new(choice, rate))
 }
 
 /// Period that sets the span of pictures, samples: that of the analysed event, of the strongest line, or four

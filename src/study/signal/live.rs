@@ -78,28 +78,20 @@ struct Fit<'a> {
     duration: f64,
     /// Dominant period, s.
     period: f64,
-    /// Window of the divergence of nearby trajectories, s.
-    divergence_window: f64,
 }
 
 impl<'a> Fit<'a> {
     fn new(report: &'a SignalAnalysis) -> Self {
         let rate = report.signal.rate;
         let event = report.event().map(|event| event.frequency_hz);
-        let lag = report
-            .embedding
-            .get()
-            .ok()
-            .map(|embedding| embedding.choice.lag);
-        let mut fit = Self {
+        let embedding = report.embedding.get().ok();
+        let lag = embedding.map(|embedding| embedding.choice.lag);
+        Self {
             report,
             rate,
             duration: report.signal.duration(),
             period: period_of(event, &report.tones.lines, lag, rate) / rate,
-            divergence_window: 0.0,
-        };
-        fit.divergence_window = fit.long(CHAOS_PERIODS, CHAOS_SAMPLES);
-        fit
+        }
     }
 
     /// A window length, evaluated `evaluations` times along the signal.
@@ -116,9 +108,15 @@ impl<'a> Fit<'a> {
         (periods * self.period).clamp(fewest, most)
     }
 
-    /// Samples of the divergence window.
+    /// Window of the divergence of nearby trajectories, s.
+    fn divergence_window(&self) -> f64 {
+        let window = self.long(CHAOS_PERIODS, CHAOS_SAMPLES);
+        window.min(self.duration / 4.0)
+    }
+
+    /// Samples in this window.
     fn divergence_samples(&self) -> usize {
-        (self.divergence_window.min(self.duration / 4.0) * self.rate) as usize
+        (self.divergence_window() * self.rate) as usize
     }
 
     fn spectrogram(&self) -> SpectrogramSpec {
@@ -133,7 +131,7 @@ impl<'a> Fit<'a> {
     fn delay(&self, embedding: &DelayEmbedding) -> DelaySpec {
         let lag = embedding.lag_s;
         DelaySpec {
-            sliding: self.sliding(self.divergence_window, EVALUATIONS / 10.0),
+            sliding: self.sliding(self.divergence_window(), EVALUATIONS / 10.0),
             largest_lag: (4.0 * lag)
                 .min(self.divergence_samples() as f64 / self.rate / 25.0)
                 .max(lag),
@@ -169,7 +167,7 @@ impl<'a> Fit<'a> {
             self.divergence_samples(),
         );
         ChaosSpec {
-            sliding: self.sliding(self.divergence_window, EVALUATIONS / 5.0),
+            sliding: self.sliding(self.divergence_window(), EVALUATIONS / 5.0),
             embedding: embedding_spec(embedding),
             theiler: embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,

@@ -15,7 +15,6 @@
 //! kHz, 86 million samples, needs less than 1 GB.
 
 mod analyse;
-mod background;
 mod calibration;
 mod live;
 mod outcome;
@@ -49,9 +48,7 @@ use crate::import::Signal;
 use crate::study::{OnProgress, Stopped};
 
 pub use analyse::analyse_signal;
-pub use calibration::{
-    CalibratedLevels, CalibrationError, CalibrationFormError, CalibrationSource,
-};
+pub use calibration::{CalibratedLevels, CalibrationError, CalibrationSource};
 pub use live::{highest_frequency, live_analysis};
 pub use outcome::{Outcome, SkipReason};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};

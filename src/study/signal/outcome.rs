@@ -64,14 +64,6 @@ impl<T> Outcome<T> {
         }
     }
 
-    /// Converts the result.
-    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Outcome<U> {
-        match self {
-            Self::Computed(result) => Outcome::Computed(convert(result)),
-            Self::Skipped { skipped } => Outcome::Skipped { skipped },
-        }
-    }
-
     /// The result.
     ///
     /// # Errors

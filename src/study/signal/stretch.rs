@@ -7,14 +7,15 @@ use super::{AnalysedStretch, MIN_SAMPLES, SignalError, SkipReason};
 use crate::analysis::{
     events::{Span, TonalEvent, demodulate, stationary_stretch},
     filter::band_pass,
+    stats::deviation,
 };
 use crate::import::Signal;
 
 /// Minimum length of a stationary stretch, periods of the fundamental.
 const MIN_PERIODS: f64 = 40.0;
 
-/// Maximum length of a stretch, samples; of a longer one the end is used.
-pub(super) const MAX_SAMPLES: usize = 1 << 20;
+/// Maximum length of a stretch, samples; of a longer one the end is used. Of the background, this many samples are used.
+const MAX_SAMPLES: usize = 1 << 20;
 
 /// A ridge whose frequencies, without the extreme twentieth on either side, differ by more than this share
 /// drifts, unless the drift is below this number of bins of the stretch.
@@ -35,6 +36,12 @@ const MARGIN_PERIODS: f64 = 10.0;
 /// an event, s, and at most this share of the signal.
 const END_S: f64 = 0.1;
 const END_SHARE: f64 = 0.1;
+
+/// Shortest interval without events in which the background is measured, s.
+const SHORTEST_S: f64 = 0.1;
+
+/// Distance of this interval from events, s: they end gradually, and reverberate.
+const MARGIN_S: f64 = 0.1;
 
 /// The stretch to analyse and its samples.
 pub(super) struct Selected {
@@ -65,61 +72,48 @@ pub(super) fn select(
         part: None,
         obstacle: None,
     };
-    let event = chosen(sound, number)?;
-    let Some((sound, index, event)) = event else {
+    let Some(sound) = sound else {
+        let rates = SOUND_RATES_HZ;
+        return number.map_or(Ok(all(None)), |_| Err(SignalError::NotSound { rates }));
+    };
+    let Some(number) = number.or_else(|| Some(sound.strongest()? + 1)) else {
         return Ok(all(None));
     };
-    let number = index + 1;
+    let events = &sound.tonal.events;
+    let found = events.len();
+    let event = events.get(number.wrapping_sub(1));
+    let event = event.ok_or(SignalError::NoEvent { number, found })?;
     let (span, obstacle) = stretch_of(event, sound, signal.rate);
-    let band = pass_band(&sound.tonal.events, span, signal.rate);
+    let band = pass_band(events, span, signal.rate);
     let drifts = drifts(event, span);
     let near = END_S.min(END_SHARE * signal.duration());
     let is_whole = span.start_s - whole.start_s <= near && whole.end_s - span.end_s <= near;
-    let part = Part::new(signal, span, band);
-    if is_whole && !drifts && part.band.is_none() && obstacle.is_none() {
+    let (mut part, band_hz) = filtered(signal, span, band);
+    if is_whole && !drifts && band_hz.is_none() && obstacle.is_none() {
         return Ok(all(Some(number)));
     }
     let stretch = AnalysedStretch {
         demodulated: drifts,
-        band_hz: part.band,
+        band_hz,
         ..AnalysedStretch::new(span, Some(number), sound.is_clipped(span))
     };
-    let samples = part.samples(event, span, drifts)?;
-    let part = Signal {
-        name: signal.name.clone(),
-        unit: signal.unit.clone(),
-        rate: signal.rate,
-        start: span.start_s,
-        samples,
+    part.samples = if drifts {
+        let local = Span {
+            start_s: span.start_s - part.start,
+            end_s: span.end_s - part.start,
+        };
+        let mut event = event.clone();
+        shift(&mut event, -part.start);
+        demodulate(&part.samples, part.rate, &event, local)?
+    } else {
+        part.samples[index_range(&part, span)].to_vec()
     };
+    part.start = span.start_s;
     Ok(Selected {
         stretch,
         part: Some(part),
         obstacle,
     })
-}
-
-/// The sound, and the requested event with its index; without a request the strongest one.
-fn chosen(
-    sound: Option<&MeasuredSound>,
-    number: Option<usize>,
-) -> Result<Option<(&MeasuredSound, usize, &TonalEvent)>, SignalError> {
-    let rates = SOUND_RATES_HZ;
-    let Some(sound) = sound else {
-        return number.map_or(Ok(None), |_| Err(SignalError::NotSound { rates }));
-    };
-    let index = match number {
-        Some(number) => Some(number.wrapping_sub(1)),
-        None => sound.strongest(),
-    };
-    let found = sound.tonal.events.len();
-    match (
-        index.and_then(|index| Some((sound, index, sound.tonal.events.get(index)?))),
-        number,
-    ) {
-        (None, Some(number)) => Err(SignalError::NoEvent { number, found }),
-        (chosen, _) => Ok(chosen),
-    }
 }
 
 /// The longest stationary stretch of an event, between clipped samples and dropouts if one of the pieces
@@ -145,18 +139,21 @@ fn longest_intact(span: Span, sound: &MeasuredSound) -> Span {
     let faults = condition.clipped.iter().chain(&condition.dropouts);
     let mut faults: Vec<Span> = faults.filter(|f| overlap(**f, span)).copied().collect();
     faults.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    longest_gap(span, faults)
+}
+
+/// The longest part of an interval outside some others, which are in ascending order of their starts.
+fn longest_gap(span: Span, others: impl IntoIterator<Item = Span>) -> Span {
+    let mut gaps = Vec::new();
     let mut start_s = span.start_s;
-    let mut parts = Vec::with_capacity(faults.len() + 1);
-    for fault in faults {
-        let end_s = fault.start_s;
-        parts.push(Span { start_s, end_s });
-        start_s = start_s.max(fault.end_s);
+    for other in others {
+        let end_s = other.start_s;
+        gaps.push(Span { start_s, end_s });
+        start_s = start_s.max(other.end_s);
     }
-    parts.push(Span { start_s, ..span });
-    let longest = parts
-        .into_iter()
-        .max_by(|a, b| a.length_s().total_cmp(&b.length_s()));
-    longest.unwrap_or(span)
+    gaps.push(Span { start_s, ..span });
+    let by_length = |a: &Span, b: &Span| a.length_s().total_cmp(&b.length_s());
+    gaps.into_iter().max_by(by_length).unwrap_or(span)
 }
 
 /// Whether the fundamental of an event drifts within an interval.
@@ -191,66 +188,62 @@ fn pass_band(events: &[TonalEvent], span: Span, rate: f64) -> [f64; 2] {
 }
 
 /// Indices of the samples of a signal in an interval.
-pub(super) fn index_range(signal: &Signal, span: Span) -> Range<usize> {
+fn index_range(signal: &Signal, span: Span) -> Range<usize> {
     let index = |time: f64| ((time - signal.start) * signal.rate).round().max(0.0) as usize;
     let end = index(span.end_s).min(signal.samples.len());
     index(span.start_s).min(end)..end
 }
 
-/// The samples around a stretch, filtered if there is power outside the pass band.
-struct Part {
-    samples: Vec<f64>,
-    rate: f64,
-    /// Time of the first sample, s.
-    start_s: f64,
-    /// Pass band of the filter, Hz; `None` if it is not needed.
-    band: Option<[f64; 2]>,
+/// The part of a signal around a stretch, filtered if there is power outside the pass band, and the band then.
+fn filtered(signal: &Signal, span: Span, band: [f64; 2]) -> (Signal, Option<[f64; 2]>) {
+    let margin = MARGIN_PERIODS / band[0];
+    let wider = Span {
+        start_s: span.start_s - margin,
+        end_s: span.end_s + margin,
+    };
+    let range = index_range(signal, wider);
+    let start = signal.start + range.start as f64 / signal.rate;
+    let raw = &signal.samples[range];
+    let filtered = band_pass(raw, signal.rate, band);
+    let is_needed = filtered.outside_share > OUTSIDE_SHARE;
+    let part = Signal {
+        name: signal.name.clone(),
+        unit: signal.unit.clone(),
+        rate: signal.rate,
+        start,
+        samples: if is_needed {
+            filtered.samples
+        } else {
+            raw.to_vec()
+        },
+    };
+    (part, is_needed.then_some(band))
 }
 
-impl Part {
-    fn new(signal: &Signal, span: Span, band: [f64; 2]) -> Self {
-        let margin = MARGIN_PERIODS / band[0];
-        let wider = Span {
-            start_s: span.start_s - margin,
-            end_s: span.end_s + margin,
-        };
-        let range = index_range(signal, wider);
-        let first = range.start;
-        let raw = &signal.samples[range];
-        let filtered = band_pass(raw, signal.rate, band);
-        let (band, samples) = if filtered.outside_share > OUTSIDE_SHARE {
-            (Some(band), filtered.samples)
-        } else {
-            (None, raw.to_vec())
-        };
-        Self {
-            band,
-            samples,
-            rate: signal.rate,
-            start_s: signal.start + first as f64 / signal.rate,
-        }
-    }
-
-    /// The samples of the stretch, along the ridge of the event if it drifts.
-    fn samples(
-        &self,
-        event: &TonalEvent,
-        span: Span,
-        drifts: bool,
-    ) -> Result<Vec<f64>, SignalError> {
-        let local = Span {
-            start_s: span.start_s - self.start_s,
-            end_s: span.end_s - self.start_s,
-        };
-        if drifts {
-            let mut event = event.clone();
-            shift(&mut event, -self.start_s);
-            return Ok(demodulate(&self.samples, self.rate, &event, local)?);
-        }
-        let index = |time: f64| (time * self.rate).round().max(0.0) as usize;
-        let end = index(local.end_s).min(self.samples.len());
-        Ok(self.samples[index(local.start_s).min(end)..end].to_vec())
-    }
+/// Power of a recording in a band (Hz; `None` for all frequencies) in the longest interval without events, in the
+/// square of the unit of the signal; `None` if there is no event, or no such interval.
+pub(super) fn background_power(
+    signal: &Signal,
+    events: &[TonalEvent],
+    band: Option<[f64; 2]>,
+) -> Option<f64> {
+    let whole = Span {
+        start_s: signal.start,
+        end_s: signal.start + signal.duration(),
+    };
+    let near = events.iter().map(|event| Span {
+        start_s: event.start_s - MARGIN_S,
+        end_s: event.end_s + MARGIN_S,
+    });
+    let gap = Some(longest_gap(whole, near)).filter(|_| !events.is_empty());
+    let gap = gap.filter(|gap| gap.length_s() >= SHORTEST_S)?;
+    let samples = &signal.samples[index_range(signal, gap)];
+    let samples = &samples[..samples.len().min(MAX_SAMPLES)];
+    let deviation = match band {
+        Some(band) => deviation(&band_pass(samples, signal.rate, band).samples),
+        None => deviation(samples),
+    };
+    Some(deviation.powi(2))
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! The events of several files as a table: one row per event.
 
-use std::io;
 use std::path::Path;
 
 use arrow_schema::FieldRef;
@@ -48,15 +47,8 @@ pub fn write_events<'a>(
     files: impl IntoIterator<Item = &'a AnalysedFile>,
 ) -> Result<(), OutputError> {
     let rows: Vec<Row> = files.into_iter().flat_map(rows).collect();
-    let batch = || {
-        let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default())?;
-        serde_arrow::to_record_batch(&table::columns(fields), &rows)
-    };
-    let batch = batch().map_err(|error| OutputError {
-        path: path.to_owned(),
-        source: io::Error::other(error),
-    })?;
-    table::write(path, &batch.schema(), &[batch])
+    let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default());
+    table::write_rows(path, fields, &rows)
 }
 
 fn rows(analysed: &AnalysedFile) -> impl Iterator<Item = Row> {

@@ -1,5 +1,7 @@
 //! Plan of a sweep: axes, starts, order of the points, and shards for several machines.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +85,8 @@ pub struct SweepPlan {
 /// The points of a sweep: every combination of values, for every start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<'a> {
+    /// Names of the parameters.
+    pub names: Arc<[String]>,
     /// Values of one or two parameters; continuation follows the first.
     pub axes: Vec<&'a [f64]>,
     /// The starts, without duplicates.
@@ -121,6 +125,7 @@ impl Grid<'_> {
             index,
             start,
             values: values.collect(),
+            names: Arc::clone(&self.names),
         }
     }
 
@@ -163,6 +168,8 @@ pub struct Place {
     pub start: Start,
     /// Values of the axes, in the units of the scene file.
     pub values: Vec<f64>,
+    /// Names of the axes.
+    pub names: Arc<[String]>,
 }
 
 /// A shard: part `number` (from 1) of a sweep divided into `of` parts.
@@ -182,7 +189,12 @@ impl Shard {
 impl SweepPlan {
     /// The grid of the points.
     pub fn grid(&self) -> Grid<'_> {
+        let names = self
+            .axes
+            .iter()
+            .map(|axis| axis.parameter.path().to_owned());
         Grid {
+            names: names.collect(),
             axes: self.axes.iter().map(Axis::values).collect(),
             starts: &self.starts,
         }

@@ -1,15 +1,11 @@
 //! Result of a sweep: the points, and the parameter intervals of each regime.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::ops::Deref;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::continuation::BifurcationKind;
 
-use super::{Grid, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
+use super::{Axis, Grid, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 use crate::number::{fixed, quantity};
 use crate::report::{Block, Measured, Report, Table, Tone};
 
@@ -37,56 +33,7 @@ pub struct SweepResult {
     /// continuation finds them.
     pub hysteresis_ends: Vec<HysteresisEnd>,
     /// The points in ascending order of index.
-    pub points: NamedPoints,
-}
-
-/// The points of a sweep. In JSON each has the values of the parameters by their names, too.
-#[derive(Debug)]
-pub struct NamedPoints {
-    names: Vec<String>,
-    points: Vec<SweepPoint>,
-}
-
-impl Deref for NamedPoints {
-    type Target = [SweepPoint];
-
-    fn deref(&self) -> &[SweepPoint] {
-        &self.points
-    }
-}
-
-/// A point with the values of the parameters by their names.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "SweepPoint")]
-struct NamedPoint<'a> {
-    #[serde(flatten)]
-    named: BTreeMap<&'a str, f64>,
-    #[serde(flatten)]
-    point: &'a SweepPoint,
-}
-
-impl Serialize for NamedPoints {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let names = || self.names.iter().map(String::as_str);
-        to.collect_seq(self.points.iter().map(|point| NamedPoint {
-            named: names().zip(point.place.values.iter().copied()).collect(),
-            point,
-        }))
-    }
-}
-
-impl JsonSchema for NamedPoints {
-    fn schema_name() -> Cow<'static, str> {
-        Vec::<NamedPoint<'_>>::schema_name()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Vec::<NamedPoint<'_>>::json_schema(generator)
-    }
-
-    fn inline_schema() -> bool {
-        true
-    }
+    pub points: Vec<SweepPoint>,
 }
 
 /// An end of hysteresis: a bifurcation at which a periodic motion ends or loses its stability, so that the response jumps to
@@ -118,23 +65,16 @@ impl SweepResult {
     /// The result of the points of a plan.
     pub fn new(plan: &SweepPlan, mut points: Vec<SweepPoint>, shard: Shard) -> Self {
         points.sort_by_key(|point| point.place.index);
-        let axes = plan.axes.iter();
-        let axes = axes.map(|axis| (axis.parameter().path().to_owned(), axis.label()));
-        Self::of(axes.collect(), &plan.grid(), points, shard)
+        let labels = plan.axes.iter().map(Axis::label);
+        Self::of(labels.collect(), &plan.grid(), points, shard)
     }
 
-    /// The result of points in ascending order of index, for parameters with these names and labels.
-    pub fn of(
-        axes: Vec<(String, String)>,
-        grid: &Grid<'_>,
-        points: Vec<SweepPoint>,
-        shard: Shard,
-    ) -> Self {
-        let (names, labels): (Vec<_>, Vec<_>) = axes.into_iter().unzip();
+    /// The result of points in ascending order of index, for parameters with these labels.
+    pub fn of(axes: Vec<String>, grid: &Grid<'_>, points: Vec<SweepPoint>, shard: Shard) -> Self {
         let points_in_shard = grid.chains(shard).iter().map(Vec::len).sum();
-        let single_axis = if names.len() == 1 { &points[..] } else { &[] };
+        let single_axis = if axes.len() == 1 { &points[..] } else { &[] };
         Self {
-            axes: labels,
+            axes,
             points_computed: points.len(),
             points_total: grid.len(),
             points_in_shard,
@@ -143,7 +83,7 @@ impl SweepResult {
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
             hysteresis_ends: Vec::new(),
-            points: NamedPoints { names, points },
+            points,
         }
     }
 }

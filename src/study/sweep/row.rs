@@ -1,29 +1,45 @@
-//! A sweep point as a table row and as an object in JSON.
+//! A sweep point as a row of a table and as an object in JSON.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io;
 use std::sync::Arc;
 
-use arrow_schema::{DataType, Field, FieldRef};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
+use arrow_schema::{DataType, Field, FieldRef, Schema, SchemaRef};
+use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
 
-use super::{Place, Start, SweepPoint};
+use super::{Place, Start, SweepPlan, SweepPoint};
 use crate::analysis::recurrence::RecurrenceKind;
 use crate::dynamics::Exponent;
 use crate::number::degrees;
 use crate::study::response::SettledResponse;
+use crate::study::table;
+
+/// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]). It ends with the version of the
+/// format.
+pub const IDENTITY: &str = "squeakscope sweep 3";
+
+/// Key of the metadata of a field that holds a parameter of the sweep.
+const PARAMETER: &str = "squeakscope parameter";
 
 /// A point; missing values are null.
 #[derive(Serialize, Deserialize, JsonSchema)]
-pub(super) struct Row {
+struct Row {
+    /// Values of the parameters by their names.
+    #[serde(flatten, skip_deserializing)]
+    named: BTreeMap<String, f64>,
     /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     index: usize,
     /// Start of the point.
     start: Start,
     /// Values of the axes, in the units of the scene file.
-    // In a table each axis has a column of its own instead.
+    // A table has only the columns by the names.
     #[schemars(with = "Vec<f64>")]
     values: Option<Vec<f64>>,
     /// Error message of a point without a response.
@@ -113,15 +129,18 @@ impl Leading {
 
 impl Row {
     /// The row of a point.
-    pub fn new(point: SweepPoint) -> Self {
+    fn new(point: SweepPoint) -> Self {
         let (found, error) = match point.outcome {
             Ok(found) => (Some(found), None),
             Err(error) => (None, Some(error)),
         };
+        let place = point.place;
+        let named = place.names.iter().cloned().zip(place.values.clone());
         Self {
-            index: point.place.index,
-            start: point.place.start,
-            values: Some(point.place.values),
+            named: named.collect(),
+            index: place.index,
+            start: place.start,
+            values: Some(place.values),
             error,
             leading: found.as_ref().map(Leading::of).unwrap_or_default(),
             found,
@@ -129,7 +148,7 @@ impl Row {
     }
 
     /// The point of a row with these values of the parameters, or the reason why the row is invalid.
-    pub fn into_point(self, values: Vec<f64>) -> Result<SweepPoint, String> {
+    fn into_point(self, names: &Arc<[String]>, values: Vec<f64>) -> Result<SweepPoint, String> {
         let outcome = match (self.error, self.found) {
             (Some(error), _) => Err(error),
             (None, Some(mut found)) => {
@@ -152,12 +171,13 @@ impl Row {
             index: self.index,
             start: self.start,
             values,
+            names: Arc::clone(names),
         };
         Ok(SweepPoint { place, outcome })
     }
 
     /// The columns of all rows without the values of the axes. Those of a response are null for a failed point.
-    pub fn fields() -> Result<Vec<FieldRef>, serde_arrow::Error> {
+    fn fields() -> Result<Vec<FieldRef>, serde_arrow::Error> {
         // Words are plain text: the batches of an Arrow file may not differ in a dictionary.
         let word = |name| json!({"name": name, "data_type": "LargeUtf8"});
         let pair = json!([{"name": "element", "data_type": "F64"}]);
@@ -201,7 +221,52 @@ impl JsonSchema for SweepPoint {
         "SweepPoint".into()
     }
 
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+    fn json_schema(generator: &mut SchemaGenerator) -> schemars::Schema {
         Row::json_schema(generator)
     }
+}
+
+/// The columns of the table of a sweep, with its identity.
+pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
+    let mut fields = table::columns(Row::fields().map_err(io::Error::other)?);
+    // After the index and the start.
+    let parameters = plan.axes.iter().map(|axis| {
+        let path = axis.parameter().path();
+        let field = Field::new(path, DataType::Float64, false);
+        let field = field.with_metadata(table::note(PARAMETER, path));
+        table::measured_in(&Arc::new(field), axis.parameter().unit())
+    });
+    fields.splice(2..2, parameters);
+    let identity = table::note(IDENTITY, &plan.identity());
+    Ok(Arc::new(Schema::new_with_metadata(fields, identity)))
+}
+
+/// Points as a record batch.
+pub(super) fn batch(plan: &SweepPlan, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
+    let rows = points.iter().map(|point| Row::new((*point).clone()));
+    let schema = schema(plan)?;
+    let batch = serde_arrow::to_record_batch(schema.fields(), &rows.collect::<Vec<_>>());
+    let batch = batch.map_err(io::Error::other)?;
+    batch.with_schema(schema).map_err(io::Error::other)
+}
+
+/// The points of a record batch, or the reason why it has none.
+pub(super) fn points(batch: &RecordBatch) -> Result<Vec<SweepPoint>, String> {
+    let rows: Vec<Row> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
+    let schema = batch.schema();
+    let columns = schema.fields().iter().zip(batch.columns());
+    let parameters = columns.filter(|(field, _)| field.metadata().contains_key(PARAMETER));
+    let axes = parameters.map(|(field, column)| {
+        let column = column.as_primitive_opt::<Float64Type>();
+        let column = column.ok_or_else(|| format!("the column `{}` has no numbers", field.name()));
+        Ok((field.name().clone(), column?))
+    });
+    let axes: Vec<_> = axes.collect::<Result<_, String>>()?;
+    let names: Arc<[String]> = axes.iter().map(|(name, _)| name.clone()).collect();
+    let rows = rows.into_iter().enumerate();
+    rows.map(|(k, row)| {
+        let values = axes.iter().map(|(_, column)| column.value(k));
+        row.into_point(&names, values.collect())
+    })
+    .collect()
 }

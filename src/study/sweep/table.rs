@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use arrow_ipc::writer::StreamWriter;
 use serde_json::Value;
 
-use super::batch::{IDENTITY, batch, points, schema};
+use super::row::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
 use crate::foreign::table::TableBatches;
@@ -239,7 +239,13 @@ impl SweepTable {
     /// # Errors
     /// [`TableError::OtherSweep`] or [`TableError::Invalid`]; they name `path`.
     pub fn check(&self, plan: &SweepPlan, path: &Path) -> Result<(), TableError> {
-        check_identity(&self.identity, &plan.identity(), path)?;
+        let wanted = plan.identity();
+        if self.identity != wanted {
+            return Err(TableError::OtherSweep {
+                path: path.to_owned(),
+                difference: difference([&self.identity, &wanted]),
+            });
+        }
         let misplaced = self.points.iter().find(|point| {
             let index = point.place.index;
             index >= plan.grid().len() || plan.grid().place(index) != point.place
@@ -252,17 +258,6 @@ impl SweepTable {
             }),
         }
     }
-}
-
-/// Checks an identity; the error names the first difference.
-pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(), TableError> {
-    if found == wanted {
-        return Ok(());
-    }
-    Err(TableError::OtherSweep {
-        path: path.to_owned(),
-        difference: difference([found, wanted]),
-    })
 }
 
 /// The first entries that differ.

@@ -130,7 +130,7 @@ fn a_table_of_the_first_format_is_rejected() {
 #[test]
 fn columns_of_one_value_come_first_and_state_their_units() {
     let (plan, _) = swept();
-    let schema = super::batch::schema(&plan).unwrap();
+    let schema = super::row::schema(&plan).unwrap();
     let fields = schema.fields();
     let first_list = fields.iter().position(|f| f.data_type().is_nested());
     let (single, lists) = fields.split_at(first_list.unwrap());
@@ -164,7 +164,7 @@ fn a_csv_table_has_the_columns_of_one_value() {
     write_table(&path, &plan, &points).unwrap();
     let mut csv = csv::Reader::from_path(&path).unwrap();
     let head = csv.headers().unwrap().clone();
-    let schema = super::batch::schema(&plan).unwrap();
+    let schema = super::row::schema(&plan).unwrap();
     let single = schema
         .fields()
         .iter()

@@ -166,6 +166,7 @@ impl LessonMeasurements {
 
     /// The measurements so far.
     pub fn measurements(&self) -> Measurements {
+        let turning = self.turning.as_ref();
         Measurements {
             growth: self.level.growth(),
             growth_ended: self.level.has_ended(),
@@ -175,11 +176,7 @@ impl LessonMeasurements {
             at_rest: self.level.segments > 0 && self.level.last < self.rest,
             leader_at_end: self.leaders.at_growth_end.clone(),
             tilts: self.tilts.as_ref().map(TiltHistory::summary),
-            passes: self
-                .turning
-                .as_ref()
-                .map(Turning::passes)
-                .unwrap_or_default(),
+            passes: turning.map_or(Vec::new(), |turning| turning.passes.clone()),
             second_tone: self.second_tone.as_ref().and_then(SecondTone::found),
             ..self.so_far.clone()
         }

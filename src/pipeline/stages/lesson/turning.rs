@@ -11,7 +11,7 @@ pub struct Turning {
     limit: f64,
     /// Present tilt, rad.
     tilt: Option<f64>,
-    passes: Vec<SqueakPass>,
+    pub passes: Vec<SqueakPass>,
     /// Last time at which the level exceeded the limit, s.
     last_above: Option<f64>,
 }
@@ -64,11 +64,6 @@ impl Turning {
         let pass = self.passes.last();
         pass.is_some_and(|pass| pass.squeak.is_some() && !pass.has_ended)
     }
-
-    /// The passes so far.
-    pub fn passes(&self) -> Vec<SqueakPass> {
-        self.passes.clone()
-    }
 }
 
 #[cfg(test)]
@@ -91,7 +86,7 @@ mod tests {
                 turning.push(time, level(way, tilt));
             }
         }
-        turning.passes()
+        turning.passes
     }
 
     #[test]
@@ -126,7 +121,7 @@ mod tests {
         turning.set_tilt(1.0);
         for k in 0..100 {
             turning.push(1e-3 * f64::from(k), if k % 4 == 0 { 2.0 } else { 0.5 });
-            assert!(!turning.passes()[0].has_ended);
+            assert!(!turning.passes[0].has_ended);
         }
     }
 }

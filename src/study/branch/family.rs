@@ -1,0 +1,269 @@
+//! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use super::differences::{Differences, difference};
+use super::equilibria::BranchPlan;
+use super::result::Branch;
+use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
+use crate::dynamics::equilibrium::{Eigenmode, Linearised};
+use crate::dynamics::{DynamicsError, Integrator, Method, System};
+use crate::joint::{BallJoint, LinearMode, NamedMode};
+use crate::pipeline::{PipelineError, Prepared};
+use crate::scene::{Parameter, Scene};
+use crate::study::StudyError;
+use crate::study::subject::{SceneSubject, Subject, Trial};
+
+/// Largest relative step of a difference with respect to a parameter.
+pub(super) const STEP: f64 = 0.02;
+/// Points of a phase portrait.
+const PORTRAIT: usize = 240;
+
+/// Systems over some parameters, for example those of a scene.
+pub struct SubjectFamily {
+    subject: Arc<dyn Subject>,
+    /// The joint of the last values; its modes are computed again only if the body changes.
+    pub(in crate::study) ball: RefCell<Option<BallJoint>>,
+    /// The last equilibrium, from which the next one is found.
+    guess: RefCell<Vec<f64>>,
+    last: RefCell<Option<Last>>,
+}
+
+/// The last value of the first parameter with its probe and the period of its drive.
+type Last = (f64, Vec<f64>, Option<f64>);
+
+/// The system and its linearisation at its equilibrium, for some values of the parameters.
+pub struct SteadyState {
+    /// The system.
+    pub system: Arc<dyn System>,
+    /// Row that maps modal coordinates to the displacement of the probe.
+    pub probe: Vec<f64>,
+    /// The system linearised at the equilibrium.
+    pub linearised: Linearised,
+    /// Names of the modes of the body, of the modal coordinates, or of the components of the state.
+    families: Vec<String>,
+}
+
+impl SubjectFamily {
+    /// A scene over some parameters.
+    pub fn new(scene: Scene, parameters: Vec<Parameter>) -> Self {
+        Self::of(Arc::new(SceneSubject { scene, parameters }))
+    }
+
+    /// Any systems.
+    pub fn of(subject: Arc<dyn Subject>) -> Self {
+        Self {
+            subject,
+            ball: RefCell::default(),
+            guess: RefCell::default(),
+            last: RefCell::default(),
+        }
+    }
+
+    /// What is varied.
+    pub fn subject(&self) -> &Arc<dyn Subject> {
+        &self.subject
+    }
+
+    /// The system for some values of the parameters.
+    ///
+    /// # Errors
+    /// If the values are invalid, or the system cannot be built.
+    pub fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
+        self.subject.trial(values, &mut self.ball.borrow_mut())
+    }
+
+    /// Builds the system for some values of the parameters and linearises it at its equilibrium.
+    ///
+    /// # Errors
+    /// If the values are invalid, the system cannot be built, or it has no equilibrium.
+    pub fn at(&self, values: &[f64]) -> Result<SteadyState, StudyError> {
+        let trial = self.trial(values)?;
+        self.linearised(trial)
+    }
+
+    /// Builds the system of a variant of the scene and linearises it at its equilibrium.
+    ///
+    /// # Errors
+    /// If the system cannot be built, or it has no equilibrium.
+    pub fn at_scene(&self, scene: &Scene) -> Result<SteadyState, StudyError> {
+        let trial = Trial::of_scene(scene, &mut self.ball.borrow_mut())?;
+        self.linearised(trial)
+    }
+
+    fn linearised(&self, trial: Trial) -> Result<SteadyState, StudyError> {
+        let prepared = trial.prepared;
+        let (system, dim) = (prepared.integrator.into_system(), prepared.state.len());
+        let mut guess = self.guess.borrow_mut();
+        if system.modes() == 0 && guess.is_empty() {
+            *guess = prepared.state;
+        }
+        guess.resize(dim, 0.0);
+        let linearised = Linearised::new(&*system, &guess)?;
+        guess[..linearised.dim()].copy_from_slice(&linearised.state);
+        let families = match &*self.ball.borrow() {
+            Some(ball) => ball.family_labels(),
+            None if system.modes() > 0 => {
+                (1..=system.modes()).map(|k| format!("mode {k}")).collect()
+            }
+            None => (0..dim).map(|k| format!("z[{k}]")).collect(),
+        };
+        Ok(SteadyState {
+            system,
+            probe: prepared.probe,
+            linearised,
+            families,
+        })
+    }
+
+    /// Slip speed of steady sliding at the centre of the patch of the last joint, at a tilt (rad), m/s; `None` before one.
+    pub fn sliding_speed(&self, tilt: f64) -> Option<f64> {
+        let velocity = self.ball.borrow().as_ref()?.sliding_velocity(tilt);
+        Some(velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
+    }
+
+    /// Derivative of the scaled matrix with respect to the only parameter, per unit of the scene file; `scale` is the size on
+    /// which the parameter changes.
+    ///
+    /// # Errors
+    /// If the matrix cannot be computed on either side of the value.
+    pub fn slope(&self, value: f64, scale: f64) -> Result<Differences, StudyError> {
+        let size = match value.abs() {
+            0.0 => scale,
+            size => size.min(scale),
+        };
+        difference(STEP * size, |step| {
+            self.at(&[value + step])
+                .map(|state| state.linearised.matrix)
+        })
+    }
+
+    /// Options of the continuation over an interval of the parameter, with the maximum step of the systems.
+    pub(super) fn options(&self, interval: [f64; 2]) -> Result<ContinuationOptions, PipelineError> {
+        let max_step = self.trial(&interval[..1])?.max_step;
+        Ok(ContinuationOptions::new(interval, max_step))
+    }
+
+    fn built(&self, parameter: f64) -> Result<Prepared, PipelineError> {
+        let trial = self.trial(&[parameter])?;
+        let probe = trial.prepared.probe.clone();
+        *self.last.borrow_mut() = Some((parameter, probe, trial.drive_period));
+        Ok(trial.prepared)
+    }
+
+    /// What `of` takes from the probe and the period of the drive at a value of the parameter.
+    fn take<T>(&self, parameter: f64, of: impl FnOnce(&[f64], Option<f64>) -> T) -> Option<T> {
+        let is_last = |last: &Last| last.0 == parameter;
+        if !self.last.borrow().as_ref().is_some_and(is_last) {
+            self.built(parameter).ok()?;
+        }
+        let last = self.last.borrow();
+        last.as_ref().map(|(_, probe, drive)| of(probe, *drive))
+    }
+}
+
+impl Family for SubjectFamily {
+    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
+        Ok(Box::new(self.built(parameter)?.integrator.into_system()))
+    }
+
+    fn drive_period(&self, parameter: f64) -> Option<f64> {
+        self.take(parameter, |_, drive| drive)?
+    }
+
+    /// The displacement of the probe, m.
+    fn observable(&self, parameter: f64, z: &[f64]) -> f64 {
+        let displacement = |probe: &[f64], _| probe.iter().zip(z).map(|(row, q)| row * q).sum();
+        self.take(parameter, displacement).unwrap_or(f64::NAN)
+    }
+}
+
+impl SteadyState {
+    /// The modes with their names.
+    ///
+    /// # Errors
+    /// If the eigenvalue iteration does not converge.
+    pub fn modes(&self) -> Result<Vec<Eigenmode>, StudyError> {
+        Ok(self.linearised.modes()?)
+    }
+
+    /// The mode with the name of the mode of the body, or of the component of the state, that has the largest share of it.
+    pub fn named(&self, mode: &Eigenmode) -> NamedMode {
+        let m = self.system.modes();
+        let squares: Vec<f64> = mode.vector.iter().map(|x| x.norm_sqr()).collect();
+        let mut shares = squares.clone();
+        if m > 0 {
+            shares = (0..m).map(|i| squares[i] + squares[m + i]).collect();
+        }
+        let total: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        let linear = LinearMode {
+            frequency_hz: mode.frequency_hz(),
+            growth: mode.value.re,
+            shares,
+        };
+        let named = linear.named(&self.families);
+        NamedMode {
+            // Rates of a system without modes have any unit.
+            unstable: if m > 0 {
+                named.unstable
+            } else {
+                named.growth > 0.0
+            },
+            ..named
+        }
+    }
+
+    /// Displacement of the probe (m) per unit of the amplitude `|w|` of a mode, see
+    /// [`FirstLyapunov`](crate::dynamics::equilibrium::FirstLyapunov).
+    pub fn probe_amplitude(&self, mode: &Eigenmode) -> f64 {
+        let parts = self
+            .probe
+            .iter()
+            .zip(&mode.vector)
+            .zip(&self.linearised.scale);
+        let sum: faer::c64 = parts.map(|((probe, x), scale)| *x * (probe / scale)).sum();
+        2.0 * sum.norm()
+    }
+}
+
+/// An integrator of a system, with event location if it jumps, at time zero in a state without the auxiliary components.
+pub(super) fn started<'a>(
+    method: Method,
+    system: &'a dyn System,
+    state: &[f64],
+) -> Result<(Integrator<'a>, Vec<f64>), DynamicsError> {
+    let mut integrator = Integrator::new(method, system)?;
+    if system.switching().is_some_and(|s| !s.is_continuous()) {
+        integrator = integrator.with_events()?;
+    }
+    let mut z = state.to_vec();
+    z.resize(system.dim(), 0.0);
+    integrator.start(0.0, &z)?;
+    Ok((integrator, z))
+}
+
+/// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of a result.
+///
+/// # Errors
+/// If a system cannot be built, or an integration fails.
+pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, StudyError> {
+    let family = plan.family();
+    let options = family.options(plan.interval)?;
+    let portraits = result.points.iter().map(|point| {
+        let orbit = &point.orbit;
+        let prepared = family.built(orbit.parameter)?;
+        let system = prepared.integrator.system();
+        let (mut integrator, mut z) = started(options.method, system, &orbit.state)?;
+        let modes = system.modes();
+        let samples = (0..=PORTRAIT).map(|k| {
+            let time = orbit.period_s * k as f64 / PORTRAIT as f64;
+            integrator.sample(time, &mut z)?;
+            let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
+            Ok([row(&z[..modes]), row(&z[modes..])])
+        });
+        samples.collect::<Result<Vec<_>, StudyError>>()
+    });
+    portraits.collect()
+}
