@@ -22,11 +22,11 @@ struct TiltFamily {
 }
 
 impl TiltFamily {
-    /// With 100 nodes, for which the numbers of the tests were found.
-    fn of_scene(name: &str) -> Self {
+    /// With the number of nodes for which the numbers of a test were found.
+    fn of_scene(name: &str, nodes: usize) -> Self {
         let scene = Scene::load(name).unwrap();
         let mut spec = scene.joint().unwrap().spec.clone();
-        spec.contact.nodes = 100;
+        spec.contact.nodes = nodes;
         Self {
             ball: BallJoint::new(&spec).unwrap(),
             probe: Mutex::new(Vec::new()),
@@ -136,7 +136,7 @@ fn distance_from_differences(family: &TiltFamily, orbit: &PeriodicOrbit) -> f64 
 /// Neimark-Sacker point; the multipliers give -5.4664, -0.5358, 0.5334 and 5.228 1/s.
 #[test]
 fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a_torus() {
-    let family = TiltFamily::of_scene("periodic-2deg");
+    let family = TiltFamily::of_scene("periodic-2deg", 100);
     let orbit = tone(&family, 2.0, [1e-5, 0.05], 6);
     assert!(
         (orbit.frequency_hz() - 4110.813).abs() < 0.01,
@@ -189,7 +189,7 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
 /// the simulated torus are at 4.11 kHz, 3.87 kHz and their difference 0.24 kHz.
 #[test]
 fn the_torus_of_the_joint_is_born_with_its_observed_frequencies() {
-    let family = TiltFamily::of_scene("doubled-torus-3deg");
+    let family = TiltFamily::of_scene("doubled-torus-3deg", 100);
     let orbit = tone(&family, 0.0, [1e-3, 0.2], 1);
     let branch = follow(&family, orbit);
     let all = branch.bifurcations.iter();
@@ -204,4 +204,28 @@ fn the_torus_of_the_joint_is_born_with_its_observed_frequencies() {
     assert!((torus.frequency_hz - 4104.27).abs() < 0.1);
     assert!((torus.torus_frequency_hz.unwrap() - 240.98).abs() < 0.1);
     assert!(branch.unresolved.is_empty());
+}
+
+/// The tone of 573 Hz in scene `paper` exists between two folds only, at 0.3334459 and 0.9098432 degrees, where a motion
+/// that attracts meets one that repels: the branch returns to its first orbit.
+#[test]
+fn the_branch_between_two_folds_of_the_joint_is_closed() {
+    let family = TiltFamily::of_scene("paper", 28);
+    let orbit = tone(&family, 0.75, [1e-5, 0.02], 1);
+    assert!((orbit.frequency_hz() - 572.92).abs() < 0.01 && orbit.stable);
+    let options = ContinuationOptions {
+        bounds: [0.3, 0.95],
+        ..joint_options()
+    };
+    let start = orbit.into();
+    let branch = continue_orbits(&family, &start, &options, &mut |_| Ok(())).unwrap();
+    assert_eq!(branch.ends, [Some(BranchEnd::Closed), None]);
+    // Every change of the number of multipliers outside the unit circle is that of a fold.
+    assert!(branch.unresolved.is_empty());
+    assert_eq!(branch.bifurcations.len(), 2);
+    for (fold, parameter) in branch.bifurcations.iter().zip([0.909_843_2, 0.333_445_9]) {
+        assert_eq!(fold.kind, BifurcationKind::Fold);
+        assert!((fold.parameter - parameter).abs() < 1e-5);
+        assert_eq!(fold.unstable_change.abs(), 1);
+    }
 }
