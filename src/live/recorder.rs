@@ -97,7 +97,7 @@ impl RecordingControl {
             .take()
             .and_then(|requested| requested.reserved)
         {
-            reserved.discard();
+            reserved.abandon();
         }
     }
 
@@ -126,7 +126,7 @@ impl RecordingControl {
             .requested
             .take()
             .map(|requested| match requested.reserved {
-                Some(reserved) => reserved.discard(),
+                Some(reserved) => reserved.abandon(),
                 None => requested.file,
             });
         saved.extend(left.map(SavedFile::never_started));

@@ -3,6 +3,10 @@
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
+use serde_json::json;
+
+use crate::plot::{Color, INFERNO, NAMED_LINES, PREFIXES, Rgb, gradient};
+use crate::record::TRAIL;
 
 /// Path of a file, its type and its content.
 type File = (&'static str, &'static str, &'static str);
@@ -53,14 +57,42 @@ const FILES: &[File] = files! {
     "/views/spectrum.js": JS = "views/spectrum.js",
 };
 
+/// What the page shares with figures and recordings: colours as a style sheet, and a module with the prefixes of units,
+/// a colour on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named lines.
+fn shared() -> [(&'static str, &'static str, String); 2] {
+    let rule = |on: fn(Color) -> Rgb| {
+        let [signal, mark] = [Color::Run, Color::Compared].map(|color| {
+            let [r, g, b] = on(color);
+            format!("rgb({r}, {g}, {b})")
+        });
+        format!("{{ --signal: {signal}; --mark: {mark}; }}")
+    };
+    let [dark, light] = [Color::on_dark, Color::on_light].map(rule);
+    let colours = format!(":root {dark}\n:root[data-theme=\"light\"] {light}\n");
+    let values = json!({
+        "prefixes": PREFIXES,
+        "signal": Color::Run,
+        "spectrogram": &gradient(&INFERNO)[..],
+        "trail_s": TRAIL,
+        "named_lines": NAMED_LINES,
+    });
+    let values = format!("export default {values};\n");
+    [("/shared.css", CSS, colours), ("/shared.js", JS, values)]
+}
+
 /// Serves the files.
 pub(super) fn routes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
-    FILES.iter().fold(router, |router, &(path, kind, text)| {
-        router.route(
-            path,
-            get(move || async move { ([(header::CONTENT_TYPE, kind)], text) }),
-        )
-    })
+    let files = FILES
+        .iter()
+        .map(|&(path, kind, text)| (path, kind, text.to_owned()));
+    files
+        .chain(shared())
+        .fold(router, |router, (path, kind, text)| {
+            router.route(
+                path,
+                get(move || async move { ([(header::CONTENT_TYPE, kind)], text) }),
+            )
+        })
 }
 
 #[cfg(test)]
@@ -97,6 +129,7 @@ mod tests {
             for line in text.lines().filter(|line| line.starts_with("import ")) {
                 let path = line.rsplit('"').nth(1).unwrap_or_default();
                 let served = FILES.iter().any(|(served, ..)| *served == path);
+                let served = served || shared().iter().any(|(served, ..)| *served == path);
                 assert!(served, "{file} imports {path}");
             }
         }
