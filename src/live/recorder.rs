@@ -80,7 +80,7 @@ impl RecordingControl {
     pub fn stop(&self) {
         let requested = lock(&self.state).requested.take();
         if let Some((_, Some(reserved))) = requested {
-            reserved.discard();
+            reserved.abandon();
         }
     }
 
@@ -106,7 +106,7 @@ impl RecordingControl {
         let mut state = lock(&self.state);
         let mut saved = std::mem::take(&mut state.saved);
         let left = state.requested.take();
-        let left = left.map(|(file, reserved)| reserved.map_or(file, PartFile::discard));
+        let left = left.map(|(file, reserved)| reserved.map_or(file, |part| part.abandon()));
         saved.extend(left.map(SavedFile::never_started));
         saved
     }

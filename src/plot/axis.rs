@@ -7,6 +7,7 @@ use super::unit::Unit;
 use crate::analysis::stats::range;
 
 /// An axis of a panel.
+#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// The quantity; may be empty.
@@ -70,14 +71,12 @@ impl Axis {
     }
 
     /// Sets the unit of the values; they are written with the SI prefix that suits the range.
-    #[must_use]
     pub fn of(self, unit: &str) -> Self {
         let unit = Unit::of(unit, self.range[0].abs().max(self.range[1].abs()));
         self.written_in(unit)
     }
 
     /// Sets the unit in which the values are written.
-    #[must_use]
     pub fn written_in(self, unit: Unit) -> Self {
         Self { unit, ..self }
     }

@@ -139,7 +139,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
     };
     let counts: BTreeSet<usize> = map.grid.iter().filter_map(count).collect();
     let keys = counts.into_iter().map(|n| {
-        let key = Layer::areas(Vec::new(), 1.0, Color::Shade(shade(n)));
+        let key = Layer::areas(Vec::new(), 1.0, Color::Shade([shade(n); 2]));
         key.with_label(match n {
             MAX_COLORS => format!("{n} or more"),
             n => n.to_string(),

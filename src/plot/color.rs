@@ -34,8 +34,8 @@ pub enum Color {
     Exponent(usize),
     /// One of several series by index, from 0.
     Series(usize),
-    /// A colour of a colour map, the same on every background.
-    Shade(Rgb),
+    /// A colour of a colour map, on a light and on a dark background.
+    Shade([Rgb; 2]),
 }
 
 /// Colours of series on a light and on a dark background, repeated cyclically.
@@ -80,7 +80,7 @@ impl Color {
             },
             Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()],
             Self::Series(k) => SERIES[k % SERIES.len()],
-            Self::Shade(color) => [color; 2],
+            Self::Shade(pair) => pair,
         }
     }
 
@@ -101,6 +101,20 @@ impl Serialize for Color {
         self.pair().serialize(serializer)
     }
 }
+
+/// Nodes of the colour map of spectrograms: black through purple and orange to pale yellow ("inferno" of matplotlib).
+pub const INFERNO: [Rgb; 10] = [
+    [0x00, 0x00, 0x04],
+    [0x1b, 0x0c, 0x41],
+    [0x4a, 0x0c, 0x6b],
+    [0x78, 0x1c, 0x6d],
+    [0xa5, 0x2c, 0x60],
+    [0xcf, 0x44, 0x46],
+    [0xed, 0x69, 0x25],
+    [0xfb, 0x9b, 0x06],
+    [0xf7, 0xd1, 0x3d],
+    [0xfc, 0xff, 0xa4],
+];
 
 /// A colour map of 256 colours from pale to dark (the reversed "magma" of matplotlib, interpolated).
 pub fn colormap() -> Vec<Rgb> {

@@ -5,9 +5,9 @@ use super::color::Color;
 use super::figure::{Layer, Panel};
 use crate::analysis::delay::DelayChoice;
 
-/// Average mutual information over the delay, with the chosen delay as the top layer; `step` is the delay of
-/// one sample in `unit`: a prefix is added to that of a time.
-pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel {
+/// Average mutual information over the delay, with the chosen delay and its legend entry; `step` is the delay of one sample
+/// in `unit`: a prefix is added to that of a time.
+pub fn mutual_information(choice: &DelayChoice, (step, unit): (f64, &str), label: &str) -> Panel {
     let bits = &choice.mutual.bits;
     let curve = bits.iter().enumerate();
     let curve = curve.map(|(k, bits)| [step * k as f64, *bits]).collect();
@@ -17,12 +17,12 @@ pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel 
     let range = [0.0, round_up(most.max(1e-3))];
     let y = Axis::linear("average mutual information, bits", range);
     let chosen = Layer::vertical_line(step * choice.lag as f64, Color::Accent);
-    let layers = vec![Layer::line(curve, Color::Ink), chosen];
+    let layers = vec![Layer::line(curve, Color::Ink), chosen.with_label(label)];
     Panel::new("average mutual information", x, y, layers)
 }
 
-/// Share of false nearest neighbours over the dimension, with the chosen dimension as the top layer.
-pub fn false_neighbours(choice: &DelayChoice) -> Panel {
+/// Share of false nearest neighbours over the dimension, with the chosen dimension and its legend entry.
+pub fn false_neighbours(choice: &DelayChoice, label: &str) -> Panel {
     let shares = choice.neighbours.share.iter().zip(1..);
     let shares = shares.map(|(share, k)| [f64::from(k), 100.0 * share]);
     let shares: Vec<[f64; 2]> = shares.collect();
@@ -33,7 +33,7 @@ pub fn false_neighbours(choice: &DelayChoice) -> Panel {
         vec![
             Layer::line(shares.clone(), Color::Ink),
             Layer::points(shares, 2.4, Color::Ink),
-            Layer::vertical_line(choice.dimension as f64, Color::Accent),
+            Layer::vertical_line(choice.dimension as f64, Color::Accent).with_label(label),
         ],
     )
 }

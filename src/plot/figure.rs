@@ -153,14 +153,6 @@ impl Panel {
         Self { caption, ..self }
     }
 
-    /// Adds a legend entry for the top layer.
-    pub fn with_top_label(mut self, label: impl Into<String>) -> Self {
-        if let Some(top) = self.layers.last_mut() {
-            top.label = label.into();
-        }
-        self
-    }
-
     /// Whether an image fills the plot area and would hide a grid.
     pub fn has_image(&self) -> bool {
         let mut layers = self.layers.iter();
@@ -232,19 +224,8 @@ pub struct Image {
     pub size: [usize; 2],
     /// Palette index of each pixel, row by row from the top.
     pub pixels: Vec<u8>,
-    /// The palette.
-    pub palette: Vec<Swatch>,
-}
-
-/// A palette entry.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Swatch {
-    /// Colour on a light background.
-    pub light: Rgb,
-    /// Colour on a dark background.
-    pub dark: Rgb,
-    /// Meaning; empty if the index is the meaning.
-    pub name: String,
+    /// Colours with their meanings, which are empty if the index is the meaning.
+    pub palette: Vec<(Color, String)>,
 }
 
 /// Colour of a cell without a result.
@@ -338,16 +319,15 @@ impl Layer {
         cells: &[Option<u8>],
         palette: impl IntoIterator<Item = Rgb>,
     ) -> Self {
-        let mut palette: Vec<Rgb> = palette.into_iter().collect();
-        let unknown = palette.len() as u8;
-        palette.push(UNKNOWN);
+        let palette = plain_palette(palette.into_iter().chain([UNKNOWN]));
+        let unknown = palette.len() as u8 - 1;
         let rows = cells.chunks(columns).rev();
         Self::image(Image {
             x: x.range,
             y: y.range,
             size: [columns, rows.len()],
             pixels: rows.flatten().map(|cell| cell.unwrap_or(unknown)).collect(),
-            palette: palette.into_iter().map(Swatch::uniform).collect(),
+            palette,
         })
     }
 
@@ -361,14 +341,6 @@ impl Layer {
     /// A legend entry without data.
     pub fn legend_entry(label: impl Into<String>, color: Color) -> Self {
         Self::points(Vec::new(), 2.5, color).with_label(label)
-    }
-
-    /// The last point of the last line.
-    pub fn last_point(&self) -> Option<[f64; 2]> {
-        match &self.shape {
-            Shape::Lines(strips) => strips.last()?.last().copied(),
-            _ => None,
-        }
     }
 
     /// All points of lines and of points.
@@ -417,21 +389,16 @@ impl Layer {
     }
 }
 
+/// A palette of colours without names.
+pub(super) fn plain_palette(colors: impl IntoIterator<Item = Rgb>) -> Vec<(Color, String)> {
+    let shades = colors.into_iter().map(|color| Color::Shade([color; 2]));
+    shades.map(|shade| (shade, String::new())).collect()
+}
+
 /// Legend entries of the types of motion that a picture shows.
 pub(super) fn regime_legend(shows: impl Fn(Regime) -> bool) -> impl Iterator<Item = Layer> {
     let shown = Regime::ALL.into_iter().filter(move |regime| shows(*regime));
     shown.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)))
-}
-
-impl Swatch {
-    /// The same colour on both backgrounds.
-    pub fn uniform(color: Rgb) -> Self {
-        Self {
-            light: color,
-            dark: color,
-            name: String::new(),
-        }
-    }
 }
 
 /// A figure that cannot be rendered.

@@ -139,11 +139,8 @@ fn draw_image(canvas: &mut Canvas, area: &PlotArea<'_>, image: &Image) {
 /// The image as a PNG with a palette; `None` if it has no pixels.
 fn encode(image: &Image) -> Option<Vec<u8>> {
     let [width, height] = image.size.map(|side| side as u32);
-    let palette: Vec<u8> = image
-        .palette
-        .iter()
-        .flat_map(|swatch| swatch.light)
-        .collect();
+    let colors = image.palette.iter();
+    let palette: Vec<u8> = colors.flat_map(|(color, _)| color.on_light()).collect();
     let mut data = Vec::new();
     let mut encoder = png::Encoder::new(&mut data, width, height);
     encoder.set_color(png::ColorType::Indexed);

@@ -50,13 +50,14 @@ mod tests;
 pub use axis::{Axis, FullScale, Scale, round_up};
 pub use basins::basins_figure;
 pub use branch::{map_figure, modes_figure};
-pub use color::{Color, Rgb, gradient};
+pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
 use embedding::{false_neighbours, mutual_information};
-pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
+pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
 pub use lyapunov::lyapunov_figure;
 pub use orbits::{branch_figure, multipliers_figure, multipliers_panel};
+pub use response::NAMED_LINES;
 pub use run::{
     RUN_FIGURES, RedrawTimer, RunFigures, RunPanels, full_scale, letter, range_shown, units,
 };
@@ -67,7 +68,7 @@ pub use signal::{signal_figure_names, signal_figures};
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
 pub use sweep::{exponent_axis_values, maxima, start_label, sweep_figures};
 pub use text::shown;
-pub use unit::Unit;
+pub use unit::{PREFIXES, Unit};
 
 #[cfg(feature = "figure")]
 impl Figure {

@@ -4,7 +4,7 @@
 
 use super::axis::{Axis, round_up};
 use super::color::{Color, colormap, colormap_index};
-use super::figure::{Image, Layer, Panel, Swatch};
+use super::figure::{Image, Layer, Panel};
 use super::run::{full_scale, units};
 use super::section::SectionAxes;
 use super::unit::Unit;
@@ -21,7 +21,7 @@ pub const WINDOW: f64 = 5e-3;
 /// Points drawn per sample interval, so that curves have no visible corners.
 const FINER: usize = 5;
 /// Maximum number of labelled spectral lines.
-const NAMED: usize = 6;
+pub const NAMED_LINES: usize = 6;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
@@ -170,7 +170,7 @@ impl SpectrumAxes {
         let points = points.map(|(k, amplitude)| [bin * k as f64, amplitude]);
         let points = points.take_while(|point| point[0] <= end).collect();
         let shown = lines.iter().filter(|line| line.frequency <= end);
-        let peaks = shown.take(NAMED).map(|line| {
+        let peaks = shown.take(NAMED_LINES).map(|line| {
             let frequency = self.x.unit.factor * line.frequency;
             let name = match &*line.label {
                 "" => format!("{frequency:.2}"),
@@ -260,25 +260,19 @@ pub fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
 }
 
 /// The palette: shades of distance, the nearest first, and the colour of recurrences.
-fn recurrence_palette() -> Vec<Swatch> {
+fn recurrence_palette() -> Vec<(Color, String)> {
     let map = colormap();
     let shades = (0..SHADES).map(|shade| {
         let far = f64::from(shade) / f64::from(SHADES - 1);
-        Swatch {
-            // Pale grey to white on paper; half brightness to black in the viewer.
-            light: std::array::from_fn(|_| (190.0 + 65.0 * far) as u8),
-            dark: map[usize::from(colormap_index(0.5 + 0.5 * far))],
-            name: format!(
-                "distance up to {} % of the largest",
-                100 * (u32::from(shade) + 1) / u32::from(SHADES)
-            ),
-        }
+        // Pale grey to white on paper; half brightness to black in the viewer.
+        let light = [(190.0 + 65.0 * far) as u8; 3];
+        let dark = map[usize::from(colormap_index(0.5 + 0.5 * far))];
+        let percent = 100 * (u32::from(shade) + 1) / u32::from(SHADES);
+        let name = format!("distance up to {percent} % of the largest");
+        (Color::Shade([light, dark]), name)
     });
-    let recurrent = Swatch {
-        light: Color::Ink.on_light(),
-        dark: map[0],
-        name: "recurrent".to_owned(),
-    };
+    let recurrent = Color::Shade([Color::Ink.on_light(), map[0]]);
+    let recurrent = (recurrent, "recurrent".to_owned());
     shades.chain([recurrent]).collect()
 }
 

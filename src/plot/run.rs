@@ -242,7 +242,7 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
         LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
         LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
     };
-    let mutual = mutual_information(choice, "s", dt);
+    let mutual = mutual_information(choice, (dt, "s"), "");
     let unit = &mutual.x.unit;
     let lag = format!(
         "τ = {} {} ({} samples): {why}",
@@ -260,7 +260,7 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
         short(100.0 * share.copied().unwrap_or(0.0)),
         Unit::write(dt * choice.theiler as f64, "s"),
     );
-    let neighbours = false_neighbours(choice).with_caption(dimension);
+    let neighbours = false_neighbours(choice, "").with_caption(dimension);
     [
         ("mutual-information", mutual.with_caption(lag)),
         ("false-neighbours", neighbours),

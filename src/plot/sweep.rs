@@ -141,9 +141,8 @@ impl<'a> ParameterPanels<'a> {
     /// Legend entries of the starts, if there are several.
     fn start_legend(&self) -> Vec<Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
-        let keys = starts.map(|start| {
-            Layer::legend_entry(start.to_string(), Color::Ink).with_marker(self.marker(*start))
-        });
+        let entry = |start: &Start| Layer::legend_entry(start.to_string(), Color::Ink);
+        let keys = starts.map(|start| entry(start).with_marker(self.marker(*start)));
         keys.collect()
     }
 
@@ -215,16 +214,13 @@ impl<'a> ParameterPanels<'a> {
             found.filter_map(move |(_, x, response)| Some((*x, kth(response, k)?)))
         };
         let mut layers = vec![Layer::horizontal_line(0.0)];
-        let numbers = (0..EXPONENTS).filter(|k| all(*k).next().is_some());
-        let numbers: Vec<usize> = numbers.collect();
-        let keys = numbers
-            .iter()
-            .map(|k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(*k)));
-        layers.extend(keys);
+        let numbers = || (0..EXPONENTS).filter(|k| all(*k).next().is_some());
+        let entry = |k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(k));
+        layers.extend(numbers().map(entry));
         layers.extend(self.start_legend());
         // The largest exponent is drawn last with the smallest marker, so that equal exponents remain
         // visible.
-        for &k in numbers.iter().rev() {
+        for k in numbers().rev() {
             let color = Color::Exponent(k);
             let spans = all(k).map(|(x, exponent)| [x, exponent.low(), exponent.high()]);
             layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
@@ -232,12 +228,9 @@ impl<'a> ParameterPanels<'a> {
             layers.extend(self.points(radius, color, |found| kth(found, k).map(|e| e.value)));
         }
         let shown = (0..EXPONENTS).flat_map(all).map(|(_, exponent)| exponent);
-        Panel::new(
-            "largest Lyapunov exponents with 95 % intervals",
-            self.axis.clone(),
-            Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0])),
-            layers,
-        )
+        let y = Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0]));
+        let title = "largest Lyapunov exponents with 95 % intervals";
+        Panel::new(title, self.axis.clone(), y, layers)
     }
 
     /// The frequencies of the spectral lines; stronger lines have larger points.
@@ -269,12 +262,9 @@ impl<'a> ParameterPanels<'a> {
         let shown = self.found.iter();
         let shown = shown.flat_map(|(.., found)| frequencies(found, FAINTEST..f64::INFINITY));
         let [_, highest] = range(shown.chain([100.0]));
-        Panel::new(
-            "spectral lines by amplitude relative to the strongest",
-            self.axis.clone(),
-            Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz"),
-            layers,
-        )
+        let y = Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz");
+        let title = "spectral lines by amplitude relative to the strongest";
+        Panel::new(title, self.axis.clone(), y, layers)
     }
 }
 
@@ -323,21 +313,19 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
         Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
-    let place = |regime: Regime| Regime::ALL.iter().position(|one| *one == regime);
     let colors = Regime::ALL.map(|regime| Color::Regime(regime).on_light());
-    let regimes = image(&colors, &|response| Some(place(response.regime)? as u8));
+    let regimes = image(&colors, &|response| {
+        let place = Regime::ALL.iter().position(|one| *one == response.regime);
+        Some(place? as u8)
+    });
     let keys = regime_legend(|regime| found.iter().any(|(_, found)| found.regime == regime));
     let unsettled = found.iter().filter(|(_, response)| !response.settled);
     let unsettled = unsettled.map(|(values, _)| [values[0], values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
     let crosses = Some(crosses).filter(Layer::has_points);
-    let layers = { [regimes].into_iter() }
-        .chain(keys)
-        .chain(crosses)
-        .collect();
-    let title = "type of motion".to_owned();
-    let mut panels = vec![panel(title, layers)];
+    let layers = [regimes].into_iter().chain(keys).chain(crosses);
+    let mut panels = vec![panel("type of motion".to_owned(), layers.collect())];
     let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)

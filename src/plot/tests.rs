@@ -370,7 +370,7 @@ fn everything() -> Figure {
         y: [0.0, 0.5],
         size: [2, 1],
         pixels: vec![0, 1],
-        palette: vec![Swatch::uniform([0; 3]), Swatch::uniform([255, 0, 0])],
+        palette: figure::plain_palette([[0; 3], [255, 0, 0]]),
     };
     let layers = vec![
         Layer::image(image),

@@ -9,6 +9,9 @@ const PREFIXED: [&str; 11] = [
     "m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "J", "s", "Hz",
 ];
 
+/// SI prefixes from 1e-12 to 1e6.
+pub const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
+
 /// A unit for displayed values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unit {
@@ -22,7 +25,6 @@ impl Unit {
     /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
     /// power of ten.
     pub fn of(unit: &str, largest: f64) -> Self {
-        const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
         let step = if largest.is_finite() && largest > 0.0 {
             (largest.log10() / 3.0 + 1e-9).floor() as i32
         } else {

@@ -87,13 +87,19 @@ impl RecordingFile {
     /// # Errors
     /// [`RecordError::Create`] and [`RecordError::Thread`]; the part file is then removed.
     pub fn begin(part: PartFile) -> Result<Self, RecordError> {
-        let writing = Open::begin(part.part()).map_err(|source| part.creation_error(source))?;
+        let writing = Open::begin(part.part()).map_err(|source| RecordError::Create {
+            path: part.abandon(),
+            source,
+        })?;
         let state = State::Writing(Box::new(writing));
         let (commands, received) = bounded(QUEUE_LENGTH);
         let thread = thread::Builder::new()
             .name("recording".to_owned())
             .spawn(move || write(state, &received))
-            .map_err(|source| part.thread_error(source))?;
+            .map_err(|source| RecordError::Thread {
+                path: part.abandon(),
+                source,
+            })?;
         let writer = RrdWriter {
             commands,
             stuck: Arc::default(),

@@ -81,6 +81,8 @@ pub(crate) mod sdk {
 pub use error::RecordError;
 pub use messages::Damage;
 pub(crate) use part_file::PartFile;
+#[cfg(feature = "live")]
+pub(crate) use portrait::TRAIL;
 pub use read::{ReadError, Series, check_recording, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 

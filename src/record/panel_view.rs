@@ -211,9 +211,9 @@ impl PanelView {
         let now = Some((image.size, image.palette.len()));
         if self.image != now {
             self.image = now;
-            let classes = image.palette.iter().zip(0u16..).map(|(swatch, id)| {
-                let [r, g, b] = swatch.dark;
-                ClassDescription::from((id, &*swatch.name, Rgba32::from_rgb(r, g, b)))
+            let classes = image.palette.iter().zip(0u16..).map(|((color, name), id)| {
+                let [r, g, b] = color.on_dark();
+                ClassDescription::from((id, &**name, Rgba32::from_rgb(r, g, b)))
             });
             let classes = AnnotationContext::new(classes.collect::<Vec<_>>());
             rec.log_static(&*path, &classes);

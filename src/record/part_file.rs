@@ -97,19 +97,12 @@ impl PartFile {
             if file.path.symlink_metadata().is_err() {
                 return Ok(file);
             }
-            last = file.discard();
+            last = file.abandon();
         }
         Err(RecordError::Create {
             path: last,
             source: ErrorKind::AlreadyExists.into(),
         })
-    }
-
-    /// Removes the empty part file and returns the final path.
-    pub fn discard(self) -> PathBuf {
-        // A remaining empty file does no harm.
-        let _ = std::fs::remove_file(&self.part);
-        self.path
     }
 
     /// Final path of the recording.
@@ -122,23 +115,11 @@ impl PartFile {
         &self.part
     }
 
-    /// Removes the part file and returns the error of its first write.
-    pub fn creation_error(&self, source: std::io::Error) -> RecordError {
-        // The first error is reported.
+    /// Removes the part file, which is empty, and returns the final path.
+    pub fn abandon(&self) -> PathBuf {
+        // A remaining empty file does no harm.
         let _ = std::fs::remove_file(&self.part);
-        RecordError::Create {
-            path: self.path.clone(),
-            source,
-        }
-    }
-
-    /// Removes the part file and returns the error of a thread that did not start.
-    pub fn thread_error(&self, source: std::io::Error) -> RecordError {
-        let _ = std::fs::remove_file(&self.part);
-        RecordError::Thread {
-            path: self.path.clone(),
-            source,
-        }
+        self.path.clone()
     }
 
     /// Checks that the part file still exists. Data written to a removed file are lost without an error when

@@ -19,13 +19,11 @@ const TICKS: [f32; 2] = [75.0, 55.0];
 /// Space for labels around a plot area, pixels: left, right, above, below.
 const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
 
-/// Bounds of a view of a plot area of a size, with its labels and a space above it.
-pub fn bounds([width, height]: [f32; 2], top_margin: f32) -> Bounds {
+/// Bounds of a view of a plot area of a size, with its labels and a space above it, pixels: left and right, top and bottom.
+pub fn bounds([width, height]: [f32; 2], top_margin: f32) -> [[f32; 2]; 2] {
     let [left, right, above, below] = MARGINS;
-    Bounds {
-        x: [-left, width + right],
-        y: [-above - top_margin, height + below],
-    }
+    let y = [-above - top_margin, height + below];
+    [[-left, width + right], y]
 }
 
 /// A plot of fixed size.
@@ -74,7 +72,7 @@ impl Plot {
     }
 
     /// Bounds of a view of the plot: the plot area and its labels.
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> [[f32; 2]; 2] {
         bounds([self.width, self.height], self.top_margin)
     }
 
@@ -174,15 +172,6 @@ fn legend_positions(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
 
 /// Height of a line of text above the plot area, pixels.
 pub const CAPTION_HEIGHT: f32 = 26.0;
-
-/// Bounds of a view in pixels; y points down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Left and right.
-    pub x: [f32; 2],
-    /// Top and bottom.
-    pub y: [f32; 2],
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,11 +1,6 @@
 //! Scalar series: probe, modes, energies, tilt, load and rotation.
 
-use super::{
-    paths,
-    plot::{Bounds, texts},
-    stream::RecordingStream,
-    style,
-};
+use super::{paths, plot::texts, stream::RecordingStream, style};
 use crate::pipeline::message::{Frame, JointInfo, ModeInfo};
 
 /// Adds displacement and velocity of the probe, those that are shown.
@@ -101,13 +96,10 @@ impl Samples {
 const KEY_LINE: f32 = 30.0;
 const KEY_WIDTH: f32 = 190.0;
 
-/// Bounds of the view of the legend.
-pub fn mode_legend_bounds() -> Bounds {
-    Bounds {
-        x: [0.0, KEY_WIDTH],
-        // A line for each colour.
-        y: [0.0, KEY_LINE * (style::MODES.len() as f32 + 1.0)],
-    }
+/// Bounds of the view of the legend, with a line for each colour and one more.
+pub fn mode_legend_bounds() -> [[f32; 2]; 2] {
+    let height = KEY_LINE * (style::MODES.len() as f32 + 1.0);
+    [[0.0, KEY_WIDTH], [0.0, height]]
 }
 
 /// Draws the labels of the modes in their colours, one below the other.

@@ -8,7 +8,7 @@ pub(crate) use crate::text::capitalize;
 use crate::{
     analysis::regime::Regime,
     pipeline::message::{Header, NodeState, SignalInfo},
-    plot::{self, Rgb, Unit, gradient},
+    plot::{self, INFERNO, Rgb, Unit, gradient},
 };
 
 /// Background of three-dimensional views.
@@ -91,20 +91,9 @@ pub fn faded(color: Color, share: f32) -> Color {
 pub struct ColorMap([Rgb; 256]);
 
 impl ColorMap {
-    /// Black through purple and orange to pale yellow (nodes of matplotlib's "inferno").
+    /// The colour map of spectrograms.
     pub fn inferno() -> Self {
-        Self(gradient(&[
-            [0x00, 0x00, 0x04],
-            [0x1b, 0x0c, 0x41],
-            [0x4a, 0x0c, 0x6b],
-            [0x78, 0x1c, 0x6d],
-            [0xa5, 0x2c, 0x60],
-            [0xcf, 0x44, 0x46],
-            [0xed, 0x69, 0x25],
-            [0xfb, 0x9b, 0x06],
-            [0xf7, 0xd1, 0x3d],
-            [0xfc, 0xff, 0xa4],
-        ]))
+        Self(gradient(&INFERNO))
     }
 
     /// Steel grey through teal to yellow, so that a body at rest has the colour of steel.

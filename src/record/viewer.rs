@@ -352,21 +352,13 @@ impl LiveConnection {
         })
     }
 
-    /// The error if the viewer is lost.
-    fn fault(&self) -> Option<RecordError> {
-        self.shared.is_away().then(|| RecordError::ViewerLost {
-            url: self.url.clone(),
-        })
-    }
-
     /// Waits until all messages are sent, as long as the viewer makes progress; this throttles a fast
     /// simulation.
     ///
     /// # Errors
     /// [`RecordError::ViewerLost`] if the viewer is lost.
     pub fn flush(&self) -> Result<(), RecordError> {
-        self.request(Command::Flush, SEND_TIMEOUT);
-        self.fault().map_or(Ok(()), Err)
+        self.request(Command::Flush, SEND_TIMEOUT)
     }
 
     /// Waits until the viewer has everything, as long as it makes progress.
@@ -374,17 +366,26 @@ impl LiveConnection {
     /// # Errors
     /// [`RecordError::ViewerLost`] if the viewer is lost.
     pub fn close(&self) -> Result<(), RecordError> {
-        self.request(Command::Close, CLOSE_TIMEOUT);
-        self.fault().map_or(Ok(()), Err)
+        self.request(Command::Close, CLOSE_TIMEOUT)
     }
 
     /// Executes a command; a viewer that does not reply counts as lost.
-    fn request(&self, command: impl FnOnce(Sender<()>) -> Command, timeout: Duration) {
+    fn request(
+        &self,
+        command: fn(Sender<()>) -> Command,
+        timeout: Duration,
+    ) -> Result<(), RecordError> {
         let (done, answer) = bounded(1);
         self.submit(command(done));
         if !self.shared.is_away() && self.shared.wait(&answer, timeout).is_none() {
             self.shared.set_away(true);
         }
+        let url = self.url.clone();
+        let lost = self
+            .shared
+            .is_away()
+            .then_some(RecordError::ViewerLost { url });
+        lost.map_or(Ok(()), Err)
     }
 
     fn submit(&self, command: Command) {

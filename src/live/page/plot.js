@@ -1,5 +1,7 @@
 // Axes, scales and colours of the views.
 
+import shared from "/shared.js";
+
 // The colours and the size of the type, from the style sheet.
 export function readStyle() {
   const css = getComputedStyle(document.documentElement);
@@ -27,7 +29,8 @@ export const short = (x) => `${Number(x.toPrecision(3))}`.replace("-", "−");
 
 // The factor and symbol of a readable unit for a size in SI units.
 export function unit(size, symbol) {
-  const prefixes = [[1e-12, "p"], [1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""]];
+  // Without those of thousands and millions.
+  const prefixes = shared.prefixes.slice(0, 5).map((prefix, k) => [Number(`1e${3 * k - 12}`), prefix]);
   const [factor, prefix] = prefixes.findLast(([f]) => size >= f) ?? prefixes[0];
   return { per: 1 / factor, symbol: `${prefix}${symbol}` };
 }

@@ -4,6 +4,13 @@ use axum::Router;
 use axum::http::header;
 use axum::routing::get;
 use include_dir::{Dir, include_dir};
+use serde_json::json;
+
+use crate::plot::{Color, INFERNO, NAMED_LINES, PREFIXES, Rgb, gradient};
+use crate::record::TRAIL;
+
+const CSS: &str = "text/css; charset=utf-8";
+const JS: &str = "text/javascript; charset=utf-8";
 
 /// The folder of the page; its folder `viewer` belongs to the page of a recording.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/live/page");
@@ -15,19 +22,48 @@ fn files() -> impl Iterator<Item = (String, &'static str, &'static str)> {
         let name = file.path().to_string_lossy().replace('\\', "/");
         let (path, kind) = match name.rsplit_once('.') {
             Some((_, "html")) => ("/".to_owned(), "text/html; charset=utf-8"),
-            Some((_, "css")) => (format!("/{name}"), "text/css; charset=utf-8"),
-            _ => (format!("/{name}"), "text/javascript; charset=utf-8"),
+            Some((_, "css")) => (format!("/{name}"), CSS),
+            _ => (format!("/{name}"), JS),
         };
         (path, kind, file.contents_utf8().unwrap_or_default())
     })
 }
 
+/// What the page shares with figures and recordings: colours as a style sheet, and a module with the prefixes of units,
+/// a colour on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named lines.
+fn shared() -> [(&'static str, &'static str, String); 2] {
+    let rule = |on: fn(Color) -> Rgb| {
+        let [signal, mark] = [Color::Run, Color::Compared].map(|color| {
+            let [r, g, b] = on(color);
+            format!("rgb({r}, {g}, {b})")
+        });
+        format!("{{ --signal: {signal}; --mark: {mark}; }}")
+    };
+    let [dark, light] = [Color::on_dark, Color::on_light].map(rule);
+    let colours = format!(":root {dark}\n:root[data-theme=\"light\"] {light}\n");
+    let values = json!({
+        "prefixes": PREFIXES,
+        "signal": Color::Run,
+        "spectrogram": &gradient(&INFERNO)[..],
+        "trail_s": TRAIL,
+        "named_lines": NAMED_LINES,
+    });
+    let values = format!("export default {values};\n");
+    [("/shared.css", CSS, colours), ("/shared.js", JS, values)]
+}
+
 /// Serves the files.
 pub(super) fn routes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
-    files().fold(router, |router, (path, kind, text)| {
-        let answer = ([(header::CONTENT_TYPE, kind)], text);
-        router.route(&path, get(answer))
-    })
+    let files = files().map(|(path, kind, text)| (path, kind, text.to_owned()));
+    let shared = shared().map(|(path, kind, text)| (path.to_owned(), kind, text));
+    files
+        .chain(shared)
+        .fold(router, |router, (path, kind, text)| {
+            router.route(
+                &path,
+                get(move || async move { ([(header::CONTENT_TYPE, kind)], text) }),
+            )
+        })
 }
 
 #[cfg(test)]
@@ -63,7 +99,8 @@ mod tests {
         for (file, _, text) in files() {
             for line in text.lines().filter(|line| line.starts_with("import ")) {
                 let path = line.rsplit('"').nth(1).unwrap_or_default();
-                let served = files().any(|(served, ..)| served == path);
+                let served = files().any(|(served, ..)| served == path)
+                    || shared().iter().any(|(served, ..)| *served == path);
                 assert!(served, "{file} imports {path}");
             }
         }

@@ -64,15 +64,12 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let delay = 1e6 * dt * choice.lag as f64;
-    let dimension = choice.dimension;
+    let (lag, dimension) = (choice.lag, choice.dimension);
     let title = format!("a: average mutual information: delay {delay:.0} µs");
-    let information = mutual_information(choice, "s", dt)
-        .with_title(title)
-        .with_top_label(format!("{} samples", choice.lag));
+    let information = mutual_information(choice, (dt, "s"), &format!("{lag} samples"));
+    let information = information.with_title(title);
     let title = format!("b: false nearest neighbours: dimension {dimension}");
-    let neighbours = false_neighbours(choice)
-        .with_title(title)
-        .with_top_label(format!("m = {dimension}"));
+    let neighbours = false_neighbours(choice, &format!("m = {dimension}")).with_title(title);
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
     Figure::new("figure-8", title, 80.0, vec![vec![information, neighbours]])
 }

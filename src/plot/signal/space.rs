@@ -9,10 +9,9 @@ use crate::plot::{Color, Layer, Panel, false_neighbours, mutual_information};
 impl SignalFigures<'_> {
     pub fn delay(&self) -> Picture {
         let delay = &self.report.embedding.get()?.choice;
-        let mutual = mutual_information(delay, "samples", 1.0);
-        let mutual = mutual.with_top_label(format!("τ = {}", delay.lag));
-        let neighbours = false_neighbours(delay);
-        let neighbours = neighbours.with_top_label(format!("m = {}", delay.dimension));
+        let lag = format!("τ = {}", delay.lag);
+        let mutual = mutual_information(delay, (1.0, "samples"), &lag);
+        let neighbours = false_neighbours(delay, &format!("m = {}", delay.dimension));
         Ok((76.0, vec![vec![mutual, neighbours]]))
     }
 

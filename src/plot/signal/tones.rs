@@ -8,7 +8,8 @@ use crate::analysis::{
 use crate::number::significant;
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};
-use crate::plot::{Axis, Color, Image, Layer, Panel, Swatch, Unit};
+use crate::plot::figure::plain_palette;
+use crate::plot::{Axis, Color, Image, Layer, Panel, Unit};
 
 /// Periods shown in the detail panel; without a period, hundredths of the signal.
 const CLOSE_PERIODS: f64 = 12.0;
@@ -128,7 +129,7 @@ fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
         y,
         size,
         pixels: pixels.collect(),
-        palette: colormap().into_iter().map(Swatch::uniform).collect(),
+        palette: plain_palette(colormap()),
     }
 }
 

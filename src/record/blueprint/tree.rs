@@ -25,7 +25,6 @@ use crate::record::sdk::{
 
 use crate::record::{
     paths,
-    plot::Bounds,
     stream::{self, Moment, RecordingStream},
     style,
 };
@@ -112,12 +111,9 @@ impl View {
     }
 
     /// A two-dimensional plot with its own axes, completely visible.
-    pub fn picture(name: impl Into<String>, path: &str, bounds: Bounds) -> Self {
-        let range = |[low, high]: [f32; 2]| Range1D([f64::from(low), f64::from(high)]);
-        let bounds = VisualBounds2D::new(Range2D {
-            x_range: range(bounds.x),
-            y_range: range(bounds.y),
-        });
+    pub fn picture(name: impl Into<String>, path: &str, bounds: [[f32; 2]; 2]) -> Self {
+        let [x_range, y_range] = bounds.map(|range| Range1D(range.map(f64::from)));
+        let bounds = VisualBounds2D::new(Range2D { x_range, y_range });
         Self::of_class("2D", name).with_origin(path).with(&bounds)
     }
 

@@ -2,14 +2,11 @@
 
 use crate::record::sdk::{LineStrips3D, Radius, SeriesPoints};
 
-use super::{
-    SweepStudy, description,
-    scales::{PointScales, SharedScales},
-};
+use super::{SweepStudy, description, scales::SharedScales};
 use crate::{
     dynamics::Exponent,
     plot::{
-        self, Color, Layer, Panel, Unit,
+        self, Color, Layer, Panel, SectionAxes, Unit,
         response::{self, recurrence_caption, samples, section},
     },
     record::{
@@ -102,7 +99,7 @@ impl<'a> StartWriter<'a> {
         rec: &RecordingStream,
         at: Moment,
         value: f64,
-        point_scales: &PointScales,
+        (reach, axes): &([f64; 2], SectionAxes),
     ) {
         let point = self.sweep.at(self.start, value);
         let document = description::point(self.sweep, self.start, value, point);
@@ -129,9 +126,9 @@ impl<'a> StartWriter<'a> {
             Some(found) if found.section.is_empty() => NOTHING_MOVES,
             _ => missing,
         };
-        let portrait = phase(found, point_scales.reach);
+        let portrait = phase(found, *reach);
         let portrait_note = if unkept.is_empty() { still } else { unkept };
-        let crossings = section(&point_scales.section, found);
+        let crossings = section(axes, found);
         let panels = [
             ("portrait", portrait.with_note(portrait_note)),
             ("section", crossings.with_note(unmoved)),
@@ -141,7 +138,7 @@ impl<'a> StartWriter<'a> {
         for (name, panel) in panels {
             self.views.of(name).draw(rec, at, &panel);
         }
-        self.embedding(rec, at, point_scales.reach[0], found);
+        self.embedding(rec, at, reach[0], found);
         self.exponents(rec, at, found);
     }
 
@@ -219,7 +216,7 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     let color = found.map_or(Color::Ink, response::color);
     let mut panel = response::phase_portrait(&trail, Some(reach), color);
     let still = found.is_some_and(|found| found.maxima.is_empty());
-    let last = panel.layers[0].last_point().filter(|_| still);
+    let last = trail.last().copied().filter(|_| still);
     let last = Layer::points(last.into_iter().collect(), 3.3, Color::Ink);
     panel.layers.push(last.with_id(paths::NOW));
     panel

@@ -38,15 +38,6 @@ pub struct SharedScales {
     letter: &'static str,
 }
 
-/// Scales common to the points at one parameter value.
-#[derive(Clone, Debug)]
-pub struct PointScales {
-    /// Range of displacement (m) and speed (m/s) of the phase portraits.
-    pub reach: [f64; 2],
-    /// Axes of the Poincaré sections.
-    pub section: SectionAxes,
-}
-
 impl SharedScales {
     /// The scales of a sweep.
     pub fn new(sweep: &SweepStudy<'_>) -> Self {
@@ -79,12 +70,12 @@ impl SharedScales {
         }
     }
 
-    /// The scales of the points at one parameter value.
-    pub fn point_scales(&self, found: &[&SettledResponse]) -> PointScales {
-        PointScales {
-            reach: common_range(found, self.largest.map(|size| LEAST_SHARE * size)),
-            section: section_axes(found, self.letter, self.largest[0]),
-        }
+    /// The scales of the points at one parameter value: range of displacement (m) and speed (m/s) of the phase portraits, and
+    /// axes of the Poincaré sections.
+    pub fn point_scales(&self, found: &[&SettledResponse]) -> ([f64; 2], SectionAxes) {
+        let least = self.largest.map(|size| LEAST_SHARE * size);
+        let axes = section_axes(found, self.letter, self.largest[0]);
+        (common_range(found, least), axes)
     }
 }
 

@@ -209,7 +209,7 @@ fn points_at_a_value_have_common_scales() {
             .collect()
     };
     let ends = |value: f64| {
-        let reach = scales.point_scales(&found(value)).reach;
+        let reach = scales.point_scales(&found(value)).0;
         phase_portrait(&[], Some(reach), Color::Ink).x.range[1]
     };
     assert!((ends(1.0) - 3e-6).abs() < 1e-15 && (ends(2.5) - 1.5e-6).abs() < 1e-15);
@@ -217,7 +217,7 @@ fn points_at_a_value_have_common_scales() {
     assert!((ends(3.0) - 30e-9).abs() < 1e-18, "{}", ends(3.0));
     assert_eq!(common_range(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
     // The axes of a section are at least a fraction of the motion, so a periodic motion is a point.
-    let shown = section(&scales.point_scales(&found(1.0)).section, None);
+    let shown = section(&scales.point_scales(&found(1.0)).1, None);
     let [low, high] = shown.x.range.map(|end| 1e6 * end);
     assert_eq!(shown.x.unit.symbol, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
@@ -232,7 +232,7 @@ fn points_at_a_value_have_common_scales() {
     let nothing = study(&plan, &[]);
     let empty = SharedScales::new(&nothing);
     assert!(picture(&nothing, Start::Upward, "diagram").is_some());
-    let shown = section(&empty.point_scales(&[]).section, None);
+    let shown = section(&empty.point_scales(&[]).1, None);
     assert!(shown.x.range[0] < 0.0);
 }
 

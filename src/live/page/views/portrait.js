@@ -1,13 +1,12 @@
 // The phase portrait: velocity over displacement of the probe, a trail that fades with age.
 
 import { FullScale, Plot, unit } from "/plot.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
-// Length of the trail, s: 80 periods of a 4 kHz squeak, so that it covers a torus before it fades.
-const TRAIL = 20e-3;
 const PIECES = 12;
 
-const lengthOf = (data) => Math.min(data.displacement.length, Math.max(512, Math.round(TRAIL / data.dt)));
+const lengthOf = (data) => Math.min(data.displacement.length, Math.max(512, Math.round(shared.trail_s / data.dt)));
 
 export class Portrait {
   id = "portrait";

@@ -1,6 +1,7 @@
 // The recurrence plot: dark where the motion returns close to an earlier state.
 
 import { Plot, note } from "/plot.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
 export class Recurrence {
@@ -48,7 +49,7 @@ export class Recurrence {
         if (bits[at >> 3] & (0x80 >> (at & 7))) shares[row * side + Math.floor(j / merged)] += 1 / merged ** 2;
       }
     }
-    const [red, green, blue] = style.light ? [0x00, 0x45, 0x8a] : [0x6b, 0xc9, 0xff];
+    const [red, green, blue] = shared.signal[style.light ? 0 : 1];
     shares.forEach((share, at) => image.data.set([red, green, blue, 255 * share], 4 * at));
     context.putImageData(image, 0, 0);
   }

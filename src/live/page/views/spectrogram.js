@@ -2,17 +2,14 @@
 
 import { Plot, note } from "/plot.js";
 import { COLUMNS } from "/data.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
-// Colours of increasing lightness, after the colour map `inferno`; on a light ground in reverse.
-const STOPS = [[0, 0, 4], [40, 11, 84], [101, 21, 110], [159, 42, 99], [212, 72, 66], [245, 125, 21], [250, 193, 39], [252, 255, 164]];
-
+// The colour map of the recording, of increasing lightness; on a light ground in reverse.
 function colours(light) {
   const table = new Uint32Array(256);
   for (let k = 0; k < 256; k++) {
-    const at = ((light ? 255 - k : k) / 255) * (STOPS.length - 1);
-    const [low, high] = [STOPS[Math.floor(at)], STOPS[Math.ceil(at)]];
-    const [r, g, b] = low.map((x, i) => Math.round(x + (at % 1) * (high[i] - x)));
+    const [r, g, b] = shared.spectrogram[light ? 255 - k : k];
     table[k] = (255 << 24) | (b << 16) | (g << 8) | r;
   }
   return table;

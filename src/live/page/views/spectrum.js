@@ -2,10 +2,10 @@
 
 import { minus } from "/dom.js";
 import { Labels, Plot, note } from "/plot.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
 const DECADES = [-4, 2];
-const NAMED = 6;
 const ROWS = 3;
 // Height of the type below which a row less is used, and the distance to which a name moves away from its line.
 const LOW = 16;
@@ -51,7 +51,7 @@ export class Spectrum {
       c.globalAlpha = 1;
     });
     // Base frequencies keep their names first.
-    const named = data.lines.toSorted((a, b) => isBase(b.label) - isBase(a.label)).slice(0, NAMED);
+    const named = data.lines.toSorted((a, b) => isBase(b.label) - isBase(a.label)).slice(0, shared.named_lines);
     this.#names(c, plot, named, level, [row, rows], style, c.measureText(T.amplitude).width + style.em);
   }
 
