@@ -7,7 +7,7 @@ use std::f64::consts::LN_2;
 
 use super::change::{Change, SECTIONS};
 use super::model::INPUTS;
-use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, PredictionError};
+use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, PredictionError, ROWS};
 use crate::filter::upsampled;
 use crate::significant;
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
     chaos::{ZeroOneTest, zero_one},
     delay::{DelaySearch, DelayVectors, mutual_information},
     poincare::{Direction, SectionShape, delay_section, section_shape},
-    stats::{mean, range},
+    stats::{mean, range, trend},
     tones::{Bases, Combination, Line, LineCriterion, SpectrumAnalyser, Window, identify_lines},
 };
 
@@ -37,15 +37,11 @@ const MAX_PERIOD: usize = 8;
 /// Minimum number of crossings for a period.
 const MIN_CROSSINGS: usize = 24;
 
-/// Samples of the 0-1 test, taken from the end.
-const ZERO_ONE_SAMPLES: usize = 2000;
-
 /// Maximum number of crossings of the section, taken from the end.
 const MAX_CROSSINGS: usize = 400;
 
-/// Largest number of interpolated samples, and most per sample.
+/// Largest number of interpolated samples.
 const MAX_DENSE: usize = 16_000;
-const MAX_FACTOR: usize = 8;
 
 /// Distance of crossings over the standard deviation that a second tone too weak to count explains.
 const WEAK: f64 = 0.017;
@@ -198,7 +194,7 @@ impl Features {
             differences(&centred, period, least)
         });
         let stride = ZeroOneTest::recommended_stride(&centred).max(lag);
-        let late = &centred[n.saturating_sub(ZERO_ONE_SAMPLES * stride)..];
+        let late = &centred[n.saturating_sub(ROWS * stride)..];
         let zero_one = zero_one(late, &ZeroOneTest::with_stride(stride));
         let period = (PERIOD * lag) as f64;
         Ok(Self {
@@ -419,24 +415,15 @@ fn samples_per_step(lines: &[Line], floor: f64, sample_rate: f64) -> usize {
         .iter()
         .filter(|line| line.amplitude > 0.01 * lines[0].amplitude);
     let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
-    ((DENSE * highest / sample_rate).ceil() as usize).clamp(1, MAX_FACTOR)
+    ((DENSE * highest / sample_rate).ceil() as usize).max(1)
 }
 
 impl Trend {
     /// Trend of equally spaced values.
     fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
-        let mean = mean(values);
-        let position = |i: usize| i as f64 - 0.5 * (n - 1.0);
-        let both = || {
-            values
-                .iter()
-                .enumerate()
-                .map(|(i, y)| (position(i), y - mean))
-        };
-        let spread: f64 = both().map(|(t, _)| t * t).sum();
-        let slope = both().map(|(t, y)| t * y).sum::<f64>() / spread;
-        let rest: f64 = both().map(|(t, y)| (y - slope * t).powi(2)).sum();
+        let [slope, rest] = trend(values);
+        let spread = n * (n * n - 1.0) / 12.0;
         let error = (rest / (n - 2.0) / spread).sqrt();
         Self {
             change: slope * (n - 1.0),

@@ -51,6 +51,7 @@ use crate::{
 pub use evidence::{Evidence, Limitation, Regime};
 use features::Features;
 use model::{CLASSES, INPUTS, Inputs, MODEL};
+use neighbourhood::LONG_PERIODS;
 
 /// Result of the classification.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -123,8 +124,7 @@ const MIN_PROBABILITY: f64 = 0.6;
 /// Minimum probability of a regime that is named without a verdict.
 const MIN_LIKELY: f64 = 0.1;
 
-/// Number of periods below which there is no verdict, and below which a record is called short.
-const MIN_PERIODS: f64 = 10.0;
+/// Number of periods below which a record is called short.
 const FEW_PERIODS: f64 = 40.0;
 
 /// Number of samples below which there is no verdict.
@@ -190,7 +190,8 @@ fn verdict(features: &Features) -> Verdict {
         .filter(|class| probabilities[*class] >= MIN_LIKELY)
         .map(|class| CLASSES[class])
         .collect();
-    let is_long = features.periods_seen >= MIN_PERIODS && features.samples >= MIN_VERDICT_SAMPLES;
+    let is_long =
+        features.periods_seen >= LONG_PERIODS as f64 && features.samples >= MIN_VERDICT_SAMPLES;
     let regime = match likeliest.first() {
         Some(regime) if probability >= MIN_PROBABILITY && is_long => *regime,
         _ => Regime::Undetermined,

@@ -14,8 +14,8 @@ pub(super) const DIMENSION: usize = 5;
 /// Lags per period: the lag is about a quarter period.
 pub(super) const PERIOD: usize = 4;
 
-/// Long prediction horizon, periods.
-const LONG_PERIODS: usize = 10;
+/// Long prediction horizon, periods. A shorter record has no verdict.
+pub(super) const LONG_PERIODS: usize = 10;
 
 /// Parts of the record after which the distances of neighbours are compared: early, when they have
 /// aligned with the direction of growth, and as late as enough of them remain.
@@ -28,8 +28,8 @@ const DISTANT_DIVISOR: usize = 3;
 /// Number of reference states.
 const REFERENCES: usize = 800;
 
-/// Number of rows of the linear fit.
-const ROWS: usize = 2000;
+/// Number of rows of the linear fit, and samples of the 0-1 test.
+pub(super) const ROWS: usize = 2000;
 
 /// Prediction errors below this come from the spacing of the states, not from noise.
 pub(super) const MIN_ERROR: f64 = 3e-3;
