@@ -93,8 +93,11 @@ fn layers(branch: &Branch, of_growth: bool) -> Vec<Layer> {
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
-            let growth = Some(mode.growth).filter(|_| of_growth);
-            let value = growth.unwrap_or(mode.frequency_hz);
+            let value = if of_growth {
+                mode.growth
+            } else {
+                mode.frequency_hz
+            };
             Some(([point.at.value, value], !mode.unstable))
         });
         layers.extend(stability_lines(course, color, label));
@@ -149,8 +152,12 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         Some(count(point)? as u8)
     });
     let layers = [counted].into_iter().chain(keys).collect();
-    let hopf = (!map.curves.is_empty()).then_some("; curves: Hopf points");
-    let title = format!("number of unstable modes{}", hopf.unwrap_or_default());
+    let curves_are = if map.curves.is_empty() {
+        ""
+    } else {
+        "; curves: Hopf points"
+    };
+    let title = format!("number of unstable modes{curves_are}");
     let mut panels = vec![panel(title, layers)];
     let growths = map.grid.iter().filter_map(|p| p.largest_growth_per_s);
     let [low, high] = range(growths.filter(|growth| *growth > 0.0));

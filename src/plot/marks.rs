@@ -96,18 +96,20 @@ fn put_markers(
         Marker::Down => &[&[[-1.1, -0.72], [1.1, -0.72], [0.0, 1.2]]],
     };
     for [x, y] in places {
+        if lines.is_empty() {
+            canvas.push(format_args!(
+                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\"/>"
+            ));
+            continue;
+        }
         let path = lines.iter().map(|line| {
             let corners = line
                 .iter()
                 .map(|[right, down]| format!("{:.2},{:.2}", x + r * right, y + r * down));
             format!("M{}", corners.collect::<Vec<_>>().join("L"))
         });
-        match &path.collect::<String>()[..] {
-            "" => canvas.push(format_args!(
-                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\"/>"
-            )),
-            path => canvas.push(format_args!("<path d=\"{path}\"/>")),
-        }
+        let path = path.collect::<String>();
+        canvas.push(format_args!("<path d=\"{path}\"/>"));
     }
     canvas.push(format_args!("</g>"));
 }
