@@ -6,18 +6,18 @@ use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::ridge::Ridge;
-use crate::stats::mean;
+use crate::stats::{deviation, mean, order_statistic};
 
 /// Time before and after the ridge in which its ends are sought, s.
 const MARGIN_S: f64 = 0.4;
 
 /// Half of the time over which power is averaged, steps: 20 ms.
-pub(super) const HALF_SMOOTH: usize = 4;
+const HALF_SMOOTH: usize = 4;
 
 /// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s; a little less, for the last
 /// peak above a tenth is averaged with what follows.
 const END_SHARE: f64 = 0.075;
-const LOUDEST_S: f64 = 0.1;
+pub(super) const LOUDEST_S: f64 = 0.1;
 
 /// Least signal-to-noise ratio of a tone whose loudest 0.1 s are seen; otherwise, the loudest 0.3 s count.
 const STRONG: f64 = 20.0;
@@ -153,6 +153,7 @@ impl Baseband {
             frequency_hz: track.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
             power: power_mean.max(0.0),
             noise: window_noise,
+            unevenness: unevenness(&track),
             incoherence: self.incoherence(first, end, power_mean.max(0.0)),
             innovation: innovation(&self.wide[first..end]),
             track,
@@ -240,21 +241,28 @@ fn innovation(values: &[Complex64]) -> f64 {
     (1.0 - common + LEAST_INNOVATION).ln()
 }
 
+/// Standard deviation of the power of a track over its mean.
+fn unevenness(track: &[(f64, f64)]) -> f64 {
+    let power: Vec<f64> = track.iter().map(|p| p.1).collect();
+    let power = averages(&power, HALF_SMOOTH);
+    deviation(&power) / mean(&power).max(f64::MIN_POSITIVE)
+}
+
 /// Largest mean power over a time.
 fn loudest(power: &[f64], length_s: f64) -> f64 {
     let length = ((length_s / STEP_S) as usize).min(power.len());
     power.windows(length).map(mean).fold(0.0, f64::max)
 }
 
-/// The median of at least one value.
+/// The median of values; 0 without any.
 pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    let middle = sorted.len() / 2;
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+    let values: Vec<f64> = values.into_iter().collect();
+    let middle = values.len() / 2 + 1;
+    order_statistic(values, middle)
 }
 
 /// Averages over `half` values on each side.
-pub(super) fn averages(values: &[f64], half: usize) -> Vec<f64> {
+fn averages(values: &[f64], half: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     for value in values {
         sums.push(sums[sums.len() - 1] + value);

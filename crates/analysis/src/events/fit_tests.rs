@@ -52,15 +52,14 @@ fn examples(kind: Kind, seed: u64) -> Vec<Example> {
     let options = EventOptions::default();
     let (candidates, _, power) = candidates(&recording.samples, recording.rate_hz, &options);
     let recording_db = options.level_db(power);
-    let (all, groups): (Vec<TonalEvent>, Vec<_>) = candidates.into_iter().unzip();
-    let sounds = all
+    let sounds = candidates
         .iter()
-        .zip(&groups)
-        .filter(|(event, _)| options.admits(event, recording_db));
-    let example = |(event, group): (&TonalEvent, _)| {
+        .enumerate()
+        .filter(|(_, (event, _))| options.admits(event, recording_db));
+    let example = |(k, (event, _)): (usize, &(TonalEvent, _))| {
         let right = truth(kind, &recording, event)?;
         Some(Example {
-            inputs: inputs(event, group, &all).to_vec(),
+            inputs: inputs(k, &candidates).to_vec(),
             right: CLASSES.map(|class| class == right).to_vec(),
         })
     };

@@ -11,13 +11,11 @@ use std::f64::consts::LN_2;
 use rayon::prelude::*;
 
 use super::baseband::median;
+use super::spectrogram::LOBE;
 
 /// Bins in a block, and distance between the starts of blocks.
 const BLOCK: usize = 24;
 const STRIDE: usize = 8;
-
-/// Bins on each side of a bin that do not count for its floor: the main lobe and some spread.
-const GUARD: usize = 3;
 
 /// Half of the time over which the floor is compared, s.
 const HALF_FLOOR_S: f64 = 0.1;
@@ -27,8 +25,7 @@ const HALF_FLOOR_S: f64 = 0.1;
 const QUIET_PART: usize = 5;
 const SHAPE_COLUMNS: usize = 48;
 
-/// Bins on each side from which the shape is smoothed, and rank of the quantile among them.
-const SHAPE_BINS: usize = 8;
+/// Rank of the quantile among [`STRIDE`] bins on each side from which the shape is smoothed.
 const SHAPE_RANK: usize = 3;
 
 /// Smallest power relative to the mean power of all bins that is not rounding.
@@ -64,8 +61,8 @@ impl Floor {
     pub fn at(&self, t: usize, k: usize) -> f64 {
         let blocks = &self.blocks[t];
         let last = blocks.len() - 1;
-        let below = k.saturating_sub(GUARD + BLOCK) / STRIDE;
-        let above = (k + GUARD + 1).div_ceil(STRIDE);
+        let below = k.saturating_sub(LOBE + BLOCK) / STRIDE;
+        let above = (k + LOBE + 1).div_ceil(STRIDE);
         self.shape[k.min(self.shape.len() - 1)]
             * blocks[below.min(last)].max(blocks[above.min(last)])
     }
@@ -97,9 +94,9 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
     let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let least = ROUNDING * medians.iter().sum::<f64>() + f64::MIN_POSITIVE;
     let side = |near: &[f64]| {
-        let mut sorted = [f64::INFINITY; SHAPE_BINS];
+        let mut sorted = [f64::INFINITY; STRIDE];
         sorted[..near.len()].copy_from_slice(near);
-        let rank = SHAPE_RANK * near.len() / SHAPE_BINS;
+        let rank = SHAPE_RANK * near.len() / STRIDE;
         if near.is_empty() {
             0.0
         } else {
@@ -107,8 +104,8 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
         }
     };
     let smooth = |k: usize| {
-        let below = side(&medians[k.saturating_sub(SHAPE_BINS)..k]);
-        let above = side(&medians[k + 1..(k + 1 + SHAPE_BINS).min(bins)]);
+        let below = side(&medians[k.saturating_sub(STRIDE)..k]);
+        let above = side(&medians[k + 1..(k + 1 + STRIDE).min(bins)]);
         below.max(above).max(least)
     };
     (0..bins).map(smooth).collect()

@@ -3,7 +3,7 @@
 use super::Hum;
 use super::baseband::median;
 use super::ridge::Ridge;
-use super::spectrogram::{powers, vertex, window_length};
+use super::spectrogram::{LOBE, powers, vertex, window_length};
 
 /// Duration of the windows, s: hum is steady over seconds, a squeak is not.
 const WINDOW_S: f64 = 1.5;
@@ -15,9 +15,8 @@ const MAINS_DEVIATION: f64 = 0.004;
 /// Highest frequency of a line, Hz.
 const HIGHEST_HZ: f64 = 2000.0;
 
-/// Least ratio of a line to its noise floor, the median of the bins at distances from [`GUARD`] to [`SIDE`].
+/// Least ratio of a line to its noise floor, the median of the bins beyond its main lobe up to [`SIDE`].
 const LEAST_RATIO: f64 = 6.0;
-const GUARD: usize = 3;
 const SIDE: usize = 16;
 
 /// Least power of a line relative to the recording's: below are lines of quantisation.
@@ -61,10 +60,7 @@ impl Lines {
             let near = first as usize..=(last as usize).min(bins - SIDE - 1);
             let best = near.max_by(|a, b| steady[*a].total_cmp(&steady[*b]))?;
             let [below, above] = [best.saturating_sub(SIDE), best + SIDE + 1];
-            let sides = [
-                &steady[below..best - GUARD],
-                &steady[best + GUARD + 1..above],
-            ];
+            let sides = [&steady[below..best - LOBE], &steady[best + LOBE + 1..above]];
             let floor = median(sides.into_iter().flatten().copied());
             let (shift, height) = vertex([steady[best - 1], steady[best], steady[best + 1]]);
             let stands_out = height > LEAST_RATIO * floor && 2.0 * height > LEAST_POWER * power;

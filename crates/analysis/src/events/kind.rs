@@ -8,12 +8,10 @@
 use std::f64::consts::LN_2;
 use std::sync::LazyLock;
 
-use super::baseband::{HALF_SMOOTH, averages};
 use super::group::{Group, SAME};
 use super::partial::STEP_S;
 use super::{EventKind, TonalEvent};
 use crate::logistic::Model;
-use crate::stats::{deviation, mean};
 
 /// The inputs of the model.
 pub(super) const INPUTS: [&str; 9] = [
@@ -44,26 +42,26 @@ pub(super) static MODEL: LazyLock<Model> =
 const AROUND_S: f64 = 5.0;
 const ALIKE_DB: f64 = 12.0;
 
-/// The inputs of the model for an event of a group among `all`.
-pub(super) fn inputs(event: &TonalEvent, group: &Group, all: &[TonalEvent]) -> [f64; INPUTS.len()] {
+/// The inputs of the model for one of `all` sounds.
+pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.len()] {
+    let (event, group) = &all[which];
     let (_, leader) = group.leader();
-    let power: Vec<f64> = leader.track.iter().map(|p| p.1).collect();
-    let power = averages(&power, HALF_SMOOTH);
     let length = |event: &TonalEvent| event.span().length_s().max(STEP_S).ln();
     // The number of others that sound between two times, as a logarithm.
     let count = |margin_s: f64, is: &dyn Fn(&TonalEvent) -> bool| {
-        let others = all.iter().filter(|other| {
-            other.start_s < event.end_s + margin_s
+        let others = all.iter().enumerate().filter(|(k, (other, _))| {
+            *k != which
+                && other.start_s < event.end_s + margin_s
                 && other.end_s > event.start_s - margin_s
-                && !std::ptr::eq(*other, event)
+                && is(other)
         });
-        (others.filter(|other| is(other)).count() as f64).ln_1p()
+        (others.count() as f64).ln_1p()
     };
     [
         event.snr_db,
         length(event),
         event.frequency_hz.ln(),
-        deviation(&power) / mean(&power).max(f64::MIN_POSITIVE),
+        leader.unevenness,
         leader.incoherence,
         leader.innovation,
         (event.harmonics as f64).ln(),

@@ -13,7 +13,7 @@
 //! whatever the paths (Doob's inequality). Hann windows that overlap by half have powers with a correlation of 3 %
 //! and count as independent.
 
-use super::spectrogram::{Peak, Peaks};
+use super::spectrogram::{LOBE, Peak, Peaks};
 
 /// Signal-to-noise ratio of the hypothesis of a tone.
 const DESIGN_RATIO: f64 = 4.0;
@@ -72,7 +72,7 @@ pub(super) fn paths(peaks: &Peaks, threshold: f64) -> Vec<Vec<(usize, Peak)>> {
             path.push((t, peak));
             at = nodes[t][i].before;
             for (node, other) in nodes[t].iter_mut().zip(&peaks.columns[t]) {
-                node.is_free &= (other.bin - peak.bin).abs() > 3.0;
+                node.is_free &= (other.bin - peak.bin).abs() > LOBE as f64;
             }
         }
         path.reverse();

@@ -108,11 +108,10 @@ pub fn tonal_events(
     let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
     let (candidates, hum, power) = candidates(&samples, rate_hz, options);
     let recording_db = options.level_db(power);
-    let (all, groups): (Vec<TonalEvent>, Vec<Group>) = candidates.into_iter().unzip();
-    let sounds = all.iter().zip(&groups);
-    let known = sounds.filter(|(event, _)| options.admits(event, recording_db));
-    let events = known.filter_map(|(event, group)| {
-        let (kind, probability) = likeliest(&inputs(event, group, &all));
+    let sounds = candidates.iter().enumerate();
+    let known = sounds.filter(|(_, (event, _))| options.admits(event, recording_db));
+    let events = known.filter_map(|(k, (event, _))| {
+        let (kind, probability) = likeliest(&inputs(k, &candidates));
         Some(TonalEvent {
             kind: kind?,
             probability,

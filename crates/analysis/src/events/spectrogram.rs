@@ -16,6 +16,9 @@ const FLOOR_FREEDOM: f64 = 24.0;
 /// Lowest bin of a peak: below, the mean of the signal leaks into it.
 const LEAST_BIN: usize = 6;
 
+/// Bins from the middle of a line to beyond its main lobe.
+pub(super) const LOBE: usize = 3;
+
 /// A spectral peak.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Peak {
