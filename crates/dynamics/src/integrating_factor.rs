@@ -39,7 +39,7 @@ use crate::simd::vectorised;
 const MAX_EXPONENT: f64 = 300.0;
 
 /// Numbers of modes that are processed together, in the widest vectors.
-pub(super) const LANES: usize = 8;
+const LANES: usize = 8;
 
 /// Numbers of a group of modes; zero beyond the last mode.
 type Group = [f64; LANES];
@@ -133,10 +133,8 @@ impl Propagator {
         vectorised(
             #[inline(always)]
             || match width {
-                // The few vectors of most runs need no loop.
+                // The one vector of most runs needs no inner loop.
                 1 => self.map_groups(q, v, 1, map),
-                2 => self.map_groups(q, v, 2, map),
-                3 => self.map_groups(q, v, 3, map),
                 _ => self.map_groups(q, v, width, map),
             },
         );

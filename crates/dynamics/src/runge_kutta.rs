@@ -8,7 +8,7 @@
 //! additional stages for the dense output, which are evaluated on demand.
 
 use super::error_control::{MethodTraits, StateNorm};
-use super::integrating_factor::{IntegratingFactor, LANES};
+use super::integrating_factor::IntegratingFactor;
 use super::stepper::{Step, Stepper, differentiable, switching};
 use super::system::force;
 use super::tableau::{MAX_STAGES, Tableau};
@@ -300,56 +300,26 @@ impl Stepper for RungeKutta {
     }
 }
 
+/// Components of which the sums are formed together, in the fastest memory.
+const CHUNK: usize = 64;
+
 /// Adds `h sum_j weights[j] slopes[j]` to `y`.
 pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
+    let dim = y.len();
     vectorised(
         #[inline(always)]
-        || add_combination(y, h, slopes, weights),
-    );
-}
-
-/// The kernel of [`accumulate`].
-#[inline(always)]
-fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64]) {
-    // A constant number of terms lets the compiler keep the sum of each component in a register.
-    while weights.len() > 8 {
-        add_terms::<8>(y, h, slopes, weights);
-        slopes = &slopes[8 * y.len()..];
-        weights = &weights[8..];
-    }
-    match weights.len() {
-        0 => {}
-        1 => add_terms::<1>(y, h, slopes, weights),
-        2 => add_terms::<2>(y, h, slopes, weights),
-        3 => add_terms::<3>(y, h, slopes, weights),
-        4 => add_terms::<4>(y, h, slopes, weights),
-        5 => add_terms::<5>(y, h, slopes, weights),
-        6 => add_terms::<6>(y, h, slopes, weights),
-        7 => add_terms::<7>(y, h, slopes, weights),
-        _ => add_terms::<8>(y, h, slopes, weights),
-    }
-}
-
-/// Adds the first `N` terms, in whole vectors as far as possible.
-#[inline(always)]
-fn add_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    let dim = y.len();
-    let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
-    let rows: [&[f64]; N] = std::array::from_fn(|j| &slopes[j * dim..][..dim]);
-    let whole = dim - dim % LANES;
-    for i in (0..whole).step_by(LANES) {
-        let mut sum = [0.0; LANES];
-        for (weight, row) in weights.iter().zip(rows) {
-            for (sum, slope) in sum.iter_mut().zip(&row[i..i + LANES]) {
-                *sum += weight * slope;
+        || {
+            for (first, y) in (0..).step_by(CHUNK).zip(y.chunks_mut(CHUNK)) {
+                let mut sums = [0.0; CHUNK];
+                for (weight, slope) in weights.iter().zip(slopes.chunks_exact(dim)) {
+                    for (sum, x) in sums.iter_mut().zip(&slope[first..][..y.len()]) {
+                        *sum += weight * x;
+                    }
+                }
+                for (y, sum) in y.iter_mut().zip(sums) {
+                    *y += h * sum;
+                }
             }
-        }
-        for (y, sum) in y[i..i + LANES].iter_mut().zip(sum) {
-            *y += h * sum;
-        }
-    }
-    for (i, y) in y.iter_mut().enumerate().skip(whole) {
-        let terms = weights.iter().zip(rows);
-        *y += h * terms.fold(0.0, |sum, (weight, row)| sum + weight * row[i]);
-    }
+        },
+    );
 }
