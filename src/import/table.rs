@@ -201,10 +201,11 @@ pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
 fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
     let refused = |reason: &str| Problem::Content(format!("{reason}: {}", listed(headings)));
     let Some(asked) = asked else {
+        if headings.len() == 1 {
+            return Ok(0);
+        }
         let several = "the file has several columns; choose one with --column";
-        return (headings.len() == 1)
-            .then_some(0)
-            .ok_or_else(|| refused(several));
+        return Err(refused(several));
     };
     let by_header = headings.iter().position(|c| c.header == asked);
     let by_name = || headings.iter().position(|c| c.name == asked);

@@ -188,8 +188,11 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
     }
     layers.extend(chosen.into_iter().flat_map(|point| {
         sides.map(|(side, is_outside)| {
-            let outside = Some(Color::Accent).filter(|_| is_outside);
-            let color = outside.unwrap_or(Color::Ink);
+            let color = if is_outside {
+                Color::Accent
+            } else {
+                Color::Ink
+            };
             Layer::points(at(point, is_outside), 2.2, color).with_id(side)
         })
     }));

@@ -252,8 +252,11 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     );
     let shares = &choice.neighbours.share;
     let share = shares.get(choice.dimension.wrapping_sub(1));
-    let lowest = (!choice.unfolded).then_some(", the lowest share");
-    let lowest = lowest.unwrap_or_default();
+    let lowest = if choice.unfolded {
+        ""
+    } else {
+        ", the lowest share"
+    };
     let dimension = format!(
         "m = {}: {} % false{lowest}; Theiler window {}",
         choice.dimension,

@@ -187,9 +187,12 @@ impl SectionAxes {
         });
         let bars = Layer::areas(bars.collect(), 0.6, color).with_id("bars");
         let y = Axis::linear("number of crossings", [0.0, round_up(1.05 * most)]);
-        let note = returns.is_empty().then_some("fewer than two crossings");
         let panel = Panel::new("times between crossings", x, y, vec![bars]);
-        panel.with_note(note.unwrap_or_default())
+        if returns.is_empty() {
+            panel.with_note("fewer than two crossings")
+        } else {
+            panel
+        }
     }
 }
 

@@ -54,10 +54,13 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
     }
     let [low, high] = extent(bars.iter().map(|(_, [_, end], _)| *end).chain([0.0]));
     let lowest = if high > 0.0 { LOWEST * high } else { low };
-    let cut = (low < lowest).then_some("strong damping is cut at the left edge");
+    let title = if low < lowest {
+        "strong damping is cut at the left edge"
+    } else {
+        ""
+    };
     let axis = Axis::with_margin("growth rate, 1/s", [low.max(lowest), high].into_iter());
     let names = modes.iter().map(|(name, _)| name.clone());
-    let title = cut.unwrap_or_default();
     let mut panel = Panel::bars(title, axis, names.collect(), bars);
     let causes = modes.first().map_or(&[][..], |(_, mode)| &mode.causes);
     let keys = causes.iter().map(|cause| {

@@ -261,11 +261,8 @@ fn legend(panel: &Panel, available: f64, em: f64) -> Vec<Vec<&Layer>> {
             taken = 0.0;
         }
         taken += entry;
-        // The first entry starts a line.
-        lines
-            .last_mut()
-            .into_iter()
-            .for_each(|line| line.push(layer));
+        let line = lines.last_mut().expect("the first entry starts a line");
+        line.push(layer);
     }
     lines
 }

@@ -126,11 +126,14 @@ impl RecordingStream {
 
     /// The value of a result; keeps the first error.
     pub fn check<T, E: Display>(&self, result: Result<T, E>) -> Option<T> {
-        let keep = |error: &E| {
-            let mut fault = self.fault.borrow_mut();
-            fault.get_or_insert_with(|| RecordError::Encode(error.to_string()));
-        };
-        result.inspect_err(keep).ok()
+        result
+            .inspect_err(|error| self.fail(RecordError::Encode(error.to_string())))
+            .ok()
+    }
+
+    /// Keeps an error unless there is one.
+    pub fn fail(&self, error: RecordError) {
+        self.fault.borrow_mut().get_or_insert(error);
     }
 
     /// Logs static data.
@@ -166,7 +169,9 @@ impl RecordingStream {
         times: &[i64],
         columns: Result<impl Iterator<Item = SerializedComponentColumn>, SerializationError>,
     ) {
-        let columns = self.check(columns).into_iter().flatten();
+        let Some(columns) = self.check(columns) else {
+            return;
+        };
         let columns = columns.map(|column| (column.descriptor, column.list_array));
         let times = TimeColumn::new_duration_nanos(paths::TIMELINE, times.iter().copied());
         let times = [(*times.timeline().name(), times)].into_iter().collect();
@@ -230,7 +235,9 @@ impl RecordingStream {
     fn send_series(&self, path: &str, pending: &mut PendingSeries) {
         let PendingSeries { times, values } = std::mem::take(pending);
         if !times.is_empty() {
-            let lengths = std::iter::repeat_n(values.len() / times.len(), times.len());
+            let width = values.len() / times.len();
+            debug_assert_eq!(values.len(), width * times.len(), "{path}");
+            let lengths = std::iter::repeat_n(width, times.len());
             self.send_rows(path, &times, Scalars::new(values).columns(lengths));
         }
     }

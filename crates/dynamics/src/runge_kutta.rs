@@ -55,18 +55,18 @@ impl RungeKutta {
     /// Estimate of the fastest rate (1/s) of the force, from the changes of the slope and of the state between the last two
     /// stages of an attempted step.
     pub fn fastest_rate(&mut self, sys: &dyn System) -> f64 {
-        let end = self.tableau.end;
-        let mut slope = [0.0; MAX_STAGES];
-        [slope[end - 1], slope[end]] = [-1.0, 1.0];
+        let (end, dim) = (self.tableau.end, self.state.len());
         let mut state = [0.0; MAX_STAGES];
         for (sign, stage) in [(-1.0, end - 1), (1.0, end)] {
             for (sum, weight) in state.iter_mut().zip(self.tableau.stages[stage]) {
                 *sum += sign * weight;
             }
         }
-        let [change, apart] = [slope, state].map(|weights| {
+        let last = &self.slopes[(end - 1) * dim..];
+        let sums: [(&[f64], &[f64]); 2] = [(last, &[-1.0, 1.0]), (&self.slopes, &state[..=end])];
+        let [change, apart] = sums.map(|(slopes, weights)| {
             self.state.fill(0.0);
-            accumulate(&mut self.state, 1.0, &self.slopes, &weights[..=end]);
+            accumulate(&mut self.state, 1.0, slopes, weights);
             StateNorm::of(&self.state, sys).without_quadratures()
         });
         let apart = self.step.length() * apart;

@@ -18,14 +18,15 @@ static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/live/page");
 /// The files of the page: path, type and content.
 fn files() -> impl Iterator<Item = (String, &'static str, &'static str)> {
     let views = PAGE.get_dir("views").into_iter().flat_map(Dir::files);
-    PAGE.files().chain(views).map(|file| {
+    PAGE.files().chain(views).filter_map(|file| {
         let name = file.path().to_string_lossy().replace('\\', "/");
-        let (path, kind) = match name.rsplit_once('.') {
-            Some((_, "html")) => ("/".to_owned(), "text/html; charset=utf-8"),
-            Some((_, "css")) => (format!("/{name}"), CSS),
-            _ => (format!("/{name}"), JS),
+        let (path, kind) = match name.rsplit_once('.')? {
+            (_, "html") => ("/".to_owned(), "text/html; charset=utf-8"),
+            (_, "css") => (format!("/{name}"), CSS),
+            (_, "js") => (format!("/{name}"), JS),
+            _ => return None,
         };
-        (path, kind, file.contents_utf8().unwrap_or_default())
+        Some((path, kind, file.contents_utf8()?))
     })
 }
 

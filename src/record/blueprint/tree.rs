@@ -207,8 +207,10 @@ pub fn send(rec: &RecordingStream, tabs: Vec<Part>, time_panel: &TimePanelBluepr
     writer.log("blueprint_panel", &hidden);
     writer.log("selection_panel", &hidden);
     writer.log("time_panel", time_panel);
-    rec.check(writer.blueprint.send_pending());
-    rec.activate_blueprint(&writer.blueprint);
+    match writer.blueprint.send_pending() {
+        Ok(()) => rec.activate_blueprint(&writer.blueprint),
+        Err(fault) => rec.fail(fault),
+    }
 }
 
 struct Writer {

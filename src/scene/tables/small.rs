@@ -140,7 +140,8 @@ pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError>
         "impact_oscillator" => SmallSystem::ImpactOscillator(FromTable::read(given)?),
         "mass_on_belt" => SmallSystem::MassOnBelt(FromTable::read(given)?),
         "two_modes_on_belt" => SmallSystem::TwoModesOnBelt(FromTable::read(given)?),
-        _ => SmallSystem::DampedContact(FromTable::read(given)?),
+        "damped_contact" => SmallSystem::DampedContact(FromTable::read(given)?),
+        table => unreachable!("no system is defined by [{table}]"),
     };
     check(document, &system)?;
     Ok(Some(system))

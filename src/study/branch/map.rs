@@ -112,7 +112,7 @@ pub fn stability_map(
     rows.sort_by_key(|(row, _)| *row);
     let mut solved: Vec<Solved> = rows.into_iter().flat_map(|(_, points)| points).collect();
     if solved.iter().all(Result::is_err)
-        && let Err(error) = solved.swap_remove(0)
+        && let Some(Err(error)) = solved.drain(..).next()
     {
         return Err(error);
     }

@@ -101,8 +101,11 @@ impl Samples {
             max_lines: MAX_LINES,
             ..LineCriterion::default()
         };
-        let mut lines = spectrum.lines(&criterion);
-        lines.retain(|_| moves);
+        let lines = if moves {
+            spectrum.lines(&criterion)
+        } else {
+            Vec::new()
+        };
         let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
         let lag = ((lag * self.rate).round() as usize).max(1);
         let mut section = if moves { section(u, lag)? } else { Vec::new() };

@@ -73,8 +73,11 @@ pub(super) fn select(
         obstacle: None,
     };
     let Some(sound) = sound else {
-        let rates = SOUND_RATES_HZ;
-        return number.map_or(Ok(all(None)), |_| Err(SignalError::NotSound { rates }));
+        if number.is_some() {
+            let rates = SOUND_RATES_HZ;
+            return Err(SignalError::NotSound { rates });
+        }
+        return Ok(all(None));
     };
     let Some(number) = number.or_else(|| Some(sound.strongest()? + 1)) else {
         return Ok(all(None));

@@ -17,7 +17,7 @@ const HALF_SMOOTH: usize = 4;
 /// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s; a little less, for the last
 /// peak above a tenth is averaged with what follows.
 const END_SHARE: f64 = 0.075;
-pub(super) const LOUDEST_S: f64 = 0.1;
+const LOUDEST_S: f64 = 0.1;
 
 /// Least signal-to-noise ratio of a tone whose loudest 0.1 s are seen; otherwise, the loudest 0.3 s count.
 const STRONG: f64 = 20.0;

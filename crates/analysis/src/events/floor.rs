@@ -25,7 +25,8 @@ const HALF_FLOOR_S: f64 = 0.1;
 const QUIET_PART: usize = 5;
 const SHAPE_COLUMNS: usize = 48;
 
-/// Rank of the quantile among [`STRIDE`] bins on each side from which the shape is smoothed.
+/// Bins on each side from which the shape is smoothed, and rank of the quantile among them.
+const SHAPE_BINS: usize = 8;
 const SHAPE_RANK: usize = 3;
 
 /// Smallest power relative to the mean power of all bins that is not rounding.
@@ -94,9 +95,9 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
     let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let least = ROUNDING * medians.iter().sum::<f64>() + f64::MIN_POSITIVE;
     let side = |near: &[f64]| {
-        let mut sorted = [f64::INFINITY; STRIDE];
+        let mut sorted = [f64::INFINITY; SHAPE_BINS];
         sorted[..near.len()].copy_from_slice(near);
-        let rank = SHAPE_RANK * near.len() / STRIDE;
+        let rank = SHAPE_RANK * near.len() / SHAPE_BINS;
         if near.is_empty() {
             0.0
         } else {
@@ -104,8 +105,8 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
         }
     };
     let smooth = |k: usize| {
-        let below = side(&medians[k.saturating_sub(STRIDE)..k]);
-        let above = side(&medians[k + 1..(k + 1 + STRIDE).min(bins)]);
+        let below = side(&medians[k.saturating_sub(SHAPE_BINS)..k]);
+        let above = side(&medians[k + 1..(k + 1 + SHAPE_BINS).min(bins)]);
         below.max(above).max(least)
     };
     (0..bins).map(smooth).collect()

@@ -125,6 +125,7 @@ pub fn multipliers(maps: &[DMatrix<f64>]) -> Option<Vec<Multiplier>> {
     }
     let (a, z) = condensed(maps);
     let n = a.nrows();
+    // The errors of the maps and of the elimination.
     let rounding = 2.0 * n as f64 * f64::EPSILON * a.norm().max(z.norm());
     let [mut a, mut minus_z] = [a, -z].map(|matrix| Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
     let [mut real, mut imaginary, mut below] = [(); 3].map(|()| Diag::<f64>::zeros(n));

@@ -267,7 +267,7 @@ pub fn switched_orbit(
         entries.retain(|entry| entry.row < size && entry.col < size);
     }
     let critical = null_direction(entries, size).ok_or(ContinuationError::NoSwitch {
-        why: "the equations of the orbit are not singular",
+        why: "the direction in which the equations of the orbit are singular is not unique",
     })?;
     let mut change = critical.as_slice().to_vec();
     if doubles {
