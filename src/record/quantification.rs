@@ -1,5 +1,7 @@
 //! Recurrence quantification over time, one series per measure.
 
+use std::iter::once_with;
+
 use super::{
     paths,
     stream::RecordingStream,
@@ -61,7 +63,7 @@ pub fn draw(
         (paths::TREND, "TREND", &rate, FRICTION, trend),
     ];
     for (path, name, (unit, factor), color, value) in series {
-        rec.name(path, [(format!("{name}{unit}"), color)]);
+        rec.name(path, once_with(|| (format!("{name}{unit}"), color)));
         // An undefined measure is a gap.
         let value = value.map_or(f64::NAN, |value| factor * value);
         rec.row(path, time, [value]);
@@ -71,7 +73,8 @@ pub fn draw(
         (RecurrenceKind::Beat, "beat", SIGNAL),
         (RecurrenceKind::Doubled, "doubled period", FRICTION),
     ];
-    let names = kinds.map(|(_, name, color)| (format!("{name}{}", short.0), color));
+    let names = kinds.iter();
+    let names = names.map(|(_, name, color)| (format!("{name}{}", short.0), *color));
     rec.name(paths::PERIOD, names);
     let values = kinds.map(|(kind, ..)| {
         let found = periods.last(kind);

@@ -192,6 +192,9 @@ impl RecordingStream {
         widths: impl IntoIterator<Item = f32>,
         series: impl IntoIterator<Item = (N, Color)>,
     ) {
+        if self.is_started(path) {
+            return;
+        }
         let series = series.into_iter().map(|(name, color)| (name.into(), color));
         let (names, colors): (Vec<String>, Vec<Color>) = series.unzip();
         let style = SeriesLines::new().with_names(names).with_colors(colors);
@@ -200,11 +203,15 @@ impl RecordingStream {
 
     /// Starts an entity of time series with a static style; one that is started remains as it is.
     pub fn start(&self, path: &str, style: &SeriesLines) {
-        let mut all = self.series.borrow_mut();
-        if !all.iter().any(|(known, _)| known == path) {
+        if !self.is_started(path) {
             self.log_static(path, style);
-            all.push((path.to_owned(), PendingSeries::default()));
+            let series = (path.to_owned(), PendingSeries::default());
+            self.series.borrow_mut().push(series);
         }
+    }
+
+    fn is_started(&self, path: &str) -> bool {
+        self.series.borrow().iter().any(|(known, _)| known == path)
     }
 
     /// Adds a row of time series at a time (s), as [`RecordingStream::rows`].

@@ -380,12 +380,11 @@ impl LiveConnection {
         if !self.shared.is_away() && self.shared.wait(&answer, timeout).is_none() {
             self.shared.set_away(true);
         }
-        let url = self.url.clone();
-        let lost = self
-            .shared
-            .is_away()
-            .then_some(RecordError::ViewerLost { url });
-        lost.map_or(Ok(()), Err)
+        if self.shared.is_away() {
+            let url = self.url.clone();
+            return Err(RecordError::ViewerLost { url });
+        }
+        Ok(())
     }
 
     fn submit(&self, command: Command) {

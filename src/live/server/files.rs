@@ -1,5 +1,7 @@
 //! The files of the page, embedded in the binary.
 
+use std::borrow::Cow;
+
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
@@ -55,15 +57,13 @@ fn shared() -> [(&'static str, &'static str, String); 2] {
 
 /// Serves the files.
 pub(super) fn routes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
-    let files = files().map(|(path, kind, text)| (path, kind, text.to_owned()));
-    let shared = shared().map(|(path, kind, text)| (path.to_owned(), kind, text));
+    let files = files().map(|(path, kind, text)| (path, kind, Cow::Borrowed(text)));
+    let shared = shared().map(|(path, kind, text)| (path.to_owned(), kind, Cow::Owned(text)));
     files
         .chain(shared)
         .fold(router, |router, (path, kind, text)| {
-            router.route(
-                &path,
-                get(move || async move { ([(header::CONTENT_TYPE, kind)], text) }),
-            )
+            let answer = ([(header::CONTENT_TYPE, kind)], text);
+            router.route(&path, get(answer))
         })
 }
 
