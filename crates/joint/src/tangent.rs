@@ -217,9 +217,9 @@ impl<const N: usize> WithSimd for TangentProduct<'_, N> {
         let mut first = 0;
         while first < self.width {
             let left = self.width - first;
-            first += if left == 1 || self.vectors.is_some() && left < MAX_VECTORS {
+            first += if left == 1 {
                 self.pass::<S, 1>(simd, first)
-            } else if self.vectors.is_none() {
+            } else if left == 2 || self.vectors.is_none() {
                 // Without sums over the modes fewer vectors, which fit in registers, are faster.
                 self.pass::<S, 2>(simd, first)
             } else {

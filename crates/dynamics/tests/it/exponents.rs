@@ -530,9 +530,9 @@ fn a_cycle_has_one_zero_exponent_and_a_torus_one_per_frequency() {
             omega: frequencies[..modes].to_vec(),
         };
         let z0 = vec![1.0; 2 * modes];
-        for method in all_methods(1e-8, 0.2, 0.02) {
-            // Just above the minimum of 1000 periods of the slowest mode (6283 s), and later.
-            for time in [6300.0, 7777.0] {
+        for (k, method) in all_methods(1e-8, 0.2, 0.02).into_iter().enumerate() {
+            // Just above the minimum of 1000 periods of the slowest mode (6283 s), and with one method later.
+            for time in [6300.0, 7777.0].into_iter().take(if k == 0 { 2 } else { 1 }) {
                 let spectrum = spectrum(method, Steps::Free, &sys, &z0, (60.0, 60.0 + time));
                 assert_eq!(spectrum.attractor(), expected, "{method:?} {spectrum:?}");
                 assert_eq!(spectrum.count(Sign::Undetermined), 0);
