@@ -2,10 +2,10 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::error::{Location, SceneError};
+use super::error::SceneError;
 use super::schema::split;
 use super::spec::Scene;
-use super::tables::knots::KnotKeys;
+use super::tables::knots::Curve;
 use super::tables::load::{ScheduleKeys, schedules};
 
 impl Scene {
@@ -47,16 +47,16 @@ impl Scene {
     }
 
     /// Position of an override in messages.
-    pub(super) fn place_of_override(&self) -> Location {
-        Location::new(&format!("override of scene {}", self.name), None)
+    pub(super) fn place_of_override(&self) -> String {
+        format!("override of scene {}", self.name)
     }
 }
 
-/// The list of knots, in the units of the keys.
-pub fn knot_list(keys: &KnotKeys, knots: &[[f64; 2]]) -> Value {
+/// The list of knots, in the units of the scene.
+pub fn knot_list(curve: &Curve, knots: &[[f64; 2]]) -> Value {
     let tables = knots.iter().map(|knot| {
         let mut table = InlineTable::new();
-        for (column, value) in keys.knot.iter().zip(knot) {
+        for (column, value) in curve.point.iter().zip(knot) {
             table.insert(column.name, number(*value));
         }
         table

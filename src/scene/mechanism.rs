@@ -159,9 +159,9 @@ impl Mechanism {
             (Self::Hysteresis, _) => joint.is_some_and(|LoadedJoint { tilt, .. }| {
                 tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))
             }),
-            (Self::TorusBirth, _) => {
-                has(|joint| joint.load.is_none() && joint.rotation.is_none() && joint.tilt.varies())
-            }
+            (Self::TorusBirth, _) => has(|joint| {
+                joint.load.is_none() && joint.rotation_factor.is_none() && joint.tilt.varies()
+            }),
             (Self::Bristles | Self::ContactAge, _) => match friction {
                 Friction::Dynamic { law, .. } => {
                     matches!(law, DynamicFriction::LuGre(_)) == (self == Self::Bristles)

@@ -5,9 +5,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use toml_edit::Value;
 
 use super::edit::{knot_list, number};
-use super::error::{Location, SceneError, did_you_mean, nearest_path};
+use super::error::{SceneError, did_you_mean, nearest_path};
 use super::schema::kind::float;
-use super::schema::{Declared, IfAbsent, join, split};
+use super::schema::{Declared, IfAbsent, split};
 use super::spec::Scene;
 use super::tables::friction::CURVE;
 use super::tables::load::{FACTOR, LOAD, is_schedule_key};
@@ -44,7 +44,7 @@ impl Parameter {
 
     /// As [`Parameter::named`]; a name without a table means one of some keys.
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
-        let place = || Location::new("parameter to vary", None);
+        let place = || "parameter to vary".to_owned();
         let key = declared(name, is_free, concerns, place)?;
         Ok(Self { path: &key.path })
     }
@@ -119,7 +119,7 @@ pub(super) fn declared(
     name: &str,
     among: impl Fn(&Declared) -> bool,
     concerns: impl Fn(&Declared) -> bool,
-    place: impl FnOnce() -> Location,
+    place: impl FnOnce() -> String,
 ) -> Result<&'static Declared, SceneError> {
     let keys = || SCHEMA.0.iter().filter(|key| among(key));
     if let Some(key) = keys().find(|key| key.path == name) {
@@ -232,7 +232,7 @@ impl Scene {
     /// As [`Scene::parse`].
     pub fn with_friction_points(&self, points: &[[f64; 2]]) -> Result<Self, SceneError> {
         let list = knot_list(&CURVE, points);
-        self.edited([(join(CURVE.table, CURVE.knots.name), Some(list))])
+        self.edited([(CURVE.path(), Some(list))])
     }
 
     /// Returns the scene with another description.
@@ -274,7 +274,7 @@ impl Scene {
         let path = parameter.path();
         let word = match path {
             LOAD_PATH if joint.load.is_some() => LOAD.word,
-            ROTATION_PATH if joint.rotation.is_some() => FACTOR.word,
+            ROTATION_PATH if joint.rotation_factor.is_some() => FACTOR.word,
             _ => return Ok(()),
         };
         let problem = format!(
