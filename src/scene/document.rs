@@ -176,11 +176,8 @@ impl<'t> Document<'t> {
         };
         let (key, meant) = (join(table, &written), did_you_mean(nearest));
         let remedy = format!("{place} has the keys {}", siblings.join(", "));
-        SceneError::new(
-            self.place(span.start),
-            format!("unknown key `{key}`{meant}"),
-            remedy,
-        )
+        let problem = format!("unknown key `{key}`{meant}");
+        SceneError::new(self.place(span.start), problem, remedy)
     }
 }
 
@@ -261,10 +258,9 @@ impl<'d> Table<'d> {
         problem: &str,
         remedy: &str,
     ) -> Result<(), SceneError> {
-        match names.iter().find(|name| self.has(name)) {
-            None => Ok(()),
-            Some(name) => Err(self.inconsistent(name, others, problem, remedy)),
-        }
+        let given = names.iter().find(|name| self.has(name));
+        let fault = given.map(|name| self.inconsistent(name, others, problem, remedy));
+        fault.map_or(Ok(()), Err)
     }
 
     /// Rejects parameters of other laws than the one that a key selects, since they would have no effect.

@@ -139,11 +139,7 @@ pub(super) fn nearest_path<'c>(
     const SAME: f64 = 0.25;
 
     let (table, name) = split(path);
-    let least = if table.is_empty() {
-        CLOSE
-    } else {
-        CLOSE + SAME
-    };
+    let least = CLOSE + if table.is_empty() { 0.0 } else { SAME };
     most_alike(candidates, least, |candidate| {
         let (other, candidate) = split(candidate);
         let credit = if other == table { SAME } else { 0.0 };

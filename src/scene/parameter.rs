@@ -44,8 +44,7 @@ impl Parameter {
 
     /// As [`Parameter::named`]; a name without a table means one of some keys.
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
-        let place = || "parameter to vary".to_owned();
-        let key = declared(name, is_free, concerns, place)?;
+        let key = declared(name, is_free, concerns, "parameter to vary")?;
         Ok(Self { path: &key.path })
     }
 
@@ -119,7 +118,7 @@ pub(super) fn declared(
     name: &str,
     among: impl Fn(&Declared) -> bool,
     concerns: impl Fn(&Declared) -> bool,
-    place: impl FnOnce() -> String,
+    place: &str,
 ) -> Result<&'static Declared, SceneError> {
     let keys = || SCHEMA.0.iter().filter(|key| among(key));
     if let Some(key) = keys().find(|key| key.path == name) {
@@ -142,8 +141,8 @@ pub(super) fn declared(
     let nearest = did_you_mean(nearest_path(name, keys().map(|key| &key.path[..])));
     let remedy = "`squeakscope scenes --keys` lists all keys";
     Err(SceneError::new(
-        place(),
-        format!("{problem}{nearest}"),
+        place.to_owned(),
+        problem + &nearest,
         remedy,
     ))
 }
@@ -235,14 +234,6 @@ impl Scene {
         self.edited([(CURVE.path(), Some(list))])
     }
 
-    /// Returns the scene with another description.
-    ///
-    /// # Errors
-    /// As [`Scene::parse`].
-    pub fn with_about(&self, about: &str) -> Result<Self, SceneError> {
-        self.edited([("about", Some(Value::from(about)))])
-    }
-
     /// Returns the parameter as [`Parameter::named`]; a name that several systems have is that of this scene's system.
     ///
     /// # Errors
@@ -281,12 +272,8 @@ impl Scene {
             "the {word} of this scene is a function of time and cannot take a constant value"
         );
         let remedy = format!("use a scene with a constant {word}");
-        Err(SceneError::inconsistent(
-            self.place_of_override(),
-            path,
-            problem,
-            remedy,
-        ))
+        let place = self.place_of_override();
+        Err(SceneError::inconsistent(place, path, problem, remedy))
     }
 
     /// The scene's angular velocity with another magnitude, rad/s.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::controls;
 use super::document::{Document, FromTable, place_in};
-use super::edit::remove;
+use super::edit::put;
 use super::error::SceneError;
 use super::spec::Scene;
 use super::subject::SystemSpec;
@@ -51,7 +51,7 @@ impl Scene {
         scene.mechanism = named.filter(|mechanism| mechanism.missing_in(&scene).is_none());
         if scene.mechanism != named {
             let mut text = scene.document()?;
-            remove(&mut text, "mechanism");
+            put(&mut text, "mechanism", None);
             scene.text = text.to_string();
         }
         Ok(scene)

@@ -127,13 +127,9 @@ impl LoadedJoint {
     /// Minimum and maximum tilt of a run of a duration (s), rad.
     pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
         let start = [self.tilt.min(), self.tilt.max()];
-        if self.patch_moves() {
-            self.loadings(duration).fold(start, |[low, high], now| {
-                [low.min(now.tilt), high.max(now.tilt)]
-            })
-        } else {
-            start
-        }
+        let moved = self.loadings(duration).filter(|_| self.patch_moves());
+        let tilts = moved.map(|loading| loading.tilt);
+        tilts.fold(start, |[low, high], tilt| [low.min(tilt), high.max(tilt)])
     }
 
     /// Minimum and maximum load, N.
@@ -199,8 +195,8 @@ impl FixedAt {
             ("load", self.load, "N"),
             ("rotation", self.rotation_factor, turns),
         ];
-        let values = values.into_iter();
         let all: Vec<String> = values
+            .into_iter()
             .filter_map(|(name, value, unit)| Some(format!("{name} {} {unit}", short(value?))))
             .collect();
         (!all.is_empty()).then(|| all.join(", "))

@@ -104,16 +104,13 @@ impl Schema {
 
     /// Names of the keys and subtables of a table, without duplicates.
     pub fn names_in(&self, table: &str) -> Vec<&str> {
+        let prefix = join(table, "");
+        let inside = self.paths().filter_map(|path| path.strip_prefix(&prefix));
         let mut names = Vec::new();
-        for path in self.paths() {
-            let inside = match table {
-                "" => Some(path),
-                table => path
-                    .strip_prefix(table)
-                    .and_then(|rest| rest.strip_prefix('.')),
-            };
-            let name = inside.and_then(|inside| inside.split('.').next());
-            names.extend(name.filter(|name| !names.contains(name)));
+        for name in inside.filter_map(|inside| inside.split('.').next()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
         }
         names
     }

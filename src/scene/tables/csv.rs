@@ -7,7 +7,7 @@ use super::friction::{CURVE, CURVE_FILE};
 use super::knots::{Curve, MAX_POINTS};
 use super::load::schedules;
 use crate::foreign::open_file;
-use crate::scene::document::Document;
+use crate::scene::document::{Document, Table};
 use crate::scene::edit::knot_list;
 use crate::scene::error::SceneError;
 use crate::scene::schema::kind::Mismatch;
@@ -34,8 +34,11 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
         let Some(span) = span.filter(|_| is_given_once) else {
             continue;
         };
-        let list = knot_list(curve, &knots(&document, curve, csv)?);
-        let file = document.table(curve.table).get(csv)?;
+        let table = document.table(curve.table);
+        let (list, file) = (
+            knot_list(curve, &knots(table, curve, csv)?),
+            table.get(csv)?,
+        );
         notes += &format!("# {} was read from {file:?}\n", curve.path());
         edits.push((span, format!("{} = {list}", curve.list.name)));
     }
@@ -58,13 +61,8 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
 ///
 /// # Errors
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
-fn knots(
-    document: &Document<'_>,
-    curve: &Curve,
-    csv: &Key<String>,
-) -> Result<Vec<[f64; 2]>, SceneError> {
-    let table = document.table(curve.table);
-    let path = document.path().with_file_name(table.get(csv)?);
+fn knots(table: Table<'_>, curve: &Curve, csv: &Key<String>) -> Result<Vec<[f64; 2]>, SceneError> {
+    let path = table.document.path().with_file_name(table.get(csv)?);
     let file = path.display().to_string();
     let text = read(&path).map_err(|problem| {
         let remedy =

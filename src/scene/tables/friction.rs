@@ -12,7 +12,7 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, Positive};
 use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text};
-use crate::scene::schema::unit::{METRE_PER_SECOND, MICROMETRE, ONE, PER_METRE, SECOND_PER_METRE};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 
 /// Range of coefficients of friction.

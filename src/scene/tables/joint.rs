@@ -19,10 +19,7 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{Kind, choice, count, flag, number, one_or_many, tables, text};
-use crate::scene::schema::unit::{
-    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
-    SECOND_PER_METRE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::LoadedJoint;
 
@@ -279,14 +276,10 @@ fn joint(document: &Document<'_>, load: f64) -> Result<JointSpec, SceneError> {
     let [loaded, turned] = ["load", "rotation"].map(|path| document.table(path));
     let friction = Option::<Friction>::read(document.table("friction"))?;
     let friction = friction.unwrap_or(Friction::None);
-    let limit = if friction.states() == 0 {
-        usize::MAX
-    } else {
-        MAX_NODES_WITH_STATES
-    };
-    ensure!(document, contact.nodes <= limit => "contact.nodes", &["friction.law"];
+    let is_limited = friction.states() > 0;
+    ensure!(document, !is_limited || contact.nodes <= MAX_NODES_WITH_STATES => "contact.nodes", &["friction.law"];
         "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
-        "use at most {limit} nodes, or choose another friction.law");
+        "use at most {MAX_NODES_WITH_STATES} nodes, or choose another friction.law");
     Ok(JointSpec {
         socket,
         load,
@@ -380,17 +373,14 @@ fn check_modes(document: &Document<'_>, body: &BallOnBeam) -> Result<(), SceneEr
     ensure!(document, count <= MAX_MODES => "body.bending_pairs", &COUNTS;
         "the model has {count} modes (a bending pair is two modes)";
         "use at most {MAX_MODES} modes");
-    let Families {
-        bending_pairs,
-        torsion,
-        axial,
-    } = PUBLISHED;
-    let are_published = families.bending_pairs <= bending_pairs
-        && families.torsion <= torsion
-        && families.axial <= axial;
+    let most = PUBLISHED;
+    let are_published = families.bending_pairs <= most.bending_pairs
+        && families.torsion <= most.torsion
+        && families.axial <= most.axial;
     ensure!(document,
         are_published || body.frequencies == Frequencies::FiniteElement => "body.frequencies", &COUNTS;
-        "the paper publishes the frequencies of {bending_pairs} bending pairs, {torsion} torsion modes and {axial} axial mode only, and the model has more";
+        "the paper publishes the frequencies of {} bending pairs, {} torsion modes and {} axial mode only, and the model has more",
+        most.bending_pairs, most.torsion, most.axial;
         "use fewer modes, or set body.frequencies = \"fe\"");
     Ok(())
 }

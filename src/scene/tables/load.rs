@@ -10,7 +10,7 @@ use crate::scene::schedule::{Schedule, Sine};
 use crate::scene::schema::IfAbsent::{self, Described, Required};
 use crate::scene::schema::kind::Range::{Closed, Positive};
 use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text, vector};
-use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{Key, Schema, join, keys, split};
 use crate::scene::subject::Carry;
 

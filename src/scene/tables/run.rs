@@ -8,9 +8,7 @@ use crate::scene::error::{SceneError, ensure};
 use crate::scene::mechanism::Mechanism;
 use crate::scene::schema::kind::Range::Closed;
 use crate::scene::schema::kind::{Kind, choice, count, number, seed, text};
-use crate::scene::schema::unit::{
-    KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::SystemSpec;
 

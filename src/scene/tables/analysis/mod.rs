@@ -13,9 +13,7 @@ use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{Kind, all_or, auto_or, choice, coordinates, count, list, number};
-use crate::scene::schema::unit::{
-    KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 
 pub use check::read;
