@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use squeakscope::dynamics::System;
-use squeakscope::export::{ModelArrays, write_model};
+use squeakscope::export::{encode_model, replace_file};
 use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::numpy::{Array, read_npz};
 use squeakscope::pipeline::initial_state;
@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = BallJoint::new(&tilted.spec)?.model(tilted.tilt.at(0.0))?;
     let joint = Joint::new(&model);
     let m = joint.modes();
-    write_model(&path, &ModelArrays::new(model, initial_state(&scene, m)))?;
+    let start = initial_state(&scene, m);
+    replace_file(&path, |file| encode_model(file, &model, &start))?;
     let arrays = read_npz(&path)?;
     for (name, array) in &arrays {
         println!("{name:>17} {:?}", array.shape);

@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use squeakscope::export::{ModelArrays, encode_model};
+use squeakscope::export::encode_model;
 use squeakscope::joint::BallJoint;
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -47,6 +47,6 @@ fn encoded(scene: &Scene) -> Result<Vec<u8>, Box<dyn Error + Send + Sync>> {
     let model = BallJoint::new(&joint.spec)?.model(joint.tilt.at(0.0))?;
     let start = initial_state(scene, model.modes());
     let mut npz = Cursor::new(Vec::new());
-    encode_model(&mut npz, &ModelArrays::new(model, start))?;
+    encode_model(&mut npz, &model, &start)?;
     Ok(npz.into_inner())
 }

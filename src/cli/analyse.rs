@@ -219,7 +219,7 @@ fn play(
         save: Some(save.path().to_owned()),
         ..Output::default()
     };
-    let sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY);
+    let sink = RerunSink::new(&output, RecordSpec::default());
     let mut sink = sink.map_err(CliError::during("recording"))?;
     let (start, duration) = (signal.start, signal.duration());
     let monitor = Monitor {

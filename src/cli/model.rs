@@ -10,7 +10,7 @@ use super::console;
 use super::error::{Cause, CliError};
 use super::harness::Outputs;
 use super::output::Kind;
-use crate::export::{ModelArrays, encode_model};
+use crate::export::encode_model;
 use crate::joint::BallJoint;
 use crate::pipeline::initial_state;
 use crate::report::{Block, Report};
@@ -55,9 +55,8 @@ fn build(scene: &Scene) -> Result<(Size, Vec<u8>), Cause> {
     let joint = scene.joint()?;
     let model = BallJoint::new(&joint.spec)?.model(joint.tilt.at(0.0))?;
     let (nodes, modes) = (model.nodes(), model.modes());
-    let arrays = ModelArrays::new(model, initial_state(scene, modes));
     let mut npz = Cursor::new(Vec::new());
-    encode_model(&mut npz, &arrays)?;
+    encode_model(&mut npz, &model, &initial_state(scene, modes))?;
     Ok((Size { nodes, modes }, npz.into_inner()))
 }
 

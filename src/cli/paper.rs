@@ -122,7 +122,7 @@ pub(super) fn execute(
         files.write("--write", |file| {
             let text = plan
                 .scene
-                .with_about(&paper::description(start, found))?
+                .with_overrides(&[("about", paper::description(start, found))])?
                 .text;
             Ok::<_, CliError>(file.write(|out| out.write_all(text.as_bytes()))?)
         })

@@ -8,5 +8,5 @@ mod model;
 mod samples;
 
 pub use file::{OutputError, is_protected, replace_file, try_folder_of};
-pub use model::{ModelArrays, encode_model, write_model};
+pub use model::encode_model;
 pub use samples::SamplesSink;

@@ -1,16 +1,39 @@
 //! The contact model as arrays, for use in other programs.
 
 use std::io::{self, Seek, Write};
-use std::path::Path;
 
-use super::{OutputError, replace_file};
 use crate::joint::{ContactDamping, DynamicFriction, Friction, Joint, Model};
 use crate::numpy::{Array, encode_npz};
 
 /// Version of the layout. It increases when an array changes its meaning.
 const MODEL_VERSION: f64 = 1.0;
 
-/// Arrays of a model file: the model of Eq. (8), its equilibrium and an initial state.
+/// An array with a row for each vector.
+fn flat<const N: usize>(vectors: &[[f64; N]]) -> Array {
+    Array::matrix(vectors.len(), vectors.as_flattened().to_vec())
+}
+
+/// The arrays of friction laws that the four coefficients do not describe.
+fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
+    Some(match friction {
+        Friction::Table { law, .. } => ("friction_points", flat(law.points())),
+        Friction::Dynamic { law, .. } => match law {
+            DynamicFriction::LuGre(law) => {
+                let bristles = [law.stiffness, law.damping, law.viscous];
+                let numbers = [&[law.mu_s, law.mu_d, law.stribeck][..], &bristles].concat();
+                ("lugre", Array::vector(numbers))
+            }
+            DynamicFriction::RateAndState(law) => {
+                let effects = [law.mu_0, law.direct, law.evolution];
+                let numbers = [&effects[..], &[law.reference_speed, law.distance]].concat();
+                ("rate_and_state", Array::vector(numbers))
+            }
+        },
+        Friction::None | Friction::Constant { .. } | Friction::Stribeck { .. } => return None,
+    })
+}
+
+/// Writes a model file: the model of Eq. (8), its equilibrium and an initial state `z0`.
 ///
 /// With `n` contact nodes and `m` modes, in SI units; Cartesian vectors relative to the ball's centre (the
 /// beam's axis is z, with the beam on its negative side); doubles in row-major order:
@@ -48,63 +71,10 @@ const MODEL_VERSION: f64 = 1.0;
 ///
 /// The states of friction, where there are any, start at those of steady sliding. Contact damping adds `k_c tau e_r . Phi dq/dt` to `N` of a closed node, or multiplies `N` by
 /// `1 + chi e_r . Phi dq/dt`; where nodes lift off, a negative result is replaced by zero.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ModelArrays {
-    /// The model.
-    pub model: Model,
-    /// Modal coordinates of the equilibrium, `m`.
-    pub q_eq: Vec<f64>,
-    /// Initial state, `2m`.
-    pub z0: Vec<f64>,
-}
-
-impl ModelArrays {
-    /// The arrays of a model and its initial state.
-    pub fn new(model: Model, z0: Vec<f64>) -> Self {
-        let q_eq = Joint::new(&model).equilibrium().q.clone();
-        Self { model, q_eq, z0 }
-    }
-}
-
-/// An array with a row for each vector.
-fn flat<const N: usize>(vectors: &[[f64; N]]) -> Array {
-    Array::matrix(vectors.len(), vectors.as_flattened().to_vec())
-}
-
-/// The arrays of friction laws that the four coefficients do not describe.
-fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
-    Some(match friction {
-        Friction::Table { law, .. } => ("friction_points", flat(law.points())),
-        Friction::Dynamic { law, .. } => match law {
-            DynamicFriction::LuGre(law) => {
-                let bristles = [law.stiffness, law.damping, law.viscous];
-                let numbers = [&[law.mu_s, law.mu_d, law.stribeck][..], &bristles].concat();
-                ("lugre", Array::vector(numbers))
-            }
-            DynamicFriction::RateAndState(law) => {
-                let effects = [law.mu_0, law.direct, law.evolution];
-                let numbers = [&effects[..], &[law.reference_speed, law.distance]].concat();
-                ("rate_and_state", Array::vector(numbers))
-            }
-        },
-        Friction::None | Friction::Constant { .. } | Friction::Stribeck { .. } => return None,
-    })
-}
-
-/// Writes a model file.
-///
-/// # Errors
-/// If the file cannot be written; an existing file is then unchanged.
-pub fn write_model(path: &Path, arrays: &ModelArrays) -> Result<(), OutputError> {
-    replace_file(path, |file| encode_model(file, arrays))
-}
-
-/// Writes the bytes of a model file.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<()> {
-    let model = &arrays.model;
+pub fn encode_model(out: impl Write + Seek, model: &Model, z0: &[f64]) -> io::Result<()> {
     let (n, m) = (model.nodes(), model.modes());
     // (n, m, 3) in memory, (n, 3, m) in the file: rows that multiply q.
     let mut shapes = Vec::with_capacity(3 * n * m);
@@ -120,6 +90,7 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
         Friction::Table { law, .. } => vec![f64::NAN, f64::NAN, law.creep(), 0.0],
         Friction::Dynamic { .. } => vec![f64::NAN; 4],
     };
+    let q_eq = Joint::new(model).equilibrium().q.clone();
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
     let flag = |on: bool| Array::number(f64::from(u8::from(on)));
@@ -143,9 +114,9 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
         ("friction", Array::vector(friction)),
         ("radial", flag(model.friction.radial())),
         ("unilateral", flag(model.unilateral)),
-        ("q_eq", Array::vector(arrays.q_eq.clone())),
+        ("q_eq", Array::vector(q_eq)),
         ("probe", Array::vector(model.probe.clone())),
-        ("z0", Array::vector(arrays.z0.clone())),
+        ("z0", Array::vector(z0.to_vec())),
     ];
     let contact_damping = match model.contact_damping {
         ContactDamping::None => None,

@@ -5,9 +5,11 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::iter::repeat_n;
 use std::path::PathBuf;
 
+use zip::ZipWriter;
+
 use super::file::{output_error, unnamed_file_near};
 use super::replace_file;
-use crate::numpy::NpzWriter;
+use crate::numpy::write_array;
 use crate::pipeline::message::{Frame, JointInfo, Record};
 use crate::pipeline::{Sink, SinkError};
 
@@ -84,7 +86,7 @@ impl Sink for SamplesSink {
     fn finish(&mut self) -> Result<(), SinkError> {
         let (samples, spools) = (self.samples, std::mem::take(&mut self.spools));
         Ok(replace_file(&self.path, |file| {
-            let mut npz = NpzWriter::new(file);
+            let mut npz = ZipWriter::new(file);
             for (name, spool) in spools {
                 let mut file = spool.into_inner()?;
                 let count = file.stream_position()? as usize / size_of::<f64>();
@@ -97,9 +99,10 @@ impl Sink for SamplesSink {
                 });
                 let shape = [samples, count.checked_div(samples).unwrap_or(0)];
                 let axes = if ["q", "qdot"].contains(&name) { 2 } else { 1 };
-                npz.array(name, &shape[..axes], values)?;
+                write_array(&mut npz, name, &shape[..axes], values)?;
             }
-            npz.finish()
+            npz.finish()?;
+            Ok(())
         })?)
     }
 }

@@ -1,148 +1,82 @@
-//! Arrow's streaming format with checks of all lengths.
+//! Arrow's streaming format, read from memory.
 //!
-//! A stream is a schema followed by batches, each with a header (a flatbuffer) and a body. The reader of the
-//! library allocates the body that a header claims, which may exceed the memory. This reader requires that
-//! both lie within the stream and are below [`MAX_MESSAGE`], and that a header does not expand beyond
-//! [`MAX_HEADER`] when its shared parts are counted each time.
+//! A stream is a schema followed by batches, each with a header (a flatbuffer) and a body. The reader of the library would
+//! allocate the body that a header claims, which may exceed the memory; its decoder takes the bytes that there are.
 
-use std::collections::HashMap;
 use std::fmt;
-use std::io::{self, Read};
-use std::sync::Arc;
+use std::io;
 
-use arrow_array::{ArrayRef, RecordBatch};
-use arrow_ipc::convert::fb_to_schema;
-use arrow_ipc::reader::{read_dictionary, read_record_batch};
-use arrow_ipc::{MessageHeader, root_as_message_with_opts};
-use arrow_schema::{Schema, SchemaRef};
-use flatbuffers::VerifierOptions;
+use arrow_array::RecordBatch;
+use arrow_buffer::Buffer;
+use arrow_ipc::reader::StreamDecoder;
+use arrow_schema::{ArrowError, SchemaRef};
 
-use super::{one_line, read_exactly, truncated};
+use super::{one_line, truncated};
 
-/// Maximum size of a message body, bytes.
+/// Maximum size of a message of a recording, bytes.
 pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
 
-/// Maximum size of a message header, bytes: a schema with its texts.
-const MAX_HEADER: u64 = 64 << 20;
-
-/// Maximum number of tables within a header: a schema has a few per field.
-const MAX_TABLES: usize = 1 << 16;
-
-/// Start of a message since version 0.15 of the format.
-const CONTINUATION: u32 = u32::MAX;
+/// A message without content, which ends a stream.
+const END_MARK: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
 
 /// The error for data that cannot be decoded.
 pub(super) fn damaged(reason: impl fmt::Display) -> io::Error {
     io::Error::other(one_line(reason))
 }
 
-/// The batches of a stream. Decoding may panic: call it within [`super::without_panic`].
-pub(crate) struct ArrowStream<R> {
-    reader: R,
-    schema: SchemaRef,
-    dictionaries: HashMap<i64, ArrayRef>,
-}
-
-impl<R: Read> ArrowStream<R> {
-    /// Reads the schema.
-    pub fn new(mut reader: R) -> io::Result<Self> {
-        let header = read_header(&mut reader)?.ok_or_else(truncated)?;
-        let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
-        let schema = message
-            .header_as_schema()
-            .ok_or_else(|| damaged("the stream does not start with a schema"))?;
-        let schema = Arc::new(fb_to_schema(schema));
-        read_body(&mut reader, message.bodyLength())?;
-        Ok(Self {
-            reader,
-            schema,
-            dictionaries: HashMap::new(),
-        })
-    }
-
+/// The batches of a stream up to its end or to the first fault. Decoding may panic: call it within
+/// [`super::without_panic`].
+pub(crate) struct ArrowStream {
     /// Schema of the batches.
-    pub fn schema(&self) -> &Schema {
-        &self.schema
-    }
+    pub schema: SchemaRef,
+    decoder: StreamDecoder,
+    rest: Buffer,
+    /// What follows the schema.
+    first: Option<Result<Option<RecordBatch>, ArrowError>>,
+}
 
-    /// The next batch; `None` at the end.
-    pub fn next_batch(&mut self) -> io::Result<Option<RecordBatch>> {
-        while let Some(header) = read_header(&mut self.reader)? {
-            let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
-            let body = read_body(&mut self.reader, message.bodyLength())?.into();
-            let version = message.version();
-            let schema = &self.schema;
-            let known = &mut self.dictionaries;
-            match message.header_type() {
-                MessageHeader::RecordBatch => {
-                    let batch = message.header_as_record_batch();
-                    let batch = batch.ok_or_else(|| damaged("a batch is empty"))?;
-                    let schema = Arc::clone(schema);
-                    let read = read_record_batch(&body, batch, schema, known, None, &version);
-                    return read.map(Some).map_err(damaged);
-                }
-                MessageHeader::DictionaryBatch => {
-                    let batch = message.header_as_dictionary_batch();
-                    let batch = batch.ok_or_else(|| damaged("a dictionary is empty"))?;
-                    read_dictionary(&body, batch, schema, known, &version).map_err(damaged)?;
-                }
-                MessageHeader::NONE => {}
-                _ => return Err(damaged("unexpected message type in a stream")),
-            }
+impl ArrowStream {
+    /// Reads the schema, and with it the first batch.
+    pub fn new(bytes: Vec<u8>) -> io::Result<Self> {
+        let (mut decoder, mut rest) = (StreamDecoder::new(), Buffer::from(bytes));
+        let mut first = decoder.decode(&mut rest);
+        if decoder.schema().is_none() && first.is_ok() {
+            // The decoder completes the empty body of a schema with the next bytes.
+            first = decoder.decode(&mut Buffer::from(END_MARK));
         }
-        Ok(None)
+        match decoder.schema() {
+            Some(schema) => Ok(Self {
+                schema,
+                decoder,
+                rest,
+                first: Some(first),
+            }),
+            None => Err(first.map_or_else(damaged, |_| truncated())),
+        }
     }
 }
 
-/// Limits for the verification of a header.
-fn limits() -> VerifierOptions {
-    VerifierOptions {
-        max_tables: MAX_TABLES,
-        max_apparent_size: MAX_HEADER as usize,
-        ..VerifierOptions::default()
-    }
-}
+impl Iterator for ArrowStream {
+    type Item = io::Result<RecordBatch>;
 
-/// The next header; `None` at the end of the stream, with or without an end mark.
-fn read_header(reader: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
-    let mut number = read_number(reader)?;
-    if number == Some(CONTINUATION) {
-        number = Some(read_number(reader)?.ok_or_else(truncated)?);
+    fn next(&mut self) -> Option<Self::Item> {
+        let first = self.first.take();
+        let batch = first.unwrap_or_else(|| self.decoder.decode(&mut self.rest));
+        let end = self.decoder.finish();
+        match batch {
+            Ok(Some(batch)) => Some(Ok(batch)),
+            Ok(None) => Some(Err(damaged(end.err()?))),
+            // Behind the end mark is the footer of an Arrow file.
+            Err(fault) => end.is_err().then(|| Err(damaged(fault))),
+        }
     }
-    match number.map(u64::from) {
-        None | Some(0) => Ok(None),
-        Some(length) if length > MAX_HEADER => Err(damaged(format!(
-            "a header claims {length} bytes; the maximum is {MAX_HEADER}"
-        ))),
-        Some(length) => read_exactly(reader, length).map(Some),
-    }
-}
-
-/// The next four bytes as a number; `None` at the end.
-pub(super) fn read_number(reader: &mut impl Read) -> io::Result<Option<u32>> {
-    let mut bytes = Vec::with_capacity(4);
-    reader.take(4).read_to_end(&mut bytes)?;
-    match bytes.as_slice().try_into() {
-        Ok(bytes) => Ok(Some(u32::from_le_bytes(bytes))),
-        Err(_) if bytes.is_empty() => Ok(None),
-        Err(_) => Err(truncated()),
-    }
-}
-
-/// Reads the body of a message.
-fn read_body(reader: &mut impl Read, length: i64) -> io::Result<Vec<u8>> {
-    let length = u64::try_from(length).map_err(|_| damaged("a length is negative"))?;
-    if length > MAX_MESSAGE {
-        return Err(damaged(format!(
-            "a message claims {length} bytes; the maximum is {MAX_MESSAGE}"
-        )));
-    }
-    read_exactly(reader, length)
 }
 
 #[cfg(test)]
 mod tests {
-    use arrow_array::Float64Array;
+    use std::sync::Arc;
+
+    use arrow_array::{ArrayRef, Float64Array};
     use arrow_ipc::writer::StreamWriter;
 
     use super::super::without_panic;
@@ -163,13 +97,15 @@ mod tests {
     /// Number of readable batches, and whether the stream ends without an error.
     fn read(bytes: &[u8]) -> (usize, bool) {
         let read = without_panic(|| {
-            let mut stream = ArrowStream::new(bytes)?;
             let mut count = 0;
-            while let Some(batch) = stream.next_batch().unwrap_or(None) {
+            for batch in ArrowStream::new(bytes.to_vec())? {
+                let Ok(batch) = batch else {
+                    return Ok::<_, io::Error>((count, false));
+                };
                 assert_eq!(batch.num_rows(), 3);
                 count += 1;
             }
-            Ok::<_, io::Error>((count, stream.next_batch().is_ok()))
+            Ok((count, true))
         });
         read.and_then(Result::ok).unwrap_or((0, false))
     }
@@ -183,21 +119,36 @@ mod tests {
         assert_eq!(read(b""), (0, false));
     }
 
+    /// A stream that ends after its schema, as after kill -9, and one with a footer behind its end mark.
     #[test]
-    fn excessive_claims_are_rejected_before_allocation() {
+    fn streams_without_batches_and_with_a_footer_are_whole() {
+        let bytes = stream();
+        let next = bytes.windows(4).skip(8).position(|w| w == [0xff; 4]);
+        let schema = &bytes[..next.unwrap() + 8];
+        assert_eq!(read(schema), (0, true));
+        assert_eq!(
+            read(&[schema, &[0xff; 4], &[0; 4], b"ARROW1"].concat()),
+            (0, true)
+        );
+        assert_eq!(read(&[&bytes[..], b"footer"].concat()), (2, true));
+    }
+
+    /// Nothing is allocated for bytes that do not follow.
+    #[test]
+    fn excessive_claims_end_the_stream() {
         let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
-        for claim in [MAX_HEADER as u32 + 1, u32::MAX - 1] {
-            let refused = ArrowStream::new(&header(claim)[..]).err();
-            let reason = refused.expect("an error").to_string();
-            assert!(reason.contains("claims"), "{reason}");
-        }
-        for length in [-1, MAX_MESSAGE as i64 + 1, i64::MAX] {
-            let refused = read_body(&mut &stream()[..], length).err();
+        for claim in [(64 << 20) + 1, u32::MAX - 1] {
+            let refused = ArrowStream::new(header(claim)).err();
             let kind = refused.map(|error| error.kind());
-            assert_eq!(kind, Some(io::ErrorKind::Other), "{length}");
+            assert_eq!(kind, Some(io::ErrorKind::UnexpectedEof), "{claim}");
         }
-        let refused = read_body(&mut &stream()[..], MAX_MESSAGE as i64).err();
-        let kind = refused.map(|error| error.kind());
-        assert_eq!(kind, Some(io::ErrorKind::UnexpectedEof));
+        let bytes = stream();
+        for at in (0..bytes.len() - 8).step_by(8) {
+            for claim in [-1, 1 << 40, i64::MAX] {
+                let mut bytes = bytes.clone();
+                bytes[at..at + 8].copy_from_slice(&i64::to_le_bytes(claim));
+                assert!(read(&bytes).0 <= 2, "{claim} at {at}");
+            }
+        }
     }
 }

@@ -1,61 +1,40 @@
 //! Tables of three formats: an Arrow stream, an Arrow file, Parquet.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read, Seek};
+use std::io::{self, Read, Seek};
 
 use arrow_array::RecordBatch;
-use arrow_schema::{Schema, SchemaRef};
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use arrow_schema::SchemaRef;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::arrow::{ArrowStream, damaged, read_number};
-use super::truncated;
+use super::arrow::{ArrowStream, damaged};
 
-/// The batches of a table: a stream, an Arrow file or Parquet, which differ in their first bytes. Decoding may panic:
+/// The batches of a table.
+type Batches = Box<dyn Iterator<Item = io::Result<RecordBatch>>>;
+
+/// The schema and the batches of a stream, an Arrow file or Parquet, which differ in their first bytes. Decoding may panic:
 /// call it within [`super::without_panic`].
-pub(crate) enum TableBatches {
-    /// A stream, also that within an Arrow file.
-    Arrow(ArrowStream<Box<dyn Read>>),
-    /// Parquet, with the schema that it was written from.
-    Parquet(SchemaRef, ParquetRecordBatchReader),
-}
-
-impl TableBatches {
-    /// Reads the schema.
-    pub fn new(mut file: File) -> io::Result<Self> {
-        let mut start = Vec::with_capacity(8);
-        (&mut file).take(8).read_to_end(&mut start)?;
-        if start.starts_with(b"PAR1") {
-            let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(damaged)?;
-            let schema = builder.schema().clone();
-            return Ok(Self::Parquet(schema, builder.build().map_err(damaged)?));
-        }
-        let mut reader = BufReader::new(file);
-        if !start.starts_with(b"ARROW1") {
-            reader.rewind()?;
-            return ArrowStream::new(Box::new(reader) as Box<dyn Read>).map(Self::Arrow);
-        }
-        // Zeros fill the space up to the stream.
-        let mut first = 0;
-        while first == 0 {
-            first = read_number(&mut reader)?.ok_or_else(truncated)?;
-        }
-        let stream = Cursor::new(first.to_le_bytes()).chain(reader);
-        ArrowStream::new(Box::new(stream) as Box<dyn Read>).map(Self::Arrow)
+pub(crate) fn read_batches(mut file: File) -> io::Result<(SchemaRef, Batches)> {
+    let mut bytes = Vec::new();
+    (&mut file).take(6).read_to_end(&mut bytes)?;
+    if bytes.starts_with(b"PAR1") {
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(damaged)?;
+        // The schema that it was written from.
+        let schema = builder.schema().clone();
+        let batches = builder.build().map_err(damaged)?;
+        return Ok((
+            schema,
+            Box::new(batches.map(|batch| batch.map_err(damaged))),
+        ));
     }
-
-    /// Schema of the batches.
-    pub fn schema(&self) -> &Schema {
-        match self {
-            Self::Arrow(stream) => stream.schema(),
-            Self::Parquet(schema, _) => schema,
-        }
+    if bytes != b"ARROW1" {
+        file.rewind()?;
     }
-
-    /// The next batch; `None` at the end.
-    pub fn next_batch(&mut self) -> io::Result<Option<RecordBatch>> {
-        match self {
-            Self::Arrow(stream) => stream.next_batch(),
-            Self::Parquet(_, batches) => batches.next().transpose().map_err(damaged),
-        }
-    }
+    bytes.clear();
+    file.read_to_end(&mut bytes)?;
+    // In an Arrow file zeros fill the space up to the stream.
+    let space = bytes.iter().take_while(|byte| **byte == 0).count();
+    bytes.drain(..space);
+    let stream = ArrowStream::new(bytes)?;
+    Ok((stream.schema.clone(), Box::new(stream)))
 }

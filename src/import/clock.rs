@@ -7,10 +7,8 @@ use super::Problem;
 /// Time information of a source.
 #[derive(Clone)]
 pub(super) enum Timing {
-    /// None.
-    Unknown,
-    /// Sample rate, Hz; the first sample is at 0 s.
-    Rate(f64),
+    /// Sample rate, Hz, if it is known; the first sample is at 0 s.
+    Rate(Option<f64>),
     /// The time of each sample.
     Times {
         /// Times, s.
@@ -73,9 +71,11 @@ impl Timing {
             valid_rate(rate)?;
         }
         let own = match self {
-            Self::Unknown => return Ok((asked.ok_or_else(Problem::no_rate)?, 0.0)),
             // A header may be wrong, unlike the times of the samples.
-            Self::Rate(rate) => return Ok((asked.map_or_else(|| valid_rate(rate), Ok)?, 0.0)),
+            Self::Rate(rate) => {
+                let rate = asked.or(rate).ok_or_else(Problem::no_rate)?;
+                return Ok((valid_rate(rate)?, 0.0));
+            }
             Self::Times {
                 times,
                 resolution,

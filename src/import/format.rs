@@ -14,9 +14,7 @@ pub(super) const BLOCK: usize = 1 << 16;
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Sampled sound.
-    Wav,
-    /// Other sound: AIFF, and compressed.
+    /// Sound: WAV, AIFF, and compressed.
     Sound,
     /// Columns of numbers as text.
     Text,
@@ -58,9 +56,7 @@ impl Format {
         }
         let at = |place, magic: &[u8]| head.get(place..place + magic.len()) == Some(magic);
         let begins = |magics: &[&[u8]]| magics.iter().any(|magic| head.starts_with(magic));
-        Ok(if begins(&[b"RIFF", b"RF64"]) && at(8, b"WAVE") {
-            Self::Wav
-        } else if begins(&[b"\x93NUMPY"]) {
+        Ok(if begins(&[b"\x93NUMPY"]) {
             Self::Npy
         } else if begins(&[b"PK\x03\x04", b"PK\x05\x06"]) {
             Self::Npz
@@ -68,6 +64,7 @@ impl Format {
             Self::Rrd
         } else if begins(&[b"fLaC", b"OggS", b"ID3"])
             || at(4, b"ftyp")
+            || begins(&[b"RIFF", b"RF64"]) && at(8, b"WAVE")
             || begins(&[b"FORM"]) && (at(8, b"AIFF") || at(8, b"AIFC"))
         {
             Self::Sound

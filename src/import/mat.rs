@@ -2,21 +2,21 @@
 //!
 //! Read by the library matfile, as a whole.
 
-use std::io::{Empty, Read};
+use std::io::{Cursor, Read, Seek};
 
 use matfile::{MatFile, NumericData};
 
 use super::Problem;
-use super::npy::{Container, Matrix};
 use crate::foreign::{one_line, without_panic};
+use crate::numpy::{Array, Npz, encode_npz};
 
 const FORMAT: &str = "MATLAB";
 
 /// Length of the header of a file, bytes; its last two name the byte order.
 const HEADER: usize = 128;
 
-/// Reads all arrays of real numbers with one or two axes.
-pub(super) fn read(mut content: impl Read) -> Result<Container<Empty>, Problem> {
+/// Reads all arrays of real numbers with one or two axes, as an archive of NumPy.
+pub(super) fn read(mut content: impl Read) -> Result<Npz<impl Read + Seek>, Problem> {
     let damaged = |reason: String| Problem::damaged(FORMAT, reason);
     let mut bytes = Vec::new();
     content.read_to_end(&mut bytes)?;
@@ -34,14 +34,16 @@ pub(super) fn read(mut content: impl Read) -> Result<Container<Empty>, Problem> 
             return Err(damaged(format!("the array `{name}` has the size {size:?}")));
         }
         if !values.is_empty() {
-            arrays.push(Matrix {
-                name: name.to_owned(),
-                shape: size.iter().copied().filter(|&length| length > 1).collect(),
-                values,
-            });
+            // By rows; in the file by columns.
+            let by_rows = (0..*rows).flat_map(|row| values.iter().skip(row).step_by(*rows));
+            let values = by_rows.copied().collect();
+            let shape = size.iter().copied().filter(|&length| length > 1).collect();
+            arrays.push((name, Array { shape, values }));
         }
     }
-    Ok(Container::Mat(arrays))
+    let mut npz = Cursor::new(Vec::new());
+    encode_npz(&mut npz, &arrays)?;
+    Npz::new(npz)
 }
 
 /// Checks that the elements of a file, which begin with their lengths, are complete: the library would leave out a

@@ -150,14 +150,14 @@ fn source<'a>(
 ) -> Result<Box<dyn Source + 'a>, Problem> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(match format {
-        Format::Wav | Format::Sound => Box::new(Sound::open(path, format == Format::Wav, &stem)?),
+        Format::Sound => Box::new(Sound::open(path, &stem)?),
         Format::Text => match lines::from_utf16(&mut content)? {
             Some(text) => Box::new(Text::open(Cursor::new(text), &stem, skipped)?),
             None => Box::new(Text::open(content, &stem, skipped)?),
         },
         Format::Npy => Box::new(Arrays::open(Container::Npy(content, stem.into_owned()))?),
         Format::Npz => Box::new(Arrays::open(Container::Npz(Npz::new(content)?))?),
-        Format::Mat => Box::new(Arrays::open(mat::read(content)?)?),
+        Format::Mat => Box::new(Arrays::open(Container::Npz(mat::read(content)?))?),
         Format::Universal => Box::new(uff::read(content)?),
         Format::Rrd => {
             return Err(Problem::Content(

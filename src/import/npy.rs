@@ -1,4 +1,4 @@
-//! Arrays: one of NumPy, or several in an archive of NumPy or a file of MATLAB.
+//! Arrays: one of NumPy, or several in an archive of NumPy, as which a file of MATLAB is read, too.
 //!
 //! Of an array with two axes, the longer one is the time.
 
@@ -21,29 +21,6 @@ pub(super) enum Container<R> {
     Npy(R, String),
     /// Named arrays of NumPy.
     Npz(Npz<R>),
-    /// Named arrays of MATLAB.
-    Mat(Vec<Matrix>),
-}
-
-/// A real array of MATLAB, whose first axis changes fastest.
-pub(super) struct Matrix {
-    pub name: String,
-    /// Length along each axis that is longer than one.
-    pub shape: Vec<usize>,
-    pub values: Vec<f64>,
-}
-
-/// The values of an array, in the order of the file.
-type Values<'a> = Box<dyn Iterator<Item = Result<f64, Problem>> + 'a>;
-
-/// Reads an array of NumPy.
-fn opened<'a>(
-    source: impl Read + 'a,
-    name: &str,
-    length: u64,
-) -> Result<(ArrayForm, Values<'a>), Problem> {
-    let array = ArrayReader::open(source, name, length)?;
-    Ok((array.form.clone(), Box::new(array)))
 }
 
 impl<R: Read + Seek> Container<R> {
@@ -52,33 +29,18 @@ impl<R: Read + Seek> Container<R> {
         match self {
             Self::Npy(_, stem) => vec![stem.clone()],
             Self::Npz(archive) => archive.names(),
-            Self::Mat(arrays) => arrays.iter().map(|array| array.name.clone()).collect(),
         }
     }
 
     /// Opens an array at its first value.
-    fn array(&mut self, name: &str) -> Result<(ArrayForm, Values<'_>), Problem> {
+    fn array(&mut self, name: &str) -> Result<ArrayReader<'_>, Problem> {
         match self {
             Self::Npy(content, _) => {
                 let length = content.seek(SeekFrom::End(0))?;
                 content.rewind()?;
-                opened(content, name, length)
+                ArrayReader::open(content, name, length)
             }
-            Self::Npz(archive) => {
-                let entry = archive.entry(name)?.ok_or_else(Problem::changed)?;
-                let length = entry.size();
-                opened(entry, name, length)
-            }
-            Self::Mat(arrays) => {
-                let array = arrays.iter().find(|array| array.name == name);
-                let array = array.ok_or_else(Problem::changed)?;
-                let form = ArrayForm {
-                    shape: array.shape.clone(),
-                    fortran: true,
-                    rounding: 0.0,
-                };
-                Ok((form, Box::new(array.values.iter().map(|x| Ok(*x)))))
-            }
+            Self::Npz(archive) => archive.reader(name)?.ok_or_else(Problem::changed),
         }
     }
 }
@@ -109,15 +71,15 @@ impl<R: Read + Seek> Arrays<R> {
         let is_archive = !matches!(container, Container::Npy(..));
         let (mut columns, mut times, mut rate) = (Vec::new(), None, None);
         for name in container.names() {
-            let (form, mut values) = container.array(&name)?;
+            let mut array = container.array(&name)?;
             let (bare, unit) = units::split(&name);
             let second = units::seconds(unit).filter(|_| units::is_time(bare));
-            match (form.shape.len(), second) {
+            match (array.form.shape.len(), second) {
                 (1, Some(second)) if is_archive => times = Some((name, second)),
                 (0, _) if RATES.contains(&&*name) && rate.is_none() => {
-                    rate = values.next().transpose()?;
+                    rate = array.next().transpose()?;
                 }
-                _ => columns.extend(columns_of(&form, &name, is_archive)?),
+                _ => columns.extend(columns_of(&array.form, &name, is_archive)?),
             }
             check_column_count(columns.len())?;
         }
@@ -142,20 +104,20 @@ impl<R: Read + Seek> Source for Arrays<R> {
     fn clock(&mut self, column: usize) -> Result<(Timing, usize), Problem> {
         let timing = match (&self.times, self.rate) {
             (Some((name, second)), _) => {
-                let (form, values) = self.container.array(name)?;
-                let mut times = memory::allocate(form.shape[0])
+                let array = self.container.array(name)?;
+                let relative = array.form.rounding;
+                let mut times = memory::allocate(array.total)
                     .map_err(|shortage| Problem::too_large(name, shortage))?;
-                for time in values {
+                for time in array {
                     times.push(second * time?);
                 }
                 Timing::Times {
                     times: Arc::new(times),
                     resolution: 0.0,
-                    relative: form.rounding,
+                    relative,
                 }
             }
-            (None, Some(rate)) => Timing::Rate(rate),
-            (None, None) => Timing::Unknown,
+            (None, rate) => Timing::Rate(rate),
         };
         Ok((timing, self.columns[column].length))
     }
@@ -167,10 +129,10 @@ impl<R: Read + Seek> Source for Arrays<R> {
         // An archive is read to its end, where its checksum is compared.
         let end = match &self.container {
             Container::Npz(_) => usize::MAX,
-            Container::Npy(..) | Container::Mat(_) => start + range.end * step,
+            Container::Npy(..) => start + range.end * step,
         };
         let mut wanted = range.map(|sample| start + sample * step).peekable();
-        let (_, values) = self.container.array(array)?;
+        let values = self.container.array(array)?;
         for (place, number) in values.enumerate().take(end) {
             let number = number?;
             if wanted.next_if_eq(&place).is_some() {

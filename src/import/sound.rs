@@ -3,7 +3,7 @@
 //! Decoded by the library symphonia, Opus by opus-decoder. A file is decoded twice: once to count its samples, which not
 //! all formats state, and once more for those that are selected.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,16 +11,15 @@ use opus_decoder::OpusDecoder;
 use symphonia::core::codecs::audio::well_known::CODEC_ID_OPUS;
 use symphonia::core::codecs::audio::{AudioCodecParameters, AudioDecoder, AudioDecoderOptions};
 use symphonia::core::errors::Error;
+use symphonia::core::formats::TrackType;
 use symphonia::core::formats::probe::Hint;
-use symphonia::core::formats::{FormatOptions, TrackType};
 use symphonia::core::io::MediaSourceStream;
-use symphonia::core::meta::MetadataOptions;
 use symphonia::core::packet::Packet;
 
 use super::Problem;
 use super::clock::Timing;
 use super::table::{Buffer, ColumnHeader, Source};
-use super::wav::{Input, with_normal_header};
+use super::wav::with_normal_header;
 use crate::foreign::{open_file, without_panic};
 
 const FORMAT: &str = "sound";
@@ -28,12 +27,9 @@ const FORMAT: &str = "sound";
 /// A file whose samples have been counted.
 pub(super) struct Sound {
     path: PathBuf,
-    is_wav: bool,
     stem: String,
     rate: u32,
     channels: usize,
-    /// Number of channels whose samples alternate in the decoded one; 1 if the decoded channels are those of the file.
-    interleaved: usize,
     /// Number of samples per channel.
     frames: usize,
     /// What is wrong with the file; the samples before the damage count.
@@ -41,28 +37,26 @@ pub(super) struct Sound {
 }
 
 impl Sound {
-    pub fn open(path: &Path, is_wav: bool, stem: &str) -> Result<Self, Problem> {
+    pub fn open(path: &Path, stem: &str) -> Result<Self, Problem> {
         let (mut form, mut count) = (None, 0);
-        let (interleaved, damage) = decode(path, is_wav, &mut |rate, planes| {
-            if *form.get_or_insert((rate, planes.len())) != (rate, planes.len()) {
+        let damage = decode(path, &mut |found, block| {
+            if *form.get_or_insert(found) != found {
                 let what = "sound whose rate or number of channels changes";
                 return Err(Problem::unsupported(what, "save it as WAV"));
             }
-            count += planes.first().map_or(0, Vec::len);
+            count += block.len();
             Ok(true)
         })?;
-        let frames = count / interleaved;
-        let Some((rate, decoded)) = form.filter(|_| frames > 0) else {
+        let Some((rate, channels)) = form.filter(|(_, channels)| (1..=count).contains(channels))
+        else {
             return Err(Problem::no_samples("a header"));
         };
         Ok(Self {
             path: path.to_owned(),
-            is_wav,
             stem: stem.to_owned(),
             rate,
-            channels: decoded * interleaved,
-            interleaved,
-            frames,
+            channels,
+            frames: count / channels,
             damage,
         })
     }
@@ -82,7 +76,7 @@ impl Source for Sound {
     }
 
     fn clock(&mut self, _column: usize) -> Result<(Timing, usize), Problem> {
-        Ok((Timing::Rate(f64::from(self.rate)), self.frames))
+        Ok((Timing::Rate(Some(f64::from(self.rate))), self.frames))
     }
 
     fn damage(&self) -> Option<&str> {
@@ -90,15 +84,12 @@ impl Source for Sound {
     }
 
     fn samples(&mut self, column: usize, range: Range<usize>, into: Buffer) -> Result<(), Problem> {
-        let step = self.interleaved;
-        let (plane, offset) = if step == 1 { (column, 0) } else { (0, column) };
-        let end = range.end * step;
+        let [start, end] = [range.start, range.end].map(|frame| frame * self.channels);
         let mut first = 0;
-        decode(&self.path, self.is_wav, &mut |_, planes| {
-            let block = &planes[plane];
-            let from = (range.start * step).saturating_sub(first).min(block.len());
+        decode(&self.path, &mut |_, block| {
+            let from = start.saturating_sub(first).min(block.len());
             for (place, sample) in (first + from..end).zip(&block[from..]) {
-                if place % step == offset {
+                if place % self.channels == column {
                     into.push(*sample);
                 }
             }
@@ -112,62 +103,54 @@ impl Source for Sound {
     }
 }
 
-/// Takes the sample rate (Hz) and a block of samples by channel; returns whether more are needed.
-type TakeBlock<'a> = &'a mut dyn FnMut(u32, &[Vec<f64>]) -> Result<bool, Problem>;
+/// Sample rate, Hz, and number of channels.
+pub(super) type Form = (u32, usize);
 
-/// Number of interleaved channels, and what is wrong with the file.
-type Found = (usize, Option<String>);
+/// Takes a block of samples, channel by channel for each instant; returns whether more are needed.
+type TakeBlock<'a> = &'a mut dyn FnMut(Form, &[f64]) -> Result<bool, Problem>;
 
-/// Decodes a file block by block, until no more are needed or it is damaged.
-fn decode(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Problem> {
-    without_panic(|| decode_blocks(path, is_wav, each))
+/// Decodes a file block by block, until no more are needed or it is damaged; returns what is wrong with the file.
+fn decode(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Problem> {
+    without_panic(|| decode_blocks(path, each))
         .unwrap_or_else(|| Err(Problem::damaged(FORMAT, "it cannot be decoded")))
 }
 
-fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Found, Problem> {
-    let file = open_file(path)?.0;
-    let (content, stated_rate, interleaved, damage): Input = if is_wav {
-        with_normal_header(file)?
-    } else {
-        (Box::new(file), None, 1, None)
-    };
+fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Problem> {
+    let (content, header, damage) = with_normal_header(open_file(path)?.0)?;
     let content = MediaSourceStream::new(content, Default::default());
-    let mut file = symphonia::default::get_probe()
-        .probe(
-            &Hint::new(),
-            content,
-            FormatOptions::default(),
-            MetadataOptions::default(),
-        )
-        .map_err(problem)?;
+    let probe = symphonia::default::get_probe();
+    let (format, metadata) = (Default::default(), Default::default());
+    let file = probe.probe(&Hint::new(), content, format, metadata);
+    let mut file = file.map_err(problem)?;
     let track = file.default_track(TrackType::Audio);
     let track = track.ok_or_else(|| Problem::no_samples("a header"))?;
     let id = track.id;
     let coding = track.codec_params.as_ref().and_then(|p| p.audio());
     let coding = coding.ok_or_else(|| Problem::no_samples("a header"))?;
     let mut decoder = Decoder::new(coding, track.delay)?;
-    let mut planes = Vec::new();
+    let mut samples = Vec::new();
     let mut has_begun = false;
+    let is_end = |fault: &io::Error| header.is_some() && fault.kind() == ErrorKind::UnexpectedEof;
     loop {
         let packet = match file.next_packet() {
             // The samples of a WAV file are the rest of its content.
-            Err(Error::IoError(end)) if is_wav && end.kind() == ErrorKind::UnexpectedEof => None,
+            Err(Error::IoError(fault)) if is_end(&fault) => None,
             packet => packet.map_err(problem).transpose(),
         };
         let block = packet.map(|packet| match packet? {
-            packet if packet.track_id == id => decoder.decode(&packet, &mut planes),
-            _ => Ok(0),
+            packet if packet.track_id == id => decoder.decode(&packet, &mut samples),
+            _ => Ok((0, 0)),
         });
         match block.transpose() {
-            Ok(None) => return Ok((interleaved, damage)),
-            Ok(Some(0)) => {}
-            Ok(Some(rate)) => {
+            Ok(None) => return Ok(damage),
+            Ok(Some((0, _))) => {}
+            Ok(Some(decoded)) => {
                 has_begun = true;
-                if !each(stated_rate.unwrap_or(rate), &planes)? {
-                    return Ok((interleaved, damage));
+                if !each(header.unwrap_or(decoded), &samples)? {
+                    return Ok(damage);
                 }
             }
-            Err(Problem::Content(damage)) if has_begun => return Ok((interleaved, Some(damage))),
+            Err(Problem::Content(damage)) if has_begun => return Ok(Some(damage)),
             Err(problem) => return Err(problem),
         }
     }
@@ -215,13 +198,13 @@ impl Decoder {
         })
     }
 
-    /// Decodes a packet; returns the sample rate, Hz.
-    fn decode(&mut self, packet: &Packet, planes: &mut Vec<Vec<f64>>) -> Result<u32, Problem> {
+    /// Decodes a packet; returns the sample rate, Hz, and the number of channels.
+    fn decode(&mut self, packet: &Packet, samples: &mut Vec<f64>) -> Result<Form, Problem> {
         match self {
             Self::Known(decoder) => {
                 let block = decoder.decode(packet).map_err(problem)?;
-                block.copy_to_vecs_planar(planes);
-                Ok(block.spec().rate())
+                block.copy_to_vec_interleaved(samples);
+                Ok((block.spec().rate(), block.spec().channels().count()))
             }
             Self::Opus {
                 decoder,
@@ -235,14 +218,10 @@ impl Decoder {
                 let end = count.saturating_sub(packet.trim_end.get() as usize);
                 let start = end.min(*delay);
                 *delay -= start;
-                planes.resize(*channels, Vec::new());
-                for (channel, plane) in planes.iter_mut().enumerate() {
-                    let samples = block.iter().skip(channel).step_by(*channels);
-                    let samples = samples.take(end).skip(start);
-                    plane.clear();
-                    plane.extend(samples.map(|x| *gain * f64::from(*x)));
-                }
-                Ok(OPUS_RATE)
+                let wanted = &block[start * *channels..end * *channels];
+                samples.clear();
+                samples.extend(wanted.iter().map(|x| *gain * f64::from(*x)));
+                Ok((OPUS_RATE, *channels))
             }
         }
     }

@@ -243,13 +243,10 @@ fn range(
     let (first, last) = (start, start + count as f64 / rate);
     let index =
         |time: f64| (((time - start) * rate - ROUNDING).ceil().max(0.0) as usize).min(count);
-    let (from, to) = (
-        selection.from.unwrap_or(first),
-        selection.to.unwrap_or(last),
-    );
-    for (option, asked) in [("--from", selection.from), ("--to", selection.to)] {
-        let Some(asked) = asked else { continue };
-        let slack = ROUNDING / rate;
+    let from = selection.from.unwrap_or(first);
+    let to = selection.to.unwrap_or(last);
+    let slack = ROUNDING / rate;
+    for (option, asked) in [("--from", from), ("--to", to)] {
         if !(first - slack <= asked && asked <= last + slack) {
             return Err(Problem::Content(format!(
                 "{option} {asked} s is outside the file, which extends from {first} to {last} s"

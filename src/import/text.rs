@@ -177,7 +177,7 @@ impl<R: BufRead + Seek> Source for Text<R> {
                 resolution: digits.resolution() * second,
                 relative: 0.0,
             },
-            (None, None) => Timing::Unknown,
+            (None, None) => Timing::Rate(None),
         };
         self.samples = samples;
         Ok((timing, self.samples.len()))
@@ -228,12 +228,9 @@ impl Digits {
         let (mantissa, exponent) = field.split_once(['e', 'E']).unwrap_or((field, "0"));
         let exponent = exponent.parse().unwrap_or(0);
         let digits = |text: &str| text.chars().filter(char::is_ascii_digit).count() as i32;
-        let (whole, part) = mantissa.split_once(['.', ',']).unwrap_or((mantissa, ""));
-        let leading = whole.trim_start_matches(['+', '-', '0']);
-        self.digits = self.digits.max(match leading {
-            "" => digits(part.trim_start_matches('0')),
-            whole => digits(whole) + digits(part),
-        });
+        let (_, part) = mantissa.split_once(['.', ',']).unwrap_or((mantissa, ""));
+        let significant = mantissa.trim_start_matches(|c| !matches!(c, '1'..='9'));
+        self.digits = self.digits.max(digits(significant));
         self.decimals = self.decimals.max(digits(part) - exponent);
         self.largest = self.largest.max(value.abs());
         Some(value)

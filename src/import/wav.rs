@@ -14,6 +14,7 @@ use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use symphonia::core::io::{MediaSource, ReadOnlySource};
 
 use super::Problem;
+use super::sound::Form;
 
 const FORMAT: &str = "WAV";
 
@@ -23,18 +24,24 @@ const OPEN_END: u32 = u32::MAX;
 /// Number of bytes of a chunk that are evaluated.
 const MAX_CHUNK_READ: u64 = 1024;
 
-/// A content for the library, and what its samples are.
+/// A content for the library; the sample rate (Hz) and the number of channels of a WAV file, whose samples are the rest of
+/// the content; and what is wrong with the lengths in the header.
 ///
-/// A WAV file has a stated sample rate, Hz; 0 is replaced in the new header, as the library would refuse it. The number of
-/// channels is that of the channels which the new header states as successive samples of one channel, as the library
-/// knows 26 channels at most; 1 if it states the channels. The last part is what is wrong with the lengths in the header.
-pub(super) type Input = (Box<dyn MediaSource>, Option<u32>, usize, Option<String>);
+/// The new header states a rate of 1 Hz for 0, as the library would refuse that, and one channel with the samples of all
+/// of them, as the library knows 26 channels at most.
+type Input = (Box<dyn MediaSource>, Option<Form>, Option<String>);
 
-/// Reads the header of a WAV file. The samples are the rest of the new content.
-pub(super) fn with_normal_header(file: File) -> Result<Input, Problem> {
+/// Replaces the header of a WAV file; other sound stays as it is.
+pub(super) fn with_normal_header(mut file: File) -> Result<Input, Problem> {
+    let mut start = [0; 4];
+    file.read_exact(&mut start)?;
+    if ![b"RIFF", b"RF64"].contains(&&start) {
+        file.rewind()?;
+        return Ok((Box::new(file), None, None));
+    }
     let mut content = BufReader::new(file);
     let (format, length, damage) = chunks(&mut content)?;
-    let (mut format, frame, interleaved) = normal_format(format)?;
+    let (mut format, frame, channels) = normal_format(format)?;
     let rate = u32_at(&format, 4);
     format[4..8].copy_from_slice(&rate.max(1).to_le_bytes());
     let whole = length - length % frame;
@@ -49,7 +56,7 @@ pub(super) fn with_normal_header(file: File) -> Result<Input, Problem> {
     header.extend(u32::try_from(whole).unwrap_or(OPEN_END).to_le_bytes());
     let content = ReadOnlySource::new(Cursor::new(header).chain(content.take(whole)));
     let damage = damage.or(incomplete);
-    Ok((Box::new(content), Some(rate), interleaved, damage))
+    Ok((Box::new(content), Some((rate, channels)), damage))
 }
 
 /// Reads a content up to its samples: the format chunk, the number of bytes of samples, and what is wrong with the
@@ -102,7 +109,7 @@ fn chunks(content: &mut BufReader<File>) -> Result<(Vec<u8>, u64, Option<String>
     Err(damaged("the `data` chunk is missing"))
 }
 
-/// A format chunk for the library, the bytes of an instant or a block, and the interleaved channels.
+/// A format chunk for the library, the bytes of an instant or a block, and the number of channels.
 fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
     if chunk.len() < 16 {
         return Err(damaged("the `fmt ` chunk is too short"));
@@ -117,7 +124,7 @@ fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
         // PCM, floats, A-law, mu-law.
         (1, 1..=32) | (3, 32 | 64) | (6 | 7, 8) => {}
         // ADPCM of Microsoft or of the IMA: blocks of several samples.
-        (2 | 17, 4) if frame > 0 => return Ok((chunk, frame as u64, 1)),
+        (2 | 17, 4) if frame > 0 => return Ok((chunk, frame as u64, channels)),
         _ => {
             return Err(Problem::unsupported(
                 format!("the WAV coding {tag} with {bits} bits per sample"),

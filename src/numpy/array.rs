@@ -68,14 +68,14 @@ pub(crate) struct ArrayForm {
 ///
 /// As an iterator it yields the values in the order of the file and keeps one block of them in memory.
 /// It ends after an error.
-pub(crate) struct ArrayReader<R> {
+pub(crate) struct ArrayReader<'a> {
     /// Name for messages.
     name: String,
     pub form: ArrayForm,
     /// Number of values.
     pub total: usize,
     element: ElementType,
-    source: BufReader<R>,
+    source: BufReader<Box<dyn Read + 'a>>,
     /// Number of values read.
     read: usize,
 }
@@ -89,13 +89,13 @@ struct ElementType {
     number: fn(u64) -> f64,
 }
 
-impl<R: Read> ArrayReader<R> {
+impl<'a> ArrayReader<'a> {
     /// Reads the header of a `.npy` file of `length` bytes.
     ///
     /// # Errors
     /// If the header does not follow the format, announces more bytes than the file has, or a type other
     /// than real numbers.
-    pub fn open(mut source: R, name: &str, length: u64) -> Result<Self, Problem> {
+    pub fn open(mut source: impl Read + 'a, name: &str, length: u64) -> Result<Self, Problem> {
         let (header, begin) = header(&mut source).map_err(|error| damaged(name, error))?;
         let (element, rounding) = element_type(&header.dtype(), name)?;
         let shape: Vec<usize> = header.shape().iter().map(|&n| n as usize).collect();
@@ -113,7 +113,7 @@ impl<R: Read> ArrayReader<R> {
             },
             total,
             element,
-            source: BufReader::with_capacity(BLOCK, source),
+            source: BufReader::with_capacity(BLOCK, Box::new(source)),
             read: 0,
         };
         let have = length.saturating_sub(begin as u64);
@@ -152,7 +152,7 @@ impl<R: Read> ArrayReader<R> {
     }
 }
 
-impl<R: Read> Iterator for ArrayReader<R> {
+impl Iterator for ArrayReader<'_> {
     type Item = Result<f64, Problem>;
 
     fn next(&mut self) -> Option<Self::Item> {

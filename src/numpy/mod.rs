@@ -12,5 +12,5 @@ mod npz;
 
 pub use array::Array;
 pub(crate) use array::{ArrayForm, ArrayReader};
-pub(crate) use npz::NpzWriter;
+pub(crate) use npz::write_array;
 pub use npz::{MAX_NUMBERS, Npz, encode_npz, read_npz};

@@ -6,7 +6,6 @@ use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
-use zip::read::ZipFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
@@ -58,20 +57,13 @@ impl<R: Read + Seek> Npz<R> {
             .collect()
     }
 
-    /// The bytes of an array; `None` if there is no array of this name.
-    pub(crate) fn entry(&mut self, name: &str) -> Result<Option<ZipFile<'_, R>>, Problem> {
+    /// Reads the header of an array; `None` if there is no array of this name.
+    pub(crate) fn reader(&mut self, name: &str) -> Result<Option<ArrayReader<'_>>, Problem> {
         let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
             return Ok(None);
         };
         let damaged = |error| Problem::damaged(".npz", format!("array `{name}`: {error}"));
-        self.zip.by_index(index).map(Some).map_err(damaged)
-    }
-
-    /// Reads the header of an array; `None` if there is no array of this name.
-    fn reader(&mut self, name: &str) -> Result<Option<ArrayReader<ZipFile<'_, R>>>, Problem> {
-        let Some(entry) = self.entry(name)? else {
-            return Ok(None);
-        };
+        let entry = self.zip.by_index(index).map_err(damaged)?;
         let length = entry.size();
         ArrayReader::open(entry, name, length).map(Some)
     }
@@ -130,52 +122,40 @@ pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, Problem> {
 /// # Errors
 /// If `out` cannot be written.
 pub fn encode_npz(out: impl Write + Seek, arrays: &[(&str, Array)]) -> io::Result<()> {
-    let mut npz = NpzWriter::new(out);
+    let mut npz = ZipWriter::new(out);
     for (name, array) in arrays {
-        npz.array(name, &array.shape, array.values.iter().map(|x| Ok(*x)))?;
+        write_array(
+            &mut npz,
+            name,
+            &array.shape,
+            array.values.iter().map(|x| Ok(*x)),
+        )?;
     }
-    npz.finish()
+    npz.finish()?;
+    Ok(())
 }
 
-/// Writes arrays one after another.
-pub(crate) struct NpzWriter<W: Write + Seek> {
-    zip: ZipWriter<W>,
-}
-
-impl<W: Write + Seek> NpzWriter<W> {
-    pub fn new(out: W) -> Self {
-        Self {
-            zip: ZipWriter::new(out),
-        }
+/// Adds an array of the given shape to an archive, with its values in row-major order.
+pub(crate) fn write_array(
+    npz: &mut ZipWriter<impl Write + Seek>,
+    name: &str,
+    shape: &[usize],
+    values: impl Iterator<Item = io::Result<f64>>,
+) -> io::Result<()> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(true);
+    npz.start_file(format!("{name}.npy"), options)?;
+    let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(&shape)
+        .writer(npz)
+        .begin_nd()?;
+    for value in values {
+        writer.push(&value?)?;
     }
-
-    /// Writes an array of the given shape, with its values in row-major order.
-    pub fn array(
-        &mut self,
-        name: &str,
-        shape: &[usize],
-        values: impl Iterator<Item = io::Result<f64>>,
-    ) -> io::Result<()> {
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .large_file(true);
-        self.zip.start_file(format!("{name}.npy"), options)?;
-        let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(&mut self.zip)
-            .begin_nd()?;
-        for value in values {
-            writer.push(&value?)?;
-        }
-        writer.finish()
-    }
-
-    pub fn finish(self) -> io::Result<()> {
-        self.zip.finish()?;
-        Ok(())
-    }
+    writer.finish()
 }
 
 #[cfg(test)]

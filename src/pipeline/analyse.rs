@@ -29,17 +29,17 @@ const BYTES_A_SAMPLE: f64 = 128.0;
 
 /// Memory of the windows of all analyses of samples at `rate` (Hz), bytes.
 pub fn memory(spec: &AnalysisSpec, rate: f64) -> u64 {
-    let spectrum = spec.spectrum.as_ref().map(|s| s.sliding.window);
+    let spectrum = spec.spectrum.as_ref().map(|s| s.window);
     let windows = [
         spectrum,
         // The summary of the run needs a second spectrum.
         spectrum,
-        spec.spectrogram.as_ref().map(|s| s.sliding.window),
-        spec.delay.as_ref().map(|s| s.sliding.window),
-        spec.recurrence.as_ref().map(|s| s.sliding.window),
-        spec.quantification.as_ref().map(|s| s.sliding.window),
-        spec.chaos.as_ref().map(|s| s.sliding.window),
-        spec.regime.as_ref().map(|s| s.sliding.window),
+        spec.spectrogram.as_ref().map(|s| s.window),
+        spec.delay.as_ref().map(|s| s.window),
+        spec.recurrence.as_ref().map(|s| s.window),
+        spec.quantification.as_ref().map(|s| s.window),
+        spec.chaos.as_ref().map(|s| s.window),
+        spec.regime.as_ref().map(|s| s.window),
     ];
     (BYTES_A_SAMPLE * rate * windows.into_iter().flatten().sum::<f64>()) as u64
 }

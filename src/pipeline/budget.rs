@@ -167,7 +167,7 @@ mod tests {
         let mut scene = Scene::load("doubled-torus-3deg").unwrap();
         scene = scene.with_duration(150.0).unwrap();
         let mut recurrence = scene.analysis.recurrence.unwrap();
-        (recurrence.size, recurrence.sliding.every) = (600, 0.5e-3);
+        (recurrence.size, recurrence.every) = (600, 0.5e-3);
         scene.analysis = AnalysisSpec {
             recurrence: Some(recurrence),
             ..AnalysisSpec::default()

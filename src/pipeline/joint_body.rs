@@ -69,9 +69,7 @@ impl JointBody {
         let clock = LoadingClock::new(tilted.clone(), scene.frame_samples as u64);
         let tilt = clock.now.tilt;
         let mut ball = BallJoint::new(&tilted.spec)?;
-        if let Some(rotation) = &tilted.rotation {
-            ball.set_probe_rotation(rotation.rad_s);
-        }
+        ball.set_probe_rotation(tilted.full_rotation);
         if tilted.varies() {
             check_reach(&ball, tilted, scene.duration)?;
         }
@@ -120,7 +118,7 @@ impl JointBody {
             None
         };
         let labels = self.ball.mode_labels();
-        let rotation = tilted.full_rotation();
+        let rotation = tilted.full_rotation;
         // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);
@@ -260,9 +258,7 @@ impl JointBody {
         }
         let loading = tilted.loading(time);
         let mut ball = self.ball.clone().with_spec(&tilted.spec)?;
-        if let Some(rotation) = &tilted.rotation {
-            ball.set_probe_rotation(rotation.rad_s);
-        }
+        ball.set_probe_rotation(tilted.full_rotation);
         set_loading(&mut ball, &loading);
         let model = ball.model(loading.tilt)?;
         self.ball = ball;

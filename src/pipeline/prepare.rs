@@ -62,9 +62,7 @@ pub fn prepare_reusing_body(
                 None => BallJoint::new(&tilted.spec)?,
             };
             let ball = ball.insert(next);
-            if let Some(rotation) = &tilted.rotation {
-                ball.set_probe_rotation(rotation.rad_s);
-            }
+            ball.set_probe_rotation(tilted.full_rotation);
             let model = ball.model(tilted.tilt.at(0.0))?;
             let joint = Arc::new(Joint::new(&model));
             (joint_integrator(scene, &joint)?, joint.probe().to_vec())

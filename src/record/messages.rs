@@ -232,20 +232,18 @@ fn decode(message: &ArrowMsg) -> Result<Chunk, String> {
         return Err("the encoding of a message is unknown".to_owned());
     }
     let payload = &message.payload;
-    let unpacked;
     let bytes = match message.compression() {
         Compression::Lz4 => {
             let length = message.uncompressed_size;
             if length > MAX_MESSAGE.min(MAX_RATIO * payload.len() as u64) {
                 return Err(too_long(length));
             }
-            unpacked = decompress(payload, length as usize).map_err(one_line)?;
-            &unpacked[..]
+            decompress(payload, length as usize).map_err(one_line)?
         }
-        Compression::None | Compression::Unspecified => payload,
+        Compression::None | Compression::Unspecified => payload.to_vec(),
     };
     let mut stream = ArrowStream::new(bytes).map_err(one_line)?;
-    let batch = stream.next_batch().map_err(one_line)?;
-    let batch = batch.ok_or("a message is empty")?;
+    let batch = stream.next().ok_or("a message is empty")?;
+    let batch = batch.map_err(one_line)?;
     Chunk::from_chunk_record_batch(&batch).map_err(one_line)
 }

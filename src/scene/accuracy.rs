@@ -1,6 +1,6 @@
 //! Numerical settings for a required accuracy of the settled motion: one rule for every scene.
 
-use super::error::{Location, SceneError};
+use super::error::SceneError;
 use super::spec::Scene;
 
 /// Numbers of contact nodes of the Gauss rules, ascending. The last one is the reference of the others.
@@ -53,8 +53,7 @@ impl Scene {
                 method.name()
             );
             let remedy = "choose another time.method, such as \"lawson54\"";
-            let place = Location::new("--accuracy", None);
-            return Err(SceneError::new(place, problem, remedy));
+            return Err(SceneError::new("--accuracy".to_owned(), problem, remedy));
         }
         let AccuracySettings { tolerance, nodes } = AccuracySettings::for_error(error);
         self.with_numerics(tolerance, Some(nodes))

@@ -53,15 +53,14 @@ impl SceneComparison {
 /// The value of a key, or its default. Whole numbers of a real key are written with and without a point.
 fn written(scene: &Value, key: &Declared) -> Option<String> {
     let short = |number: f64| number.to_string();
-    match scene.pointer(&format!("/{}", key.path.replace('.', "/"))) {
-        Some(Value::Number(number)) => number.as_f64().map(short),
-        Some(value) => Some(value.serialize(ValueSerializer::new()).ok()?.to_string()),
-        None => match key.if_absent {
-            IfAbsent::Default(literal) => {
-                Some(literal.parse().map_or_else(|_| literal.to_owned(), short))
-            }
-            _ => None,
-        },
+    let value = scene.pointer(&format!("/{}", key.path.replace('.', "/")));
+    match (value, key.if_absent) {
+        (Some(Value::Number(number)), _) => number.as_f64().map(short),
+        (Some(value), _) => Some(value.serialize(ValueSerializer::new()).ok()?.to_string()),
+        (None, IfAbsent::Default(literal)) => {
+            Some(literal.parse().map_or_else(|_| literal.to_owned(), short))
+        }
+        (None, _) => None,
     }
 }
 

@@ -90,13 +90,8 @@ impl Scene {
         {
             let problem = "a run cannot change it, since the body would be another one";
             let remedy = "start another run with this value";
-            let place = self.place_of_override();
-            return Err(SceneError::inconsistent(
-                place,
-                parameter.path(),
-                problem,
-                remedy,
-            ));
+            let (place, path) = (self.place_of_override(), parameter.path());
+            return Err(SceneError::inconsistent(place, path, problem, remedy));
         }
         self.subject = changed.subject;
         self.text = changed.text;
@@ -106,14 +101,16 @@ impl Scene {
     /// The numbers that a live run can change: those that the scene names, then the others.
     pub fn live_controls(&self) -> Vec<Control> {
         let named = self.controls.iter().map(|(parameter, _)| *parameter);
-        let others = self.physical_parameters().into_iter();
-        let others = others
-            .map(|(parameter, _)| parameter)
-            .filter(|parameter| self.named_range(*parameter).is_none());
-        named
-            .chain(others)
-            .filter_map(|parameter| self.control(parameter))
-            .collect()
+        let mut all: Vec<Parameter> = named.collect();
+        for (other, _) in self.physical_parameters() {
+            if !all.contains(&other) {
+                all.push(other);
+            }
+        }
+        let controls = all
+            .into_iter()
+            .filter_map(|parameter| self.control(parameter));
+        controls.collect()
     }
 
     /// The slider of a number; `None` if a live run cannot change it.

@@ -6,18 +6,22 @@
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use toml_edit::{Item, TableLike, Value};
 
-use super::error::{Location, SceneError, did_you_mean, nearest_path};
+use super::error::{SceneError, did_you_mean, nearest_path};
 use super::schema::kind::Mismatch;
 use super::schema::{Declared, IfAbsent, Key, Schema, join, split};
 use super::tables::SCHEMA;
 use super::tables::load::constant_of;
+use crate::joint::ImportedModes;
 
 /// A parsed scene file that contains declared keys only.
 pub(super) struct Document<'t> {
     file: &'t str,
+    /// Imported modes that need not be read again.
+    pub known_modes: Option<&'t Arc<ImportedModes>>,
     toml: toml_edit::Document<&'t str>,
 }
 
@@ -36,17 +40,21 @@ impl<'t> Document<'t> {
     /// Parses a text and rejects undeclared keys. `file` names the source in messages.
     pub fn parse(file: &'t str, text: &'t str) -> Result<Self, SceneError> {
         let toml = toml_edit::Document::parse(text).map_err(|error| {
-            let line = error.span().map(|span| line_of(text, span.start));
-            SceneError::syntax(Location::new(file, line), &error)
+            let start = error.span().unwrap_or_default().start;
+            SceneError::syntax(place_in(file, text, start), &error)
         })?;
-        let document = Self { file, toml };
+        let document = Self {
+            file,
+            known_modes: None,
+            toml,
+        };
         document.reject_unknown(document.toml.as_table(), "")?;
         Ok(document)
     }
 
-    /// Folder of the scene file; paths of other files are relative to it.
-    pub fn folder(&self) -> &'t Path {
-        Path::new(self.file).parent().unwrap_or(Path::new(""))
+    /// Path of the scene file; those of other files are relative to its folder.
+    pub fn path(&self) -> &'t Path {
+        Path::new(self.file)
     }
 
     /// Returns the table at a dotted path.
@@ -78,7 +86,7 @@ impl<'t> Document<'t> {
     }
 
     /// Position of the last of the given keys that is present, else the first line of the file.
-    pub fn place_of<'p>(&self, paths: impl IntoIterator<Item = &'p str>) -> Location {
+    pub fn place_of<'p>(&self, paths: impl IntoIterator<Item = &'p str>) -> String {
         let offsets = paths.into_iter().filter_map(|path| self.offset(path));
         self.place(offsets.max().unwrap_or(0))
     }
@@ -94,8 +102,8 @@ impl<'t> Document<'t> {
         self.table("").inconsistent(key, others, problem, remedy)
     }
 
-    fn place(&self, offset: usize) -> Location {
-        Location::new(self.file, Some(line_of(self.toml.raw(), offset)))
+    fn place(&self, offset: usize) -> String {
+        place_in(self.file, self.toml.raw(), offset)
     }
 
     /// Byte offset of the table or value at a dotted path.
@@ -168,11 +176,8 @@ impl<'t> Document<'t> {
         };
         let (key, meant) = (join(table, &written), did_you_mean(nearest));
         let remedy = format!("{place} has the keys {}", siblings.join(", "));
-        SceneError::new(
-            self.place(span.start),
-            format!("unknown key `{key}`{meant}"),
-            remedy,
-        )
+        let problem = format!("unknown key `{key}`{meant}");
+        SceneError::new(self.place(span.start), problem, remedy)
     }
 }
 
@@ -197,7 +202,7 @@ impl<'d> Table<'d> {
     }
 
     /// Position of the table, or of the nearest enclosing table that is present.
-    pub fn place(self) -> Location {
+    pub fn place(self) -> String {
         self.document.place(self.offset)
     }
 
@@ -253,10 +258,9 @@ impl<'d> Table<'d> {
         problem: &str,
         remedy: &str,
     ) -> Result<(), SceneError> {
-        match names.iter().find(|name| self.has(name)) {
-            None => Ok(()),
-            Some(name) => Err(self.inconsistent(name, others, problem, remedy)),
-        }
+        let given = names.iter().find(|name| self.has(name));
+        let fault = given.map(|name| self.inconsistent(name, others, problem, remedy));
+        fault.map_or(Ok(()), Err)
     }
 
     /// Rejects parameters of other laws than the one that a key selects, since they would have no effect.
@@ -349,8 +353,9 @@ impl<T: FromTable> FromTable for Option<T> {
     }
 }
 
-/// Line of a byte offset, counted from 1.
-pub(super) fn line_of(text: &str, offset: usize) -> usize {
+/// File and line of a byte offset, such as `mine.toml:3`.
+pub(super) fn place_in(file: &str, text: &str, offset: usize) -> String {
     let before = &text.as_bytes()[..offset.min(text.len())];
-    before.iter().filter(|&&byte| byte == b'\n').count() + 1
+    let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
+    format!("{file}:{line}")
 }

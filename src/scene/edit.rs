@@ -2,10 +2,10 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::error::{Location, SceneError};
+use super::error::SceneError;
 use super::schema::split;
 use super::spec::Scene;
-use super::tables::knots::KnotKeys;
+use super::tables::knots::Curve;
 use super::tables::load::{ScheduleKeys, schedules};
 
 impl Scene {
@@ -24,14 +24,11 @@ impl Scene {
             for forms in schedules().map(ScheduleKeys::paths) {
                 if forms.contains(&path) {
                     for other in forms.into_iter().filter(|form| *form != path) {
-                        remove(&mut document, other);
+                        put(&mut document, other, None);
                     }
                 }
             }
-            match value {
-                Some(value) => set(&mut document, path, value),
-                None => drop(remove(&mut document, path)),
-            }
+            put(&mut document, path, value);
         }
         // The file of modes is unchanged and is not read again. A line number would be that of the changed text, which
         // the user has not seen.
@@ -47,16 +44,16 @@ impl Scene {
     }
 
     /// Position of an override in messages.
-    pub(super) fn place_of_override(&self) -> Location {
-        Location::new(&format!("override of scene {}", self.name), None)
+    pub(super) fn place_of_override(&self) -> String {
+        format!("override of scene {}", self.name)
     }
 }
 
-/// The list of knots, in the units of the keys.
-pub fn knot_list(keys: &KnotKeys, knots: &[[f64; 2]]) -> Value {
+/// The list of knots, in the units of the scene.
+pub fn knot_list(curve: &Curve, knots: &[[f64; 2]]) -> Value {
     let tables = knots.iter().map(|knot| {
         let mut table = InlineTable::new();
-        for (column, value) in keys.knot.iter().zip(knot) {
+        for (column, value) in curve.point.iter().zip(knot) {
             table.insert(column.name, number(*value));
         }
         table
@@ -73,21 +70,19 @@ pub fn number(value: f64) -> Value {
     }
 }
 
-/// Sets the value at a dotted path and creates missing tables.
-pub fn set(document: &mut DocumentMut, path: &str, mut value: Value) {
+/// Sets the value at a dotted path and creates missing tables; `None` removes a key or a whole table.
+pub fn put(document: &mut DocumentMut, path: &str, value: Option<Value>) {
     let Some((table, name)) = enclosing(document, path) else {
+        return;
+    };
+    let Some(mut value) = value else {
+        table.remove(name);
         return;
     };
     if let Some(before) = table.get(name).and_then(Item::as_value) {
         *value.decor_mut() = before.decor().clone();
     }
     table.insert(name, Item::Value(value));
-}
-
-/// Removes a key or a whole table if it is present.
-pub fn remove(document: &mut DocumentMut, path: &str) -> Option<Item> {
-    let (table, name) = enclosing(document, path)?;
-    table.remove(name)
 }
 
 /// The table of a key, with the name of the key. Missing tables are created, without a heading until they have keys;

@@ -8,38 +8,14 @@ use thiserror::Error;
 use super::schema::split;
 use crate::joint::ImportedModesError;
 
-/// Location of a fault in its source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Location {
-    /// The file as the user named it, or the name of a built-in scene.
-    pub file: String,
-    /// Line, counted from 1; `None` if the value does not come from the text.
-    pub line: Option<usize>,
-}
-
-impl Location {
-    pub(super) fn new(file: &str, line: Option<usize>) -> Self {
-        let file = file.to_owned();
-        Self { file, line }
-    }
-}
-
-impl fmt::Display for Location {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            Some(line) => write!(f, "{}:{line}", self.file),
-            None => f.write_str(&self.file),
-        }
-    }
-}
-
 /// A scene that cannot be run, or a change that a scene does not permit. The message contains position, key, permitted
 /// values and, for a likely misspelling, the most similar known name.
 #[derive(Debug, Error)]
 #[error("{}{message}", at.as_ref().map_or_else(String::new, |at| format!("{at}: ")))]
 pub struct SceneError {
-    /// Position of the faulty value or key, or of the table that lacks a key; `None` for a scene as a whole.
-    pub at: Option<Location>,
+    /// Position of the faulty value or key, or of the table that lacks a key: the file as the user named it, or the name of
+    /// a built-in scene, with the line, such as `mine.toml:3`; `None` for a scene as a whole.
+    pub at: Option<String>,
     /// The fault and its remedy.
     message: String,
     /// Why a file cannot be read.
@@ -68,7 +44,7 @@ impl SceneError {
     }
 
     /// A fault at a position, with its remedy.
-    pub(super) fn new(at: Location, problem: impl fmt::Display, remedy: impl fmt::Display) -> Self {
+    pub(super) fn new(at: String, problem: impl fmt::Display, remedy: impl fmt::Display) -> Self {
         Self {
             at: Some(at),
             ..Self::whole(format!("{problem}; {remedy}"))
@@ -77,7 +53,7 @@ impl SceneError {
 
     /// Values that are valid individually but inconsistent with each other.
     pub(super) fn inconsistent(
-        at: Location,
+        at: String,
         key: impl fmt::Display,
         problem: impl fmt::Display,
         remedy: impl fmt::Display,
@@ -86,18 +62,14 @@ impl SceneError {
     }
 
     /// A text that is not valid TOML.
-    pub(super) fn syntax(at: Location, error: &toml_edit::TomlError) -> Self {
+    pub(super) fn syntax(at: String, error: &toml_edit::TomlError) -> Self {
         let problem = format!("not valid TOML: {}", error.message().replace('\n', " "));
         let remedy = "`squeakscope scenes NAME` prints a valid scene to start from";
         Self::new(at, problem, remedy)
     }
 
     /// A file of modes that is invalid.
-    pub(super) fn modes(
-        at: Location,
-        file: impl fmt::Display,
-        problem: &ImportedModesError,
-    ) -> Self {
+    pub(super) fn modes(at: String, file: impl fmt::Display, problem: &ImportedModesError) -> Self {
         Self {
             at: Some(at),
             ..Self::whole(format!("`body.modes`: {file}: {problem}"))
@@ -113,7 +85,7 @@ impl SceneError {
     }
 
     /// The same fault at another position.
-    pub(super) fn moved_to(self, at: Location) -> Self {
+    pub(super) fn moved_to(self, at: String) -> Self {
         Self {
             at: self.at.map(|_| at),
             ..self
@@ -167,11 +139,7 @@ pub(super) fn nearest_path<'c>(
     const SAME: f64 = 0.25;
 
     let (table, name) = split(path);
-    let least = if table.is_empty() {
-        CLOSE
-    } else {
-        CLOSE + SAME
-    };
+    let least = CLOSE + if table.is_empty() { 0.0 } else { SAME };
     most_alike(candidates, least, |candidate| {
         let (other, candidate) = split(candidate);
         let credit = if other == table { SAME } else { 0.0 };
@@ -186,8 +154,6 @@ fn most_alike<'c>(
     likeness: impl Fn(&str) -> f64,
 ) -> Option<&'c str> {
     let alike = candidates.into_iter().map(|name| (likeness(name), name));
-    let (_, name) = alike
-        .filter(|(likeness, _)| *likeness >= least)
-        .reduce(|best, next| if next.0 > best.0 { next } else { best })?;
-    Some(name)
+    let close = alike.filter(|(likeness, _)| *likeness >= least);
+    Some(close.min_by(|a, b| b.0.total_cmp(&a.0))?.1)
 }

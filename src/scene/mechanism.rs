@@ -3,7 +3,9 @@
 use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::spec::Scene;
-use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
+use super::subject::LoadedJoint;
+use super::subject::SmallSystem::{MassOnBelt, TwoModesOnBelt};
+use super::subject::SystemSpec::Small;
 use crate::joint::{DynamicFriction, Friction};
 
 /// A mechanism that a scene demonstrates. Its lesson explains the mechanism next to the view that shows it,
@@ -142,16 +144,11 @@ impl Mechanism {
         let has = |test: fn(&LoadedJoint) -> bool| joint.is_some_and(test);
         let has_snapshots = scene.record.patch_rate > 0.0;
         match (self, &scene.subject) {
-            (Self::Torus, _) | (Self::StickSlip, SystemSpec::Small(SmallSystem::MassOnBelt(_))) => {
-                true
-            }
-            (Self::NegativeSlope, SystemSpec::Small(SmallSystem::MassOnBelt(belt))) => {
-                belt.stribeck.is_some()
-            }
-            (Self::ModeCoupling, system) => {
-                matches!(system, SystemSpec::Small(SmallSystem::TwoModesOnBelt(_)))
-            }
-            (Self::NegativeSlope, _) => false,
+            (Self::Torus, _) => true,
+            (Self::NegativeSlope, Small(MassOnBelt(belt))) => belt.stribeck.is_some(),
+            (Self::StickSlip, Small(MassOnBelt(_))) => true,
+            (Self::ModeCoupling, Small(TwoModesOnBelt(_))) => true,
+            (Self::NegativeSlope | Self::ModeCoupling, _) => false,
             (Self::StickSlip, _) => has_snapshots && *friction != Friction::None,
             (Self::LiftOff, _) => has_snapshots && has(|joint| joint.spec.contact.unilateral),
             (Self::ExchangedFriction, _) => matches!(friction, Friction::Stribeck { .. }),
@@ -159,9 +156,9 @@ impl Mechanism {
             (Self::Hysteresis, _) => joint.is_some_and(|LoadedJoint { tilt, .. }| {
                 tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))
             }),
-            (Self::TorusBirth, _) => {
-                has(|joint| joint.load.is_none() && joint.rotation.is_none() && joint.tilt.varies())
-            }
+            (Self::TorusBirth, _) => has(|joint| {
+                joint.load.is_none() && joint.rotation_factor.is_none() && joint.tilt.varies()
+            }),
             (Self::Bristles | Self::ContactAge, _) => match friction {
                 Friction::Dynamic { law, .. } => {
                     matches!(law, DynamicFriction::LuGre(_)) == (self == Self::Bristles)

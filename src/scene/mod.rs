@@ -23,16 +23,16 @@ mod tests;
 pub use accuracy::{AccuracySettings, GAUSS_NODES};
 pub use compare::{KeyDifference, SceneComparison};
 pub use controls::Control;
-pub use error::{Location, SceneError};
+pub use error::SceneError;
 pub use mechanism::{Evidence, Mechanism};
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
 pub use spec::Scene;
-pub use subject::{Carry, FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
+pub use subject::{Carry, FixedAt, LoadedJoint, Loading, SmallSystem, SystemSpec};
 pub use tables::analysis::{
-    AnalysisBudget, AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
+    AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,
-    SectionSurface, SpectrogramSpec, SpectrumSpec, StateCoordinate, ThresholdSpec, WindowSpec,
+    SectionSurface, SpectrogramSpec, SpectrumSpec, StateCoordinate, ThresholdSpec,
 };
 pub use tables::{Events, Integrator, RecordSpec, Start, key_reference};

@@ -53,13 +53,13 @@ impl Scene {
         &self,
         overrides: &[(impl AsRef<str>, impl AsRef<str>)],
     ) -> Result<Self, SceneError> {
-        let place = || self.place_of_override();
+        let place = self.place_of_override();
         let entries = overrides.iter().map(|(name, value)| {
             let (name, value) = (name.as_ref(), value.as_ref());
             if value == ABSENT && SCHEMA.has_table(name) {
                 return Ok((name, None));
             }
-            let key = declared(name, |key| !is_listed(key), self.concerns()?, place)?;
+            let key = declared(name, |key| !is_listed(key), self.concerns()?, &place)?;
             let parsed = || value.parse().unwrap_or_else(|_| Value::from(value));
             Ok((&key.path[..], (value != ABSENT).then(parsed)))
         });
@@ -124,9 +124,8 @@ impl Scene {
         }
         let duration = self.duration;
         for (keys, schedule) in schedules().into_iter().zip(joint.schedules()) {
-            let (Some(schedule), word) = (schedule, keys.word) else {
-                continue;
-            };
+            let word = keys.word;
+            let Some(schedule) = schedule else { continue };
             let has_steps = schedule.jumps().next().is_some();
             // The segment before a knot at the end of the run is simulated; no sample follows a step there.
             let too_late = |last: &f64| *last > duration || has_steps && *last == duration;
@@ -153,9 +152,8 @@ impl Scene {
                 ));
             }
         }
-        let analysis = &self.analysis;
-        let exponents = analysis.exponents.map(|spec| spec.settle);
-        let perturbed = analysis.perturbed_trajectory.map(|spec| spec.start);
+        let exponents = self.analysis.exponents.map(|spec| spec.settle);
+        let perturbed = self.analysis.perturbed_trajectory.map(|spec| spec.start);
         for (key, start) in [
             ("analysis.lyapunov.transient_ms", exponents),
             ("analysis.perturbed_trajectory.start_ms", perturbed),

@@ -5,9 +5,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use toml_edit::Value;
 
 use super::edit::{knot_list, number};
-use super::error::{Location, SceneError, did_you_mean, nearest_path};
+use super::error::{SceneError, did_you_mean, nearest_path};
 use super::schema::kind::float;
-use super::schema::{Declared, IfAbsent, join, split};
+use super::schema::{Declared, IfAbsent, split};
 use super::spec::Scene;
 use super::tables::friction::CURVE;
 use super::tables::load::{FACTOR, LOAD, is_schedule_key};
@@ -44,8 +44,7 @@ impl Parameter {
 
     /// As [`Parameter::named`]; a name without a table means one of some keys.
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
-        let place = || Location::new("parameter to vary", None);
-        let key = declared(name, is_free, concerns, place)?;
+        let key = declared(name, is_free, concerns, "parameter to vary")?;
         Ok(Self { path: &key.path })
     }
 
@@ -119,7 +118,7 @@ pub(super) fn declared(
     name: &str,
     among: impl Fn(&Declared) -> bool,
     concerns: impl Fn(&Declared) -> bool,
-    place: impl FnOnce() -> Location,
+    place: &str,
 ) -> Result<&'static Declared, SceneError> {
     let keys = || SCHEMA.0.iter().filter(|key| among(key));
     if let Some(key) = keys().find(|key| key.path == name) {
@@ -142,8 +141,8 @@ pub(super) fn declared(
     let nearest = did_you_mean(nearest_path(name, keys().map(|key| &key.path[..])));
     let remedy = "`squeakscope scenes --keys` lists all keys";
     Err(SceneError::new(
-        place(),
-        format!("{problem}{nearest}"),
+        place.to_owned(),
+        problem + &nearest,
         remedy,
     ))
 }
@@ -232,15 +231,7 @@ impl Scene {
     /// As [`Scene::parse`].
     pub fn with_friction_points(&self, points: &[[f64; 2]]) -> Result<Self, SceneError> {
         let list = knot_list(&CURVE, points);
-        self.edited([(join(CURVE.table, CURVE.knots.name), Some(list))])
-    }
-
-    /// Returns the scene with another description.
-    ///
-    /// # Errors
-    /// As [`Scene::parse`].
-    pub fn with_about(&self, about: &str) -> Result<Self, SceneError> {
-        self.edited([("about", Some(Value::from(about)))])
+        self.edited([(CURVE.path(), Some(list))])
     }
 
     /// Returns the parameter as [`Parameter::named`]; a name that several systems have is that of this scene's system.
@@ -274,19 +265,15 @@ impl Scene {
         let path = parameter.path();
         let word = match path {
             LOAD_PATH if joint.load.is_some() => LOAD.word,
-            ROTATION_PATH if joint.rotation.is_some() => FACTOR.word,
+            ROTATION_PATH if joint.rotation_factor.is_some() => FACTOR.word,
             _ => return Ok(()),
         };
         let problem = format!(
             "the {word} of this scene is a function of time and cannot take a constant value"
         );
         let remedy = format!("use a scene with a constant {word}");
-        Err(SceneError::inconsistent(
-            self.place_of_override(),
-            path,
-            problem,
-            remedy,
-        ))
+        let place = self.place_of_override();
+        Err(SceneError::inconsistent(place, path, problem, remedy))
     }
 
     /// The scene's angular velocity with another magnitude, rad/s.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::controls;
-use super::document::{Document, FromTable, line_of};
-use super::edit::remove;
-use super::error::{Location, SceneError};
+use super::document::{Document, FromTable, place_in};
+use super::edit::put;
+use super::error::SceneError;
 use super::spec::Scene;
 use super::subject::SystemSpec;
 use super::tables::{
@@ -25,7 +25,7 @@ impl Scene {
         let text = decoded(file, content.as_ref())?;
         let text = csv::expanded(file, text)?;
         let document = Document::parse(file, &text)?;
-        let scene = build(&document, file, &text, None)?;
+        let scene = build(&document, &text)?;
         if let Some(mechanism) = scene.mechanism
             && let Some((problem, remedy)) = mechanism.missing_in(&scene)
         {
@@ -44,12 +44,14 @@ impl Scene {
         known: Option<&Arc<ImportedModes>>,
     ) -> Result<Self, SceneError> {
         let text = csv::expanded(file, text)?;
-        let mut scene = build(&Document::parse(file, &text)?, file, &text, known)?;
+        let mut document = Document::parse(file, &text)?;
+        document.known_modes = known;
+        let mut scene = build(&document, &text)?;
         let named = scene.mechanism;
         scene.mechanism = named.filter(|mechanism| mechanism.missing_in(&scene).is_none());
         if scene.mechanism != named {
             let mut text = scene.document()?;
-            remove(&mut text, "mechanism");
+            put(&mut text, "mechanism", None);
             scene.text = text.to_string();
         }
         Ok(scene)
@@ -60,7 +62,7 @@ impl Scene {
 fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-        let place = Location::new(file, Some(line_of(&valid, valid.len())));
+        let place = place_in(file, &valid, valid.len());
         let problem = "the scene file is not UTF-8 text";
         SceneError::new(place, problem, "save it as UTF-8")
     })?;
@@ -68,20 +70,15 @@ fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-fn build(
-    document: &Document<'_>,
-    file: &str,
-    text: &str,
-    known: Option<&Arc<ImportedModes>>,
-) -> Result<Scene, SceneError> {
+fn build(document: &Document<'_>, text: &str) -> Result<Scene, SceneError> {
     let header = Header::read(document.table(""))?;
-    let stem = std::path::Path::new(file).file_stem().unwrap_or_default();
+    let stem = document.path().file_stem().unwrap_or_default();
     let name = header
         .name
         .unwrap_or_else(|| stem.to_string_lossy().into_owned());
     let subject = match small::small(document)? {
         Some(small) => SystemSpec::Small(small),
-        None => SystemSpec::Joint(joint::read_joint(document, known)?),
+        None => SystemSpec::Joint(joint::read_joint(document)?),
     };
     let start = run::start(document, &subject)?;
     let frames = Frames::read(document.table("time"))?;

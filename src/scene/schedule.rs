@@ -9,10 +9,10 @@ pub struct Schedule(Form);
 /// Forms of a schedule.
 #[derive(Clone, Debug, PartialEq)]
 enum Form {
-    /// Points (time in s, value) with strictly increasing times, at least one. The first value also holds before its
+    /// Points [time in s, value] with strictly increasing times, at least one. The first value also holds before its
     /// time, and the last one after its time.
     Points {
-        points: Vec<(f64, f64)>,
+        points: Vec<[f64; 2]>,
         /// Whether each value holds up to the next point; otherwise the function is linear between the points.
         is_stepped: bool,
     },
@@ -37,27 +37,27 @@ impl Schedule {
     /// Builds a constant function.
     pub fn constant(value: f64) -> Self {
         Self(Form::Points {
-            points: vec![(0.0, value)],
+            points: vec![[0.0, value]],
             is_stepped: false,
         })
     }
 
-    /// Builds the piecewise linear function through the given knots (time in s, value), constant before the
+    /// Builds the piecewise linear function through the given knots [time in s, value], constant before the
     /// first and after the last. Returns `None` if there is no knot, a number is not finite, or the times do
     /// not increase strictly.
-    pub fn piecewise_linear(knots: Vec<(f64, f64)>) -> Option<Self> {
+    pub fn piecewise_linear(knots: Vec<[f64; 2]>) -> Option<Self> {
         Self::through(knots, false)
     }
 
-    /// Builds a step function from (time in s, value). The first value also holds before its time. Returns
+    /// Builds a step function from [time in s, value]. The first value also holds before its time. Returns
     /// `None` as [`Schedule::piecewise_linear`].
-    pub fn steps(steps: Vec<(f64, f64)>) -> Option<Self> {
+    pub fn steps(steps: Vec<[f64; 2]>) -> Option<Self> {
         Self::through(steps, true)
     }
 
-    fn through(points: Vec<(f64, f64)>, is_stepped: bool) -> Option<Self> {
-        let finite = points.iter().all(|(t, x)| t.is_finite() && x.is_finite());
-        let increasing = points.windows(2).all(|w| w[0].0 < w[1].0);
+    fn through(points: Vec<[f64; 2]>, is_stepped: bool) -> Option<Self> {
+        let finite = points.as_flattened().iter().all(|x| x.is_finite());
+        let increasing = points.windows(2).all(|w| w[0][0] < w[1][0]);
         let is_valid = finite && increasing && !points.is_empty();
         is_valid.then_some(Self(Form::Points { points, is_stepped }))
     }
@@ -73,10 +73,10 @@ impl Schedule {
     pub fn at(&self, t: f64) -> f64 {
         match &self.0 {
             Form::Points { points, is_stepped } => {
-                let after = points.partition_point(|&(time, _)| time <= t);
-                let (t0, x0) = points[after.saturating_sub(1)];
+                let after = points.partition_point(|[time, _]| *time <= t);
+                let [t0, x0] = points[after.saturating_sub(1)];
                 match points.get(after) {
-                    Some(&(t1, x1)) if after > 0 && !is_stepped => {
+                    Some(&[t1, x1]) if after > 0 && !is_stepped => {
                         x0 + (x1 - x0) * (t - t0) / (t1 - t0)
                     }
                     _ => x0,
@@ -93,10 +93,10 @@ impl Schedule {
     pub fn integral(&self, t: f64) -> f64 {
         match &self.0 {
             Form::Points { points, is_stepped } => {
-                let [(first, before), (last, after)] = [points[0], points[points.len() - 1]];
-                let reached = points.windows(2).take_while(|pair| pair[0].0 < t);
+                let [[first, before], [last, after]] = [points[0], points[points.len() - 1]];
+                let reached = points.windows(2).take_while(|pair| pair[0][0] < t);
                 let parts = reached.map(|pair| {
-                    let [(t0, x0), (t1, x1)] = [pair[0], pair[1]];
+                    let [[t0, x0], [t1, x1]] = [pair[0], pair[1]];
                     let end = t.min(t1);
                     let slope = if *is_stepped { 0.0 } else { 0.5 * (x1 - x0) };
                     (end - t0) * (x0 + slope * (end - t0) / (t1 - t0))
@@ -115,7 +115,7 @@ impl Schedule {
     /// Values of the knots or steps; for a sine minimum, mean and maximum.
     pub fn values(&self) -> Vec<f64> {
         match &self.0 {
-            Form::Points { points, .. } => points.iter().map(|p| p.1).collect(),
+            Form::Points { points, .. } => points.iter().map(|p| p[1]).collect(),
             Form::Sine(sine) => {
                 let swing = sine.amplitude.abs();
                 vec![sine.mean - swing, sine.mean, sine.mean + swing]
@@ -139,33 +139,33 @@ impl Schedule {
     }
 
     /// Pairs of points with different values, of steps or of knots.
-    fn changes(&self, of_steps: bool) -> impl Iterator<Item = [(f64, f64); 2]> {
+    fn changes(&self, of_steps: bool) -> impl Iterator<Item = [[f64; 2]; 2]> {
         let points = match &self.0 {
             Form::Points { points, is_stepped } if *is_stepped == of_steps => &points[..],
             _ => &[],
         };
         let pairs = points.windows(2).map(|pair| [pair[0], pair[1]]);
-        pairs.filter(|[before, after]| before.1 != after.1)
+        pairs.filter(|[before, after]| before[1] != after[1])
     }
 
     /// Times of the discontinuities, s, ascending.
     pub fn jumps(&self) -> impl Iterator<Item = f64> {
-        self.changes(true).map(|[_, (time, _)]| time)
+        self.changes(true).map(|[_, [time, _]]| time)
     }
 
     /// Time (s) of the first knot that differs in value from the previous one and follows it by less than
     /// `span` (s). Always `None` for steps: frames end exactly at steps.
     pub fn first_knot_within(&self, span: f64) -> Option<f64> {
         // One knot per frame is permitted, within rounding.
-        let is_close = |pair: &[(f64, f64); 2]| pair[1].0 - pair[0].0 < span * (1.0 - 1e-9);
-        let [_, (time, _)] = self.changes(false).find(is_close)?;
+        let is_close = |pair: &[[f64; 2]; 2]| pair[1][0] - pair[0][0] < span * (1.0 - 1e-9);
+        let [_, [time, _]] = self.changes(false).find(is_close)?;
         Some(time)
     }
 
     /// Time of the last knot or step, s; `None` for a sine.
     pub fn last_point(&self) -> Option<f64> {
         match &self.0 {
-            Form::Points { points, .. } => points.last().map(|p| p.0),
+            Form::Points { points, .. } => points.last().map(|p| p[0]),
             Form::Sine(_) => None,
         }
     }
@@ -175,7 +175,7 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    const POINTS: [(f64, f64); 3] = [(1.0, 2.0), (3.0, 6.0), (4.0, -1.0)];
+    const POINTS: [[f64; 2]; 3] = [[1.0, 2.0], [3.0, 6.0], [4.0, -1.0]];
 
     #[test]
     fn lines_join_their_knots_and_stay_beyond_them() {
@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(at, [2.0, 2.0, 2.0, 6.0, -1.0, -1.0]);
         assert_eq!((steps.min(), steps.max()), (-1.0, 6.0));
         assert_eq!(steps.jumps().collect::<Vec<_>>(), [3.0, 4.0]);
-        let level = Schedule::steps(vec![(0.0, 1.0), (2.0, 1.0), (3.0, 4.0)]).unwrap();
+        let level = Schedule::steps(vec![[0.0, 1.0], [2.0, 1.0], [3.0, 4.0]]).unwrap();
         assert_eq!(level.jumps().collect::<Vec<_>>(), [3.0], "no jump at 2");
     }
 
@@ -259,7 +259,7 @@ mod tests {
             frequency: 7.3,
             phase: 0.4,
         };
-        let points = || vec![(0.0, value), (0.7, value)];
+        let points = || vec![[0.0, value], [0.7, value]];
         for level in [
             Schedule::constant(value),
             Schedule::piecewise_linear(points()).unwrap(),
@@ -275,9 +275,9 @@ mod tests {
     fn points_out_of_order_and_numbers_that_are_none_give_no_schedule() {
         for points in [
             vec![],
-            vec![(1.0, 0.0), (1.0, 2.0)],
-            vec![(f64::NAN, 0.0)],
-            vec![(0.0, f64::INFINITY)],
+            vec![[1.0, 0.0], [1.0, 2.0]],
+            vec![[f64::NAN, 0.0]],
+            vec![[0.0, f64::INFINITY]],
         ] {
             assert_eq!(Schedule::piecewise_linear(points.clone()), None);
             assert_eq!(Schedule::steps(points), None);

@@ -26,12 +26,14 @@ pub enum SystemSpec {
 pub struct LoadedJoint {
     /// The joint with its load and rotation at time 0.
     pub spec: JointSpec,
+    /// Angular velocity vector at a factor of 1, rad/s.
+    pub full_rotation: [f64; 3],
     /// Tilt of the load, rad.
     pub tilt: Schedule,
     /// Load, N, if it is a function of time.
     pub load: Option<Schedule>,
-    /// Rotation, if it is a function of time.
-    pub rotation: Option<ScaledRotation>,
+    /// Factor on the angular velocity, negative for the opposite rotation, if it is a function of time.
+    pub rotation_factor: Option<Schedule>,
     /// Time from which the rotation moves the patch, s: there the patch is at the tilt, which is constant. `None`
     /// if the patch stays at the tilt whatever the rotation.
     pub patch_moves_from: Option<f64>,
@@ -50,15 +52,6 @@ pub enum Carry {
     /// The displacement `q_eq + z`: a change moves the perturbation by the shift of the equilibrium,
     /// `z += q_eq(old) - q_eq(new)`.
     Displacement,
-}
-
-/// A rotation about a fixed axis with a speed that is scaled over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ScaledRotation {
-    /// Angular velocity vector at a factor of 1, rad/s.
-    pub rad_s: [f64; 3],
-    /// Factor on the angular velocity; negative for the opposite rotation.
-    pub factor: Schedule,
 }
 
 /// Loading of a joint at one instant.
@@ -90,27 +83,20 @@ pub struct FixedAt {
     pub rotation_factor: Option<f64>,
 }
 
-impl ScaledRotation {
-    /// Angular velocity vector at time `t` (s), rad/s.
-    pub fn at(&self, t: f64) -> [f64; 3] {
-        let factor = self.factor.at(t);
-        self.rad_s.map(|w| factor * w)
-    }
-}
-
 impl LoadedJoint {
     /// Loading of the joint at time `t` (s).
     pub fn loading(&self, t: f64) -> Loading {
-        let (load, rotation) = (self.load.as_ref(), self.rotation.as_ref());
+        let factor = self.rotation_factor.as_ref();
+        let rotation_factor = factor.map_or(1.0, |factor| factor.at(t));
         let (tilt, azimuth) = (self.tilt.at(t), self.spec.azimuth);
         let turn = self.patch_turn(t).filter(|by| *by != [0.0; 3]);
         let patch = turn.map(|by| PatchFrame::tilted(tilt, azimuth).turned(by));
         Loading {
             tilt: patch.map_or(tilt, |patch| patch.tilt(azimuth)),
             patch,
-            load: load.map_or(self.spec.load, |load| load.at(t)),
-            rotation: rotation.map_or(self.spec.rotation, |rotation| rotation.at(t)),
-            rotation_factor: rotation.map_or(1.0, |rotation| rotation.factor.at(t)),
+            load: self.load.as_ref().map_or(self.spec.load, |load| load.at(t)),
+            rotation: self.full_rotation.map(|w| rotation_factor * w),
+            rotation_factor,
         }
     }
 
@@ -119,22 +105,16 @@ impl LoadedJoint {
     /// `dd/dt = -Omega x d`. The axis of `Omega` is fixed, and the turn is the integral of its magnitude.
     fn patch_turn(&self, t: f64) -> Option<[f64; 3]> {
         let from = self.patch_moves_from?;
-        let amount = match &self.rotation {
-            Some(ScaledRotation { factor, .. }) => factor.integral(t) - factor.integral(from),
-            None => t - from,
-        };
-        Some(self.full_rotation().map(|w| -amount * w))
-    }
-
-    /// Angular velocity vector at a factor of 1, rad/s.
-    pub fn full_rotation(&self) -> [f64; 3] {
-        let scaled = self.rotation.as_ref();
-        scaled.map_or(self.spec.rotation, |rotation| rotation.rad_s)
+        let factor = self.rotation_factor.as_ref();
+        let amount = factor.map_or(t - from, |factor| {
+            factor.integral(t) - factor.integral(from)
+        });
+        Some(self.full_rotation.map(|w| -amount * w))
     }
 
     /// Whether the rotation moves the patch.
     pub fn patch_moves(&self) -> bool {
-        self.patch_moves_from.is_some() && self.full_rotation() != [0.0; 3]
+        self.patch_moves_from.is_some() && self.full_rotation != [0.0; 3]
     }
 
     /// Loadings at the start of a run of a duration (s), at its end, and at equal intervals between.
@@ -147,13 +127,9 @@ impl LoadedJoint {
     /// Minimum and maximum tilt of a run of a duration (s), rad.
     pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
         let start = [self.tilt.min(), self.tilt.max()];
-        if self.patch_moves() {
-            self.loadings(duration).fold(start, |[low, high], now| {
-                [low.min(now.tilt), high.max(now.tilt)]
-            })
-        } else {
-            start
-        }
+        let moved = self.loadings(duration).filter(|_| self.patch_moves());
+        let tilts = moved.map(|loading| loading.tilt);
+        tilts.fold(start, |[low, high], tilt| [low.min(tilt), high.max(tilt)])
     }
 
     /// Minimum and maximum load, N.
@@ -164,14 +140,17 @@ impl LoadedJoint {
 
     /// Minimum and maximum factor on the angular velocity.
     pub fn rotation_span(&self) -> [f64; 2] {
-        let [.., factor] = self.schedules();
+        let factor = self.rotation_factor.as_ref();
         factor.map_or([1.0; 2], |factor| [factor.min(), factor.max()])
     }
 
     /// Load (N), tilt (rad) and factor on the angular velocity; `None` for a constant.
     pub(super) fn schedules(&self) -> [Option<&Schedule>; 3] {
-        let factor = self.rotation.as_ref().map(|rotation| &rotation.factor);
-        [self.load.as_ref(), Some(&self.tilt), factor]
+        [
+            self.load.as_ref(),
+            Some(&self.tilt),
+            self.rotation_factor.as_ref(),
+        ]
     }
 
     /// Whether tilt, load or rotation change with time.
@@ -216,8 +195,8 @@ impl FixedAt {
             ("load", self.load, "N"),
             ("rotation", self.rotation_factor, turns),
         ];
-        let values = values.into_iter();
         let all: Vec<String> = values
+            .into_iter()
             .filter_map(|(name, value, unit)| Some(format!("{name} {} {unit}", short(value?))))
             .collect();
         (!all.is_empty()).then(|| all.join(", "))

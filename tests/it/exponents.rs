@@ -130,8 +130,8 @@ fn a_ramp_is_averaged_at_its_final_tilt() {
 /// The joint of `chaos-5deg` and `doubled-torus-3deg` with a slow tilt ramp from 0 degrees to `tilt_deg`: an
 /// upward continuation of the motion.
 fn continued_up(tilt_deg: f64) -> Scene {
-    let knots = [(0.0, 0.0), (0.04, 0.0), (0.04 + 0.04 * tilt_deg, tilt_deg)];
-    let knots = knots.map(|(time, tilt): (f64, f64)| (time, tilt.to_radians()));
+    let knots = [[0.0, 0.0], [0.04, 0.0], [0.04 + 0.04 * tilt_deg, tilt_deg]];
+    let knots = knots.map(|[time, tilt]: [f64; 2]| [time, tilt.to_radians()]);
     let mut scene = scene("chaos-5deg").with_duration(500.0).expect("in range");
     let tilt = Schedule::piecewise_linear(knots.to_vec()).expect("rising times");
     scene.joint_mut().expect("a joint").tilt = tilt;

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use squeakscope::export::{ModelArrays, write_model};
+use squeakscope::export::{encode_model, replace_file};
 use squeakscope::joint::{BallJoint, Model};
 use squeakscope::numpy::{encode_npz, read_npz};
 use squeakscope::pipeline::message::Record;
@@ -37,6 +37,10 @@ struct TestFolder {
     folder: tempfile::TempDir,
 }
 
+fn write_model(path: &Path, model: &Model, start: &[f64]) {
+    replace_file(path, |file| encode_model(file, model, start)).unwrap();
+}
+
 impl TestFolder {
     fn new() -> Self {
         let folder = Self {
@@ -46,11 +50,7 @@ impl TestFolder {
         folder.put("beam.toml", &format!("{meshed}{REST}"));
         folder.put("own.toml", &format!("body.modes = \"modes.npz\"\n{REST}"));
         let scene = folder.scene("beam.toml");
-        write_model(
-            &folder.path("modes.npz"),
-            &ModelArrays::new(model(&scene), state(&scene)),
-        )
-        .unwrap();
+        write_model(&folder.path("modes.npz"), &model(&scene), &state(&scene));
         folder
     }
 
@@ -129,7 +129,7 @@ fn an_exported_model_reproduces_its_joint() {
     assert_eq!(motion(&of_own), frames);
     // Exporting again gives the same file.
     let again = folder.path("again.npz");
-    write_model(&again, &ModelArrays::new(model(&own), state(&own))).unwrap();
+    write_model(&again, &model(&own), &state(&own));
     assert_eq!(
         fs::read(again).unwrap(),
         fs::read(folder.path("modes.npz")).unwrap()
@@ -151,7 +151,7 @@ fn the_default_probe_is_the_centre_of_the_patch() {
     folder.put("rings.toml", &format!("{rings}{REST}"));
     let beam = model(&folder.scene("rings.toml"));
     let path = folder.path("modes.npz");
-    write_model(&path, &ModelArrays::new(beam.clone(), vec![0.0; 22])).unwrap();
+    write_model(&path, &beam, &[0.0; 22]);
     let arrays = read_npz(&path).unwrap();
     let kept = arrays.iter().filter(|(name, _)| *name != "probe");
     let kept: Vec<_> = kept

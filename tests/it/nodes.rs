@@ -113,9 +113,8 @@ fn held(name: &str, tilt: Option<f64>) -> Scene {
     if let Some(tilt) = tilt {
         joint.tilt = Schedule::constant(tilt.to_radians());
     }
-    if let Some(rotation) = joint.rotation.take() {
-        joint.spec.rotation = rotation.rad_s;
-    }
+    joint.rotation_factor = None;
+    joint.spec.rotation = joint.full_rotation;
     joint.patch_moves_from = None;
     scene.without_analyses()
 }

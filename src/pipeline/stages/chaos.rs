@@ -22,7 +22,7 @@ pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Sta
     let theiler = samples(spec.theiler, rate, 1);
     let horizon = samples(spec.horizon, rate, 1);
     let method = spec.method;
-    let sliding = sliding(&spec.sliding, rate);
+    let sliding = sliding(spec.window, spec.every, rate);
     Windowed::new(sliding, displacement, move |window, context| {
         let Some(embedding) = unfolding.at(window.seen, &context.choices) else {
             return Ok(None);

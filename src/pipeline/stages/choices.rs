@@ -1,7 +1,7 @@
 //! Delays and dimensions in samples, given by the scene or chosen from the signal.
 
 use crate::analysis::delay::DelayChoice;
-use crate::scene::{AutoOr, DelaySpec, EmbeddingSpec};
+use crate::scene::{DelaySpec, EmbeddingSpec};
 
 use super::clock::samples;
 
@@ -44,8 +44,8 @@ impl DelayChoices {
 /// Delay and dimension of a stage, each given or chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct StageEmbedding {
-    lag: AutoOr<usize>,
-    dimension: AutoOr<usize>,
+    lag: Option<usize>,
+    dimension: Option<usize>,
     max: Embedding,
 }
 
@@ -59,10 +59,10 @@ impl StageEmbedding {
             lag,
             dimension: spec.dimension,
             max: Embedding {
-                lag: lag.or(largest_lag),
+                lag: lag.unwrap_or(largest_lag),
                 dimension: spec
                     .dimension
-                    .or(delay.map_or(1, |delay| delay.largest_dimension)),
+                    .unwrap_or(delay.map_or(1, |delay| delay.largest_dimension)),
             },
         }
     }
@@ -75,10 +75,10 @@ impl StageEmbedding {
     /// Delay and dimension after `seen` samples; `None` until both are known.
     pub fn at(&self, seen: u64, choices: &DelayChoices) -> Option<Embedding> {
         match (self.lag, self.dimension) {
-            (AutoOr::Given(lag), AutoOr::Given(dimension)) => Some(Embedding { lag, dimension }),
+            (Some(lag), Some(dimension)) => Some(Embedding { lag, dimension }),
             (lag, dimension) => choices.at(seen).map(|chosen| Embedding {
-                lag: lag.or(chosen.lag),
-                dimension: dimension.or(chosen.dimension),
+                lag: lag.unwrap_or(chosen.lag),
+                dimension: dimension.unwrap_or(chosen.dimension),
             }),
         }
     }
@@ -126,7 +126,7 @@ mod tests {
     fn given_values_are_not_replaced_by_a_choice() {
         let mut choices = DelayChoices::default();
         let spec = |lag, dimension| EmbeddingSpec { lag, dimension };
-        let given = spec(AutoOr::Given(60e-6), AutoOr::Given(5));
+        let given = spec(Some(60e-6), Some(5));
         let given = StageEmbedding::new(&given, None, 200e3).at(0, &choices);
         assert_eq!(
             given,
@@ -135,7 +135,7 @@ mod tests {
                 dimension: 5
             })
         );
-        let half = spec(AutoOr::Auto, AutoOr::Given(5));
+        let half = spec(None, Some(5));
         let half = StageEmbedding::new(&half, None, 200e3);
         assert_eq!(half.at(10, &choices), None);
         choices.note(10, &choice(7, 3));

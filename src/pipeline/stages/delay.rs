@@ -19,7 +19,7 @@ pub fn delay(spec: &DelaySpec, rate: f64) -> impl Stage + use<> {
         largest_dimension: spec.largest_dimension,
         false_share: spec.false_share,
     };
-    let sliding = sliding(&spec.sliding, rate);
+    let sliding = sliding(spec.window, spec.every, rate);
     Windowed::new(sliding, displacement, move |window, context| {
         let [signal] = window.channels;
         let Ok(choice) = choose_delay(signal, &search) else {

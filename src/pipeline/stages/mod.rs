@@ -34,7 +34,7 @@ pub use stage::Stage;
 use summary::SummaryStage;
 
 use super::message::Header;
-use crate::scene::{AnalysisSpec, AutoOr, EmbeddingSpec, SectionSurface};
+use crate::scene::{AnalysisSpec, EmbeddingSpec, SectionSurface};
 
 /// The groups of stages of a run, in the order of their records. Each stage observes the records of the stages before it in
 /// its group, and those of the last group observe the records of all others, which do not depend on each other.
@@ -48,7 +48,7 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
         boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate, rest)),
         // Only a sliding joint is described, with the names of the lines of the spectrum.
         boxed(&spec.spectrum.zip(joint), |(spec, joint)| {
-            narration::narration(spec.sliding.every, joint, header)
+            narration::narration(spec.every, joint, header)
         }),
     ];
     let spectrogram = boxed(&spec.spectrogram, |spec| {
@@ -98,17 +98,10 @@ fn needs_choice(spec: &AnalysisSpec) -> bool {
         spec.quantification.map(|spec| spec.embedding),
         spec.chaos.map(|spec| spec.embedding),
     ];
-    let is_chosen = |embedding: &EmbeddingSpec| {
-        embedding.lag == AutoOr::Auto || embedding.dimension == AutoOr::Auto
-    };
+    let is_chosen =
+        |embedding: &EmbeddingSpec| embedding.lag.is_none() || embedding.dimension.is_none();
     let surface = spec.section.as_ref().map(|spec| &spec.surface);
-    let chosen_section = matches!(
-        surface,
-        Some(SectionSurface::Delay {
-            lag: AutoOr::Auto,
-            ..
-        })
-    );
+    let chosen_section = matches!(surface, Some(SectionSurface::Delay { lag: None, .. }));
     chosen_section || embeddings.iter().flatten().any(is_chosen)
 }
 

@@ -30,12 +30,12 @@ pub fn quantification(
     let step = samples(spec.step, rate, 1);
     let states_per_second = rate / step as f64;
     let dt = 1.0 / states_per_second;
-    let states = samples(spec.sliding.window, states_per_second, 1);
+    let states = samples(spec.window, states_per_second, 1);
     let unfolding = StageEmbedding::new(&spec.embedding, delay, rate);
     let max = unfolding.max();
     let longest = DelayVectors::samples_for(states, steps(max.lag, step), max.dimension);
     let sliding =
-        SlidingWindow::new(longest, spec.sliding.every * states_per_second).with_min_length(states);
+        SlidingWindow::new(longest, spec.every * states_per_second).with_min_length(states);
     let rule = RecurrenceCriterion {
         norm: spec.criterion.norm,
         threshold: spec.criterion.threshold,

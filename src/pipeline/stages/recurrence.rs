@@ -28,11 +28,11 @@ pub fn recurrence(
     delay: Option<&DelaySpec>,
     rate: f64,
 ) -> impl Stage + use<> {
-    let length = samples(spec.sliding.window, rate, 1);
+    let length = samples(spec.window, rate, 1);
     let unfolding = StageEmbedding::new(&spec.embedding, delay, rate);
     let max = unfolding.max();
     let longest = DelayVectors::samples_for(length, max.lag, max.dimension.max(TRAIL_DIMENSION));
-    let sliding = SlidingWindow::new(longest, spec.sliding.every * rate).with_min_length(length);
+    let sliding = SlidingWindow::new(longest, spec.every * rate).with_min_length(length);
     let size = spec.size.min(length);
     let spacing = length as f64 / size as f64;
     let pick = |i: usize| (i as f64 * spacing).round() as usize - 1;

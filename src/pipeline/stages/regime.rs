@@ -15,7 +15,7 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
         silence: spec.silence,
         background: 0.0,
     };
-    let sliding = sliding(&spec.sliding, rate);
+    let sliding = sliding(spec.window, spec.every, rate);
     let verdicts = Windowed::new(sliding, displacement, move |window, _| {
         let [signal] = window.channels;
         let Ok(verdict) = classify(signal, &search) else {

@@ -7,9 +7,7 @@ use super::stage::Stage;
 use super::windowed::{Channels, Windowed, displacement, input};
 use crate::analysis::{poincare::SectionFinder, sliding::SlidingWindow};
 use crate::pipeline::message::{Frame, Record, SectionPoint};
-use crate::scene::{
-    AutoOr, DelaySpec, EmbeddingSpec, SectionSpec, SectionSurface, StateCoordinate,
-};
+use crate::scene::{DelaySpec, EmbeddingSpec, SectionSpec, SectionSurface, StateCoordinate};
 
 /// Dimension of the delay trajectory of Fig. 10.
 const DIMENSION: usize = 3;
@@ -26,7 +24,7 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
         SectionSurface::Delay { lag, level } => {
             let embedding = EmbeddingSpec {
                 lag,
-                dimension: AutoOr::Given(DIMENSION),
+                dimension: Some(DIMENSION),
             };
             let unfolding = StageEmbedding::new(&embedding, delay, rate);
             let lag = move |seen, choices: &DelayChoices| Some(unfolding.at(seen, choices)?.lag);

@@ -19,10 +19,10 @@ const LOWEST_DB: f64 = -160.0;
 /// Emits [`Record::SpectrogramColumn`] of samples at `rate` (Hz) as soon as the window is full. The Hann
 /// window suits short windows: a narrow main lobe matters more than low side lobes.
 pub fn spectrogram(spec: &SpectrogramSpec, rate: f64) -> impl Stage + use<> {
-    let length = samples(spec.sliding.window, rate, SpectrumAnalyser::MIN_SAMPLES);
+    let length = samples(spec.window, rate, SpectrumAnalyser::MIN_SAMPLES);
     let max_frequency = spec.max_frequency;
     let mut analyser = SpectrumAnalyser::new(Window::Hann, rate);
-    let sliding = SlidingWindow::new(length, spec.sliding.every * rate);
+    let sliding = SlidingWindow::new(length, spec.every * rate);
     let columns = Windowed::new(sliding, velocity, move |window, context| {
         let column = analyser.analyse(window.channels[0])?;
         // Rounding must not drop a last bin that lies exactly at the limit.

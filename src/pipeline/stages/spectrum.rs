@@ -15,9 +15,9 @@ use crate::scene::SpectrumSpec;
 /// wider bins. Lines below the velocity `rest` (m/s) are not reported.
 pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<> {
     let least = SpectrumAnalyser::MIN_SAMPLES;
-    let length = samples(spec.sliding.window, rate, least);
-    let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
-        .with_min_length((length / 4).max(least));
+    let length = samples(spec.window, rate, least);
+    let sliding =
+        SlidingWindow::new(length, spec.every * rate).with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     let long = length as f64 > AppearanceClassifier::MEMORY * rate;
     let spectra = Windowed::new(sliding, velocity, move |window, context| {

@@ -49,7 +49,7 @@ impl SummaryStage {
     pub fn new(spectrum: Option<&SpectrumSpec>, header: &Header) -> Self {
         let rate = header.sample_rate;
         let sliding = header.joint().map_or(0.0, JointInfo::largest_sliding_speed);
-        let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
+        let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.window);
         let window = samples(window, rate, SpectrumAnalyser::MIN_SAMPLES);
         Self {
             last: History::new(window.max(samples(CLASSIFIED_WINDOW, rate, 1))),

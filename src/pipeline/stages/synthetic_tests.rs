@@ -10,9 +10,8 @@ use crate::analysis::{
 };
 use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
 use crate::scene::{
-    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
     RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
-    WindowSpec,
 };
 use crate::test_signals::sines;
 
@@ -26,15 +25,18 @@ pub const SLIDING_SPEED: f64 = 15.9e-3;
 pub fn analyses() -> AnalysisSpec {
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
-            sliding: sliding(20e-3, 5e-3),
+            window: 20e-3,
+            every: 5e-3,
             rest: None,
         }),
         spectrogram: Some(SpectrogramSpec {
-            sliding: sliding(5e-3, 0.5e-3),
+            window: 5e-3,
+            every: 0.5e-3,
             max_frequency: 20e3,
         }),
         recurrence: Some(RecurrenceSpec {
-            sliding: sliding(5e-3, 2.5e-3),
+            window: 5e-3,
+            every: 2.5e-3,
             size: 400,
             embedding: EMBEDDING,
             criterion: criterion(Threshold::Rate(0.05)),
@@ -46,26 +48,29 @@ pub fn analyses() -> AnalysisSpec {
 /// All analyses; delay and dimension are chosen from the signal where possible.
 pub fn all_analyses() -> AnalysisSpec {
     let embedding = EmbeddingSpec {
-        lag: AutoOr::Auto,
-        dimension: AutoOr::Auto,
+        lag: None,
+        dimension: None,
     };
     AnalysisSpec {
         delay: Some(DelaySpec {
-            sliding: sliding(8e-3, 4e-3),
+            window: 8e-3,
+            every: 4e-3,
             largest_lag: 150e-6,
             largest_dimension: 5,
             bins: 16,
             false_share: 0.01,
         }),
         recurrence: Some(RecurrenceSpec {
-            sliding: sliding(2e-3, 2e-3),
+            window: 2e-3,
+            every: 2e-3,
             size: 100,
             embedding,
             criterion: criterion(Threshold::Rate(0.05)),
         }),
         quantification: Some(QuantificationSpec {
             // 61 states every 30.5 states.
-            sliding: sliding(1.22e-3, 0.61e-3),
+            window: 1.22e-3,
+            every: 0.61e-3,
             step: 20e-6,
             embedding,
             criterion: criterion(Threshold::Spread(0.3)),
@@ -76,35 +81,32 @@ pub fn all_analyses() -> AnalysisSpec {
         section: Some(SectionSpec {
             every: 0.7525e-3,
             surface: SectionSurface::Delay {
-                lag: AutoOr::Auto,
+                lag: None,
                 level: 0.0,
             },
             direction: Direction::Rising,
         }),
         chaos: Some(ChaosSpec {
-            sliding: sliding(8e-3, 5e-3),
+            window: 8e-3,
+            every: 5e-3,
             embedding,
             theiler: 0.25e-3,
             horizon: 1e-3,
             method: DivergenceMethod::Rosenstein,
         }),
         regime: Some(RegimeSpec {
-            sliding: sliding(10e-3, 5e-3),
+            window: 10e-3,
+            every: 5e-3,
             silence: 1e-12,
         }),
         ..analyses()
     }
 }
 
-/// A sliding window of the given length and interval, s.
-pub fn sliding(window: f64, every: f64) -> WindowSpec {
-    WindowSpec { window, every }
-}
-
 /// Delay and dimension that unfold tones near 4 kHz.
 pub const EMBEDDING: EmbeddingSpec = EmbeddingSpec {
-    lag: AutoOr::Given(60e-6),
-    dimension: AutoOr::Given(5),
+    lag: Some(60e-6),
+    dimension: Some(5),
 };
 
 /// Euclidean distances below a threshold.

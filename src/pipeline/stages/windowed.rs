@@ -7,7 +7,6 @@ use super::stage::{Context, Stage};
 use crate::analysis::{AnalysisError, sliding::SlidingWindow};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
-use crate::scene::WindowSpec;
 
 /// A window of `C` channels that is due.
 pub struct Window<'a, const C: usize> {
@@ -42,9 +41,9 @@ where
     input
 }
 
-/// The sliding window of a scene for samples at `rate` (Hz), at least one sample long.
-pub fn sliding(spec: &WindowSpec, rate: f64) -> SlidingWindow<1> {
-    SlidingWindow::new(samples(spec.window, rate, 1), spec.every * rate)
+/// A window of a length (s), evaluated at an interval (s), for samples at `rate` (Hz), at least one sample long.
+pub fn sliding(window: f64, every: f64, rate: f64) -> SlidingWindow<1> {
+    SlidingWindow::new(samples(window, rate, 1), every * rate)
 }
 
 /// Calls `analyse`, which returns records, for each window of the signals that `input` extracts from the frames. In a live run,

@@ -8,7 +8,7 @@ use crate::analysis::{
     recurrence::{RecurrenceImage, Threshold},
 };
 use crate::pipeline::message::SectionPoint;
-use crate::scene::{AutoOr, StateCoordinate};
+use crate::scene::StateCoordinate;
 
 #[test]
 fn section_points_agree_with_the_closed_form() {
@@ -19,7 +19,7 @@ fn section_points_agree_with_the_closed_form() {
         section: Some(SectionSpec {
             every: 0.5e-3,
             surface: SectionSurface::Delay {
-                lag: AutoOr::Given(60e-6),
+                lag: Some(60e-6),
                 level: 0.0,
             },
             direction: Direction::Rising,

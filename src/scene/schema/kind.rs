@@ -7,8 +7,8 @@ use strum::VariantArray;
 use toml_edit::{Array, Value};
 
 use super::unit::{ONE, Unit};
-use crate::scene::error::{Location, SceneError, did_you_mean, nearest};
-use crate::scene::tables::analysis::{AutoOr, StateCoordinate};
+use crate::scene::error::{SceneError, did_you_mean, nearest};
+use crate::scene::tables::analysis::StateCoordinate;
 
 /// A mismatch of a value and its key: why the value is rejected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub enum Mismatch {
 
 impl Mismatch {
     /// Returns the error for a key with this mismatch; `found` is the value as written, shortened.
-    pub fn at(self, place: Location, key: &str, expected: &str, found: &str) -> SceneError {
+    pub fn at(self, place: String, key: &str, expected: &str, found: &str) -> SceneError {
         let problem = match self {
             Self::Type => format!("`{key}` is {found}"),
             Self::Range => format!("`{key}` = {found} is out of range"),
@@ -240,15 +240,14 @@ fn names<T: VariantArray + Clone + Into<&'static str>>() -> impl Iterator<Item =
     T::VARIANTS.iter().map(|variant| variant.clone().into())
 }
 
-/// A number, or the word `auto`.
-pub const fn auto_or<T: Number>(number: Kind<T>) -> Kind<AutoOr<T>> {
+/// A number, or the word `auto`, which is read as `None`.
+pub const fn auto_or<T: Number>(number: Kind<T>) -> Kind<Option<T>> {
     let mut limits = number.limits;
     (limits.word, limits.is_real) = ("auto", false);
-    let read = |limits: &Limits, value: &Value| {
-        let number = number_unless_word(limits, value)?;
-        Ok(number.map_or(AutoOr::Auto, AutoOr::Given))
-    };
-    Kind { limits, read }
+    Kind {
+        limits,
+        read: number_unless_word,
+    }
 }
 
 /// An upper limit, or the word `all` for no limit.

@@ -4,7 +4,7 @@ use toml_edit::Value;
 
 use super::kind::*;
 use super::unit::DEGREE;
-use crate::scene::tables::analysis::{AutoOr, StateCoordinate};
+use crate::scene::tables::analysis::StateCoordinate;
 
 fn read<T>(kind: &Kind<T>, text: &str) -> Result<T, Mismatch> {
     kind.read(&text.parse::<Value>().expect("valid TOML"))
@@ -95,8 +95,8 @@ fn lists_have_the_required_length() {
 #[test]
 fn auto_is_accepted_for_numbers() {
     let lag = auto_or(TILT);
-    assert_eq!(read(&lag, "\"auto\""), Ok(AutoOr::Auto));
-    assert_eq!(read(&lag, "0"), Ok(AutoOr::Given(0.0)));
+    assert_eq!(read(&lag, "\"auto\""), Ok(None));
+    assert_eq!(read(&lag, "0"), Ok(Some(0.0)));
     assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
     assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
     assert_eq!(

@@ -104,16 +104,13 @@ impl Schema {
 
     /// Names of the keys and subtables of a table, without duplicates.
     pub fn names_in(&self, table: &str) -> Vec<&str> {
+        let prefix = join(table, "");
+        let inside = self.paths().filter_map(|path| path.strip_prefix(&prefix));
         let mut names = Vec::new();
-        for path in self.paths() {
-            let inside = match table {
-                "" => Some(path),
-                table => path
-                    .strip_prefix(table)
-                    .and_then(|rest| rest.strip_prefix('.')),
-            };
-            let name = inside.and_then(|inside| inside.split('.').next());
-            names.extend(name.filter(|name| !names.contains(name)));
+        for name in inside.filter_map(|inside| inside.split('.').next()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
         }
         names
     }
@@ -151,48 +148,35 @@ pub fn join(table: &str, name: &str) -> String {
 /// A key without a default is required. With `else "words"` it becomes an `Option`; the words describe in
 /// the guide what applies if it is absent. `with ["law"]` names the laws that use the key; without a default it is an
 /// `Option` that these laws require. `..field: Type;` reads a field from the keys that `Type`
-/// declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a small struct
-/// in place.
+/// declares, in the same table or in the table after `=>`.
 ///
 /// `struct Name` also defines the struct; its fields then need types. Otherwise `Name` is a struct of
 /// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: T`
 /// declares a single key that is read as `T`.
 macro_rules! keys {
-    (
-        @key $meaning:literal, $key:literal: $kind:expr
-            $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?
-    ) => {
+    (@key $meaning:literal, $key:literal: $kind:expr $(, $clause:ident $value:tt)*) => {
         Key {
             name: $key,
             meaning: $meaning.trim_ascii(),
             kind: $kind,
-            if_absent: keys!(@if_absent $(default $default)? $(else $words)?),
-            laws: keys!(@laws $($laws)?),
+            if_absent: keys!(@if_absent $($clause $value)*),
+            laws: keys!(@laws $($clause $value)*),
         }
     };
+    (@if_absent default $default:tt $(with $laws:tt)?) => { IfAbsent::Default(stringify!($default)) };
+    (@if_absent else $words:tt $(with $laws:tt)?) => { IfAbsent::Described($words) };
+    (@if_absent $(with $laws:tt)?) => { IfAbsent::Required };
     (@laws) => { &[] };
-    (@laws $laws:tt) => { &$laws };
-    (@if_absent) => { IfAbsent::Required };
-    (@if_absent default $default:tt) => { IfAbsent::Default(stringify!($default)) };
-    (@if_absent else $words:expr) => { IfAbsent::Described($words) };
+    (@laws with $laws:tt) => { &$laws };
+    (@laws $clause:ident $value:tt $($rest:tt)*) => { keys!(@laws $($rest)*) };
 
     (@value $table:ident, $key:expr) => { $table.get($key)? };
     (@value $table:ident, $key:expr, default $default:tt $(, with $laws:tt)?) => { $table.get($key)? };
     (@value $table:ident, $key:expr, $($optional:tt)+) => { $table.find($key)? };
 
-    (@declare $schema:ident, $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
-    )* }) => {
-        $($schema.add($table, &keys!(@key $meaning, $key: $kind $(, default $default)?));)*
-    };
     (@declare $schema:ident, $table:ident, $part:ty) => { <$part>::declare($schema, $table) };
     (@declare $schema:ident, $table:ident, $part:ty => $path:literal) => { <$part>::declare($schema, $path) };
 
-    (@part $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
-    )* }) => {
-        $part { $($field: $table.get(&keys!(@key $meaning, $key: $kind $(, default $default)?))?),* }
-    };
     (@part $table:ident, $part:ty) => { <$part>::read($table)? };
     (@part $table:ident, $part:ty => $path:literal) => { <$part>::read($table.document.table($path))? };
 
@@ -202,31 +186,24 @@ macro_rules! keys {
     (
         @table $name:ident |$table:ident| { $(
             #[doc = $meaning:literal]
-            $($field:ident = $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;)?
-            $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
+            $($field:ident = $key:literal: $kind:expr $(, $clause:ident $value:tt)*;)?
+            $(..$part:ident: $part_type:ty $(=> $path:literal)?;)?
         )* }
         $(=> $made:expr)?
     ) => {
         impl FromTable for $name {
             #[allow(unused_variables, reason = "it may have no keys but those of other tables")]
             fn declare(schema: &mut Schema, table: &str) { $(
-                $(schema.add(
-                    table,
-                    &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?),
-                );)?
-                $(keys!(@declare schema, table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?);)?
+                $(schema.add(table, &keys!(@key $meaning, $key: $kind $(, $clause $value)*));)?
+                $(keys!(@declare schema, table, $part_type $(=> $path)?);)?
             )* }
 
             fn read($table: Table<'_>) -> Result<Self, SceneError> {
                 $(
                     $(let $field = keys!(
-                        @value $table,
-                        &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?)
-                        $(, default $default)? $(, else $words)? $(, with $laws)?
+                        @value $table, &keys!(@key $meaning, $key: $kind $(, $clause $value)*) $(, $clause $value)*
                     );)?
-                    $(let $part = keys!(
-                        @part $table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?
-                    );)?
+                    $(let $part = keys!(@part $table, $part_type $(=> $path)?);)?
                 )*
                 Ok(keys!(@made [$name { $($($field,)? $($part,)?)* }] $($made)?))
             }
@@ -235,22 +212,19 @@ macro_rules! keys {
 
     (
         #[doc = $meaning:literal]
-        static $name:ident: $type:ty = $key:literal: $kind:expr
-            $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;
+        static $name:ident: $type:ty = $key:literal: $kind:expr $(, $clause:ident $value:tt)*;
         $($rest:tt)*
     ) => {
         #[doc = $meaning]
-        pub static $name: Key<$type> =
-            keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?);
+        pub static $name: Key<$type> = keys!(@key $meaning, $key: $kind $(, $clause $value)*);
         keys! { $($rest)* }
     };
     (
         $(#[$attribute:meta])*
         $visibility:vis struct $name:ident { $(
             #[doc = $meaning:literal]
-            $($field:ident: $type:ty = $key:literal: $kind:expr
-                $(, default $default:tt)? $(, else $words:expr)? $(, with $laws:tt)?;)?
-            $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
+            $($field:ident: $type:ty = $key:literal: $kind:expr $(, $clause:ident $value:tt)*;)?
+            $(..$part:ident: $part_type:ty $(=> $path:literal)?;)?
         )* }
         $($rest:tt)*
     ) => {
@@ -261,12 +235,12 @@ macro_rules! keys {
                 #[doc = concat!("\n\nKey `", $key, "` of a scene file; here in SI units.")]
                 pub $field: $type,
             )?
-            $(#[doc = $meaning] pub $part: $part_type $(<$inner>)?,)?
+            $(#[doc = $meaning] pub $part: $part_type,)?
         )* }
         keys! { $name { $(
             #[doc = $meaning]
-            $($field = $key: $kind $(, default $default)? $(, else $words)? $(, with $laws)?;)?
-            $(..$part: $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?;)?
+            $($field = $key: $kind $(, $clause $value)*;)?
+            $(..$part: $part_type $(=> $path)?;)?
         )* } $($rest)* }
     };
     ($name:ident { $($keys:tt)* } $($rest:tt)*) => {

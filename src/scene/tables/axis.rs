@@ -45,15 +45,13 @@ pub fn check_imported_patch(
     document: &Document<'_>,
     joint: &LoadedJoint,
 ) -> Result<(), SceneError> {
-    let LoadedJoint {
-        spec, tilt, load, ..
-    } = joint;
+    let (spec, tilt) = (&joint.spec, &joint.tilt);
     let BodySpec::Imported(modes) = &spec.body else {
         return Ok(());
     };
     let others = vec!["rotation.moves_patch", "body.modes"];
     let keys = [tilt_keys(), LOAD.paths(), others].concat();
-    let load_varies = load.as_ref().is_some_and(Schedule::varies);
+    let load_varies = joint.load.as_ref().is_some_and(Schedule::varies);
     ensure!(document, !(tilt.varies() || load_varies || joint.patch_moves()) => "body.modes", &keys;
         "the contact patch of `{}` is valid for one load and tilt only, which change with time", modes.name();
         "set a constant load.tilt_deg and load.load_n without rotation.moves_patch, or remove body.modes");

@@ -3,15 +3,15 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::friction::CURVE;
-use super::knots::{KnotKeys, MAX_POINTS, out_of_order};
+use super::friction::{CURVE, CURVE_FILE};
+use super::knots::{Curve, MAX_POINTS};
 use super::load::schedules;
 use crate::foreign::open_file;
-use crate::scene::document::Document;
+use crate::scene::document::{Document, Table};
 use crate::scene::edit::knot_list;
-use crate::scene::error::{Location, SceneError};
-use crate::scene::schema::join;
+use crate::scene::error::SceneError;
 use crate::scene::schema::kind::Mismatch;
+use crate::scene::schema::{Key, join};
 
 /// Size limit, bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -25,19 +25,22 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
     let document = Document::parse(file, text)?;
     let mut edits = Vec::new();
     let mut notes = String::new();
-    let curves = schedules().map(|keys| (&keys.curve, keys.paths()));
+    let curves = schedules().map(|keys| (&keys.knots, keys.csv, keys.paths()));
     let friction = vec!["friction.points", "friction.points_csv"];
-    for (keys, forms) in curves.into_iter().chain([(&CURVE, friction)]) {
+    let friction = (&CURVE, &CURVE_FILE, friction);
+    for (curve, csv, forms) in curves.into_iter().chain([friction]) {
         let is_given_once = forms.iter().filter(|form| document.has(form)).count() == 1;
-        let span = document.span(&join(keys.table, keys.csv.name));
+        let span = document.span(&join(curve.table, csv.name));
         let Some(span) = span.filter(|_| is_given_once) else {
             continue;
         };
-        let list = knot_list(keys, &knots(&document, keys)?);
-        let (table, name) = (keys.table, keys.knots.name);
-        let file = document.table(table).get(keys.csv)?;
-        notes += &format!("# {table}.{name} was read from {file:?}\n");
-        edits.push((span, format!("{name} = {list}")));
+        let table = document.table(curve.table);
+        let (list, file) = (
+            knot_list(curve, &knots(table, curve, csv)?),
+            table.get(csv)?,
+        );
+        notes += &format!("# {} was read from {file:?}\n", curve.path());
+        edits.push((span, format!("{} = {list}", curve.list.name)));
     }
     let mut text = text.to_owned();
     edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
@@ -58,23 +61,21 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
 ///
 /// # Errors
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
-fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, SceneError> {
-    let table = document.table(keys.table);
-    let path = document.folder().join(table.get(keys.csv)?);
+fn knots(table: Table<'_>, curve: &Curve, csv: &Key<String>) -> Result<Vec<[f64; 2]>, SceneError> {
+    let path = table.document.path().with_file_name(table.get(csv)?);
     let file = path.display().to_string();
     let text = read(&path).map_err(|problem| {
         let remedy =
             "give the path of a readable CSV file, relative to the folder of the scene file";
         let problem = format!("the file `{file}` {problem}");
-        table.inconsistent(keys.csv.name, &[], problem, remedy)
+        table.inconsistent(csv.name, &[], problem, remedy)
     })?;
-    let place = |line| Location::new(&file, Some(line));
+    let place = |line: usize| format!("{file}:{line}");
     let refused = |line, problem: String, remedy: &str| {
-        let key = join(keys.table, keys.csv.name);
+        let key = table.path_of(csv.name);
         Err(SceneError::inconsistent(place(line), key, problem, remedy))
     };
-    let path_of = |name| format!("{}.{}.{name}", keys.table, keys.knots.name);
-    let names = keys.knot.map(|key| key.name).join(",");
+    let names = curve.point.map(|key| key.name).join(",");
     let uncommented = |row: &'_ str| row.split('#').next().unwrap_or_default().trim().to_owned();
     let rows = (1..).zip(text.trim_start_matches('\u{feff}').lines().map(uncommented));
     let mut rows = rows.filter(|(_, row)| !row.is_empty());
@@ -95,24 +96,20 @@ fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, Scen
             return refused(line, problem, &remedy);
         }
         let mut knot = [0.0; 2];
-        for ((number, field), key) in knot.iter_mut().zip(fields).zip(keys.knot) {
+        for ((number, field), key) in knot.iter_mut().zip(fields).zip(curve.point) {
             let stated = field.parse().map_err(|_| Mismatch::Type);
             let limits = &key.kind.limits;
             let accepted = stated.and_then(|x: f64| limits.range.check(x));
             *number = accepted.map_err(|mismatch| {
-                let (key, found) = (path_of(key.name), format!("`{field}`"));
+                let (key, found) = (join(&curve.path(), key.name), format!("`{field}`"));
                 mismatch.at(place(line), &key, &limits.expected(), &found)
             })?;
-        }
-        if knots.last().is_some_and(|before| knot[0] <= before[0]) {
-            let variable = path_of(keys.knot[0].name);
-            return Err(out_of_order(&variable, keys.order, place(line)));
         }
         if knots.len() == MAX_POINTS {
             let problem = format!("the file contains more than {MAX_POINTS} knots");
             return refused(line, problem, "remove knots from nearly straight sections");
         }
-        knots.push(knot);
+        curve.append(&mut knots, knot, || place(line))?;
     }
     if knots.is_empty() {
         let (last, problem) = (text.lines().count().max(1), "the file contains no knot");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
-use super::knots::{KnotKeys, MAX_POINTS, points};
+use super::knots::{Curve, MAX_POINTS};
 use crate::joint::{
     Constant, DynamicFriction, Friction, FrictionTable, LuGre, RateAndState, Stribeck,
 };
@@ -12,7 +12,7 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, Positive};
 use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text};
-use crate::scene::schema::unit::{METRE_PER_SECOND, MICROMETRE, ONE, PER_METRE, SECOND_PER_METRE};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 
 /// Range of coefficients of friction.
@@ -23,11 +23,8 @@ pub const CREEP: Kind<f64> = number(SECOND_PER_METRE, Positive(1e8));
 
 pub fn declare(schema: &mut Schema) {
     Friction::declare(schema, "friction");
-    schema.add(CURVE.table, CURVE.knots);
-    schema.add(CURVE.table, CURVE.csv);
-    for key in CURVE.knot {
-        schema.add("friction.points", key);
-    }
+    CURVE.declare(schema);
+    schema.add(CURVE.table, &CURVE_FILE);
 }
 
 /// Names of the friction laws.
@@ -93,7 +90,7 @@ keys! {
                 // In range and in order, they can still be too close together.
                 let law = law.ok_or_else(|| {
                     let problem = "two speeds are so close that the slope between them is not finite";
-                    table.inconsistent(CURVE.knots.name, &[], problem, "remove one of the two points")
+                    table.inconsistent(CURVE.list.name, &[], problem, "remove one of the two points")
                 })?;
                 Friction::Table { law: Arc::new(law), radial }
             }
@@ -149,12 +146,11 @@ keys! {
     static CURVE_FILE: String = "points_csv": text(), else ONE_CURVE, with ["table"];
 }
 
-/// Keys of the measured friction curve.
-pub static CURVE: KnotKeys = KnotKeys {
+/// The measured friction curve.
+pub static CURVE: Curve = Curve {
     table: "friction",
-    knots: &CURVE_POINTS,
-    knot: [&SPEED, &MU],
-    csv: &CURVE_FILE,
+    list: &CURVE_POINTS,
+    point: [&SPEED, &MU],
     order: ["speed", "higher"],
 };
 
@@ -163,11 +159,11 @@ const ONE_CURVE: &str = "exactly one of `points` and `points_csv` with `table`";
 /// Reads the points of the measured friction curve: slip speed (m/s) and coefficient.
 fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(CURVE.table);
-    let [list, file] = [CURVE.knots.name, CURVE.csv.name];
+    let [list, file] = [CURVE.list.name, CURVE_FILE.name];
     ensure!(table, !(table.has(list) && table.has(file)) => file, &[list];
         "the scene gives the friction curve more than once";
         "keep one of friction.{list} and friction.{file}");
     // A file has been replaced by its points.
     table.needed(list, table.has(list).then_some(()))?;
-    points(table.list(CURVE.knots)?, CURVE.knot, CURVE.order)
+    CURVE.points(document)
 }

@@ -6,7 +6,7 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::SCHEMA;
 use super::friction;
-use super::knots::{MAX_POINTS, points};
+use super::knots::{Curve, MAX_POINTS};
 use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, SPIN, TILT};
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
@@ -19,12 +19,9 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{Kind, choice, count, flag, number, one_or_many, tables, text};
-use crate::scene::schema::unit::{
-    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
-    SECOND_PER_METRE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
-use crate::scene::subject::{LoadedJoint, ScaledRotation};
+use crate::scene::subject::LoadedJoint;
 
 /// Tables that are specific to a joint.
 pub const TABLES: [&str; 8] = [
@@ -50,9 +47,7 @@ pub fn declare(schema: &mut Schema) {
     Socket::declare(schema, "socket");
     super::load::declare(schema);
     Contact::declare(schema, "contact");
-    schema.add("contact", &PRESSURE);
-    schema.add("contact.pressure", &RADIUS);
-    schema.add("contact.pressure", &LOCAL_PRESSURE);
+    PRESSURE.declare(schema);
     friction::declare(schema);
     schema.add("damping", &DAMPING);
 }
@@ -171,12 +166,20 @@ keys! {
 
 keys! {
     /// Pressure over the radius of the patch instead of that of Hertz, linear between these points and scaled to carry the load along its direction; for wide patches. The last point is the edge of the patch, whose radius does not change with the load. The total stiffness stays that of Hertz: adjust `stiffness_factor`.
-    static PRESSURE: usize = "pressure": tables(MAX_POINTS), else "the pressure of Hertz";
+    static PRESSURE_POINTS: usize = "pressure": tables(MAX_POINTS), else "the pressure of Hertz";
     /// Distance of the point from the axis of the patch: zero for the first point, then larger than that of the previous point.
     static RADIUS: f64 = "radius_mm": number(MILLIMETRE, Closed(0.0, 250.0));
     /// Pressure at this distance; positive, or zero at the edge.
     static LOCAL_PRESSURE: f64 = "pressure_mpa": number(MEGAPASCAL, Closed(0.0, 1e6));
 }
+
+/// The pressure over the radius.
+static PRESSURE: Curve = Curve {
+    table: "contact",
+    list: &PRESSURE_POINTS,
+    point: [&RADIUS, &LOCAL_PRESSURE],
+    order: ["radius", "larger"],
+};
 
 /// Largest half-angle of a Hertz patch, degrees.
 const WIDEST_HERTZ_PATCH: f64 = 40.0;
@@ -189,15 +192,11 @@ keys! {
     static DAMPING: Vec<f64> = "ratio": one_or_many(number(ONE, HalfOpen(0.0, 1.0)));
 }
 
-/// Reads the joint and its loading. `known` are imported modes that need not be read
-/// again.
-pub fn read_joint(
-    document: &Document<'_>,
-    known: Option<&Arc<ImportedModes>>,
-) -> Result<LoadedJoint, SceneError> {
+/// Reads the joint and its loading.
+pub fn read_joint(document: &Document<'_>) -> Result<LoadedJoint, SceneError> {
     let loaded = document.table("load");
     let (load, load_is_function) = loaded.needed("load_n", LOAD.read(document)?)?;
-    let mut spec = joint(document, load.at(0.0), known)?;
+    let mut spec = joint(document, load.at(0.0))?;
     let (largest, degrees) = (load.max(), spec.hertz_half_angle(load.max()));
     let degrees = degrees.map_or(0.0, f64::to_degrees);
     ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths();
@@ -209,24 +208,24 @@ pub fn read_joint(
     ensure!(document, !(moves_patch && tilt_is_function) => "rotation.moves_patch", &TILT.paths();
         "the tilt is also a function of time";
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
-    let mut rotation = None;
-    if let Some((factor, _)) = FACTOR.read(document)? {
-        let (rad_s, component) = (spec.rotation, SPIN.limits);
+    let full_rotation = spec.rotation;
+    let rotation_factor = FACTOR.read(document)?.map(|(factor, _)| factor);
+    if let Some(factor) = &rotation_factor {
+        let component = SPIN.limits;
         let fastest = factor.min().abs().max(factor.max());
-        let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * fastest;
+        let largest = full_rotation.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * fastest;
         ensure!(document,
             component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
             "with its factor a component reaches {largest} rad/s";
             "reduce the angular velocity or the factor; each component must be {}", component.expected());
-        let scaled = ScaledRotation { rad_s, factor };
-        spec.rotation = scaled.at(0.0);
-        rotation = Some(scaled);
+        spec.rotation = full_rotation.map(|w| factor.at(0.0) * w);
     }
     Ok(LoadedJoint {
         spec,
+        full_rotation,
         tilt,
         load: load_is_function.then_some(load),
-        rotation,
+        rotation_factor,
         patch_moves_from: moves_patch.then_some(0.0),
         carry: document.table("time").get(&CARRY)?,
     })
@@ -238,18 +237,13 @@ fn pressure(
     body: &BallOnBeam,
 ) -> Result<Option<Arc<PressureTable>>, SceneError> {
     let table = document.table("contact");
-    if !table.has(PRESSURE.name) {
+    if !table.has(PRESSURE.list.name) {
         return Ok(None);
     }
     ensure!(document, !table.has("radius_factor") => "contact.radius_factor", &["contact.pressure"];
         "the table contact.pressure defines the radius of the patch";
         "remove this key");
-    let points = points(
-        table.list(&PRESSURE)?,
-        [&RADIUS, &LOCAL_PRESSURE],
-        ["radius", "larger"],
-    )?;
-    let pressure = PressureTable::new(points);
+    let pressure = PressureTable::new(PRESSURE.points(document)?);
     ensure!(document, pressure.is_some() => "contact.pressure", &[];
         "the points do not define a pressure in the whole patch";
         "give at least two, the first at radius_mm = 0, with a pressure above 0; it may be 0 at the last");
@@ -261,17 +255,13 @@ fn pressure(
     Ok(pressure.map(Arc::new))
 }
 
-fn joint(
-    document: &Document<'_>,
-    load: f64,
-    known: Option<&Arc<ImportedModes>>,
-) -> Result<JointSpec, SceneError> {
+fn joint(document: &Document<'_>, load: f64) -> Result<JointSpec, SceneError> {
     let mut contact = Contact::read(document.table("contact"))?;
     let socket = Socket::read(document.table("socket"))?;
     let mut own_pressure = None;
     let body = match document.table("body").find(&MODES)? {
         Some(named) => {
-            let modes = imported_modes(document, &named, known)?;
+            let modes = imported_modes(document, &named)?;
             contact.nodes = modes.nodes();
             BodySpec::Imported(modes)
         }
@@ -286,14 +276,10 @@ fn joint(
     let [loaded, turned] = ["load", "rotation"].map(|path| document.table(path));
     let friction = Option::<Friction>::read(document.table("friction"))?;
     let friction = friction.unwrap_or(Friction::None);
-    let limit = if friction.states() == 0 {
-        usize::MAX
-    } else {
-        MAX_NODES_WITH_STATES
-    };
-    ensure!(document, contact.nodes <= limit => "contact.nodes", &["friction.law"];
+    let is_limited = friction.states() > 0;
+    ensure!(document, !is_limited || contact.nodes <= MAX_NODES_WITH_STATES => "contact.nodes", &["friction.law"];
         "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
-        "use at most {limit} nodes, or choose another friction.law");
+        "use at most {MAX_NODES_WITH_STATES} nodes, or choose another friction.law");
     Ok(JointSpec {
         socket,
         load,
@@ -309,11 +295,7 @@ fn joint(
 }
 
 /// Reads the imported modes of a scene, which define body and contact patch.
-fn imported_modes(
-    document: &Document<'_>,
-    named: &str,
-    known: Option<&Arc<ImportedModes>>,
-) -> Result<Arc<ImportedModes>, SceneError> {
+fn imported_modes(document: &Document<'_>, named: &str) -> Result<Arc<ImportedModes>, SceneError> {
     let patch = [
         "nodes",
         "quadrature",
@@ -331,10 +313,10 @@ fn imported_modes(
             "body.modes imports body and contact patch from `{named}`";
             "remove this key, or body.modes");
     }
-    if let Some(known) = known.filter(|known| known.name() == named) {
+    if let Some(known) = document.known_modes.filter(|known| known.name() == named) {
         return Ok(Arc::clone(known));
     }
-    let path = document.folder().join(named);
+    let path = document.path().with_file_name(named);
     let modes = Npz::open(&path).map_err(|problem| ImportedModesError::File(problem.into()));
     let modes = modes.and_then(|mut file| ImportedModes::read(&mut file, named));
     let modes = modes.map_err(|problem| {
@@ -391,17 +373,14 @@ fn check_modes(document: &Document<'_>, body: &BallOnBeam) -> Result<(), SceneEr
     ensure!(document, count <= MAX_MODES => "body.bending_pairs", &COUNTS;
         "the model has {count} modes (a bending pair is two modes)";
         "use at most {MAX_MODES} modes");
-    let Families {
-        bending_pairs,
-        torsion,
-        axial,
-    } = PUBLISHED;
-    let are_published = families.bending_pairs <= bending_pairs
-        && families.torsion <= torsion
-        && families.axial <= axial;
+    let most = PUBLISHED;
+    let are_published = families.bending_pairs <= most.bending_pairs
+        && families.torsion <= most.torsion
+        && families.axial <= most.axial;
     ensure!(document,
         are_published || body.frequencies == Frequencies::FiniteElement => "body.frequencies", &COUNTS;
-        "the paper publishes the frequencies of {bending_pairs} bending pairs, {torsion} torsion modes and {axial} axial mode only, and the model has more";
+        "the paper publishes the frequencies of {} bending pairs, {} torsion modes and {} axial mode only, and the model has more",
+        most.bending_pairs, most.torsion, most.axial;
         "use fewer modes, or set body.frequencies = \"fe\"");
     Ok(())
 }

@@ -3,14 +3,14 @@
 use std::sync::LazyLock;
 
 use super::Frames;
-use super::knots::{KnotKeys, MAX_POINTS, out_of_order, points};
+use super::knots::{Curve, MAX_POINTS};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::{Schedule, Sine};
 use crate::scene::schema::IfAbsent::{self, Described, Required};
 use crate::scene::schema::kind::Range::{Closed, Positive};
 use crate::scene::schema::kind::{Kind, choice, flag, number, tables, text, vector};
-use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{Key, Schema, join, keys, split};
 use crate::scene::subject::Carry;
 
@@ -22,27 +22,18 @@ const MIN_FRAMES_PER_PERIOD: f64 = 20.0;
 pub struct ScheduleKeys {
     /// Name of the quantity in messages.
     pub word: &'static str,
-    /// Table of the quantity, and its knots: time and value.
-    pub curve: KnotKeys,
-    /// Key of the constant; the factor on the rotation has none.
-    constant: Option<&'static Key<f64>>,
-    steps: &'static Key<usize>,
-    /// Time and value of a step.
-    step: [&'static Key<f64>; 2],
+    /// Path and key of the constant; the factor on the rotation has none.
+    constant: Option<(&'static str, &'static Key<f64>)>,
+    /// Knots: time and value.
+    pub knots: Curve,
+    /// Steps: time and value.
+    steps: Curve,
     /// Mean, amplitude, frequency and phase of a sine.
     sine: [&'static Key<f64>; 4],
-    /// Alternative forms with their paths, the constant first.
-    forms: Vec<(Form, &'static str)>,
-}
-
-/// Alternative forms of a quantity.
-#[derive(Clone, Copy, PartialEq)]
-enum Form {
-    Constant,
-    Knots,
-    Steps,
-    Sine,
-    Csv,
+    /// Name of a CSV file with knots.
+    pub csv: &'static Key<String>,
+    /// Paths of the functions of time: knots, steps, sine, file.
+    functions: [&'static str; 4],
 }
 
 /// A key whose texts are composed; it lives as long as the program, like all keys.
@@ -64,24 +55,28 @@ impl ScheduleKeys {
         value: Kind<f64>,
         constant: Option<&str>,
     ) -> Self {
+        let functions =
+            ["", "_steps", "_sine", "_csv"].map(|form| &*format!("{table}.{name}{form}").leak());
+        let [_, steps, sine, csv] = functions.map(|path| split(path).1);
         let value_name = format!("{name}{suffix}");
-        let [steps, sine, csv] = ["steps", "sine", "csv"].map(|form| format!("{name}_{form}"));
-        let functions = format!("`{name}`, `{steps}`, `{sine}` and `{csv}`");
+        let forms = format!("`{name}`, `{steps}`, `{sine}` and `{csv}`");
         let given = match constant {
-            Some(_) => format!("exactly one of `{value_name}`, {functions}"),
-            None => format!("1 at all times; at most one of {functions}"),
+            Some(_) => format!("exactly one of `{value_name}`, {forms}"),
+            None => format!("1 at all times; at most one of {forms}"),
         };
         let form = Described(given.leak());
         let number_of = |name: &str, meaning: &str, kind: Kind<f64>| {
             key(&format!("{name}{suffix}"), meaning, kind, Required)
         };
-        let point = |at: &str| {
-            let meaning = format!("The {word} {at} this time.");
-            [&TIME, number_of(name, &meaning, value)]
-        };
-        let list = |name: &str, meaning: &str| {
+        let curve = |list: &str, meaning: &str, at: &str| {
             let meaning = format!("The {word} as {meaning}");
-            key(name, &meaning, tables(MAX_POINTS), form)
+            let value = number_of(name, &format!("The {word} {at} this time."), value);
+            Curve {
+                table,
+                list: key(list, &meaning, tables(MAX_POINTS), form),
+                point: [&TIME, value],
+                order: ["time", "later"],
+            }
         };
         let knots = "a function of time: knots with linear interpolation, constant before the first and after the last. \
              It is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.";
@@ -94,59 +89,43 @@ impl ScheduleKeys {
         let mean = "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.";
         let amplitude = "Amplitude of the sine, all of whose values must be permitted.";
         let swing = number(value.limits.unit, Closed(0.0, 1e6));
-        let constant = constant.map(|meaning| key(&value_name, meaning, value, form));
-        let path = |form, name: &str| (form, &*join(table, name).leak());
-        let forms = constant.map(|_| path(Form::Constant, &value_name));
-        let functions = [
-            path(Form::Knots, name),
-            path(Form::Steps, &steps),
-            path(Form::Sine, &sine),
-            path(Form::Csv, &csv),
-        ];
+        let constant = constant.map(|meaning| {
+            let path = &*join(table, &value_name).leak();
+            (path, key(&value_name, meaning, value, form))
+        });
         Self {
             word,
-            curve: KnotKeys {
-                table,
-                knots: list(name, knots),
-                knot: point("at"),
-                csv: key(&csv, &file, text(), form),
-                order: TIME_ORDER,
-            },
-            steps: list(&steps, jumps),
-            step: point("from"),
+            constant,
+            knots: curve(name, knots, "at"),
+            steps: curve(steps, jumps, "from"),
             sine: [
                 number_of("mean", mean, value),
                 number_of("amplitude", amplitude, swing),
                 &FREQUENCY,
                 &PHASE,
             ],
-            forms: forms.into_iter().chain(functions).collect(),
-            constant,
+            csv: key(csv, &file, text(), form),
+            functions,
         }
     }
 
     fn declare(&'static self, schema: &mut Schema) {
-        let curve = &self.curve;
-        if let Some(constant) = self.constant {
-            schema.add(curve.table, constant);
+        let table = self.knots.table;
+        if let Some((_, constant)) = self.constant {
+            schema.add(table, constant);
         }
-        schema.add(curve.table, curve.knots);
-        schema.add(curve.table, self.steps);
-        schema.add(curve.table, curve.csv);
-        for (form, path) in &self.forms {
-            let keys: &[&'static Key<f64>] = match form {
-                Form::Knots => &curve.knot,
-                Form::Steps => &self.step,
-                Form::Sine => &self.sine,
-                Form::Constant | Form::Csv => &[],
-            };
-            keys.iter().for_each(|&key| schema.add(path, key));
+        self.knots.declare(schema);
+        self.steps.declare(schema);
+        schema.add(table, self.csv);
+        for key in self.sine {
+            schema.add(self.functions[2], key);
         }
     }
 
     /// Paths of the alternative forms, the constant first.
     pub fn paths(&self) -> Vec<&'static str> {
-        self.forms.iter().map(|(_, path)| *path).collect()
+        let constant = self.constant.map(|(path, _)| path);
+        constant.into_iter().chain(self.functions).collect()
     }
 
     /// Reads the quantity, and whether it is given as a function of time; `None` if the scene does not contain it.
@@ -154,36 +133,36 @@ impl ScheduleKeys {
     /// # Errors
     /// If it is given more than once, or its values are invalid.
     pub fn read(&self, document: &Document<'_>) -> Result<Option<(Schedule, bool)>, SceneError> {
-        let mut given = self.forms.iter().filter(|(_, path)| document.has(path));
-        let Some(&(form, path)) = given.next() else {
+        let mut given = self.paths().into_iter().filter(|path| document.has(path));
+        let Some(path) = given.next() else {
             return Ok(None);
         };
-        if let Some((_, again)) = given.next() {
+        if let Some(again) = given.next() {
             let problem = format!("the scene gives the {} more than once", self.word);
             let remedy = format!("keep one of {path} and {again}");
             return Err(document.inconsistent(again, &[path], problem, remedy));
         }
-        let curve = &self.curve;
-        let table = document.table(curve.table);
-        let read = |list, point| -> Result<Vec<(f64, f64)>, SceneError> {
-            let points = points(table.list(list)?, point, TIME_ORDER)?;
-            Ok(points.into_iter().map(Into::into).collect())
-        };
-        let schedule = match (form, self.constant) {
-            (Form::Steps, _) => Schedule::steps(read(self.steps, self.step)?),
-            (Form::Sine, _) => self.read_sine(document.table(path))?,
-            (Form::Constant, Some(key)) => Some(Schedule::constant(table.get(key)?)),
+        let [_, steps, sine, _] = self.functions;
+        let constant = self.constant.filter(|(constant, _)| *constant == path);
+        let schedule = if let Some((_, key)) = constant {
+            Some(Schedule::constant(
+                document.table(self.knots.table).get(key)?,
+            ))
+        } else if path == steps {
+            Schedule::steps(self.steps.points(document)?)
+        } else if path == sine {
+            Schedule::sine(self.read_sine(document.table(path))?)
+        } else {
             // A file has been replaced by its knots.
-            _ => Schedule::piecewise_linear(read(curve.knots, curve.knot)?),
+            Schedule::piecewise_linear(self.knots.points(document)?)
         };
-        let place = || document.place_of([path]);
-        let schedule = schedule.ok_or_else(|| out_of_order(path, TIME_ORDER, place()))?;
-        Ok(Some((schedule, form != Form::Constant)))
+        let schedule = schedule.expect("finite numbers, and times in order");
+        Ok(Some((schedule, constant.is_none())))
     }
 
     /// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
-    fn read_sine(&self, table: Table<'_>) -> Result<Option<Schedule>, SceneError> {
-        let (word, value) = (self.word, self.curve.knot[1].kind.limits);
+    fn read_sine(&self, table: Table<'_>) -> Result<Sine, SceneError> {
+        let (word, value) = (self.word, self.knots.point[1].kind.limits);
         let [mean, amplitude, frequency, phase] = self.sine;
         let sine = Sine {
             mean: table.get(mean)?,
@@ -206,12 +185,9 @@ impl ScheduleKeys {
             sine.frequency <= fastest * (1.0 + 1e-9) => frequency.name, &["time.sample_rate_khz", "time.frame_samples"];
             "the {word} is updated once per frame, every {} ms, which is too coarse for {} Hz", 1e3 * frame, sine.frequency;
             "reduce it to at most {fastest:.3} Hz, or reduce time.frame_samples");
-        Ok(Schedule::sine(sine))
+        Ok(sine)
     }
 }
-
-/// Order of the knots and steps, for messages.
-const TIME_ORDER: [&str; 2] = ["time", "later"];
 
 /// Load, N.
 pub static LOAD: LazyLock<ScheduleKeys> = LazyLock::new(|| {
@@ -279,9 +255,8 @@ pub fn declare(schema: &mut Schema) {
 /// The path of the constant that a list of knots replaces: `load.tilt_deg` for `load.tilt`.
 pub fn constant_of(knots: &str) -> Option<&'static str> {
     let mut all = schedules().into_iter();
-    let keys = all.find(|keys| keys.forms.contains(&(Form::Knots, knots)))?;
-    let (form, path) = keys.forms[0];
-    (form == Form::Constant).then_some(path)
+    let (path, _) = all.find(|keys| keys.functions[0] == knots)?.constant?;
+    Some(path)
 }
 
 /// Whether a key belongs to a function of time and is not constant during a run.

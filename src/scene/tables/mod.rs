@@ -19,26 +19,21 @@ use super::schema::{Declared, Schema};
 pub use axis::{check_imported_patch, check_sliding};
 pub use run::{Events, Frames, Header, Integrator, RecordSpec, Start};
 
-/// All keys of all tables.
+/// All keys of all tables, in the order of the guide.
 pub static SCHEMA: LazyLock<Schema> = LazyLock::new(|| {
     let mut schema = Schema::default();
-    declare(&mut schema);
+    Header::declare(&mut schema, "");
+    controls::declare(&mut schema);
+    joint::declare(&mut schema);
+    small::declare(&mut schema);
+    Start::declare(&mut schema, "start");
+    Frames::declare(&mut schema, "time");
+    schema.add("time", &load::CARRY);
+    Integrator::declare(&mut schema, "time");
+    analysis::AnalysisSpec::declare(&mut schema, "analysis");
+    RecordSpec::declare(&mut schema, "record");
     schema
 });
-
-/// Adds the keys of all tables, in the order of the guide.
-fn declare(schema: &mut Schema) {
-    Header::declare(schema, "");
-    controls::declare(schema);
-    joint::declare(schema);
-    small::declare(schema);
-    Start::declare(schema, "start");
-    Frames::declare(schema, "time");
-    schema.add("time", &load::CARRY);
-    Integrator::declare(schema, "time");
-    analysis::AnalysisSpec::declare(schema, "analysis");
-    RecordSpec::declare(schema, "record");
-}
 
 /// All keys with meaning, unit, permitted values and default, as Markdown: one table for each table of a
 /// scene file.

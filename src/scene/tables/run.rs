@@ -8,9 +8,7 @@ use crate::scene::error::{SceneError, ensure};
 use crate::scene::mechanism::Mechanism;
 use crate::scene::schema::kind::Range::Closed;
 use crate::scene::schema::kind::{Kind, choice, count, number, seed, text};
-use crate::scene::schema::unit::{
-    KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::SystemSpec;
 
@@ -80,8 +78,9 @@ pub enum Events {
 }
 
 keys! {
-    /// Contents and rates of the recording; a rate of 0 records nothing. SI units.
-    #[derive(Clone, Copy, Debug, PartialEq)]
+    /// Contents and rates of the recording; a rate of 0 records nothing. SI units. The default is that of a system without
+    /// contact patch and body: samples only.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct RecordSpec {
         /// Rate at which contact nodes are counted, and of their snapshots; 0 for none. All rates are at most the sampling rate.
         patch_rate: f64 = "patch_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
@@ -94,17 +93,6 @@ keys! {
         /// Scale factor of the displayed deformation.
         deformation_scale: f64 = "deformation_scale": number(ONE, Closed(1.0, 1e9)), default 2000;
     }
-}
-
-impl RecordSpec {
-    /// Settings for a system without contact patch and body: samples only.
-    pub const SAMPLES_ONLY: Self = Self {
-        patch_rate: 0.0,
-        patch_nodes: 1,
-        body_rate: 0.0,
-        energy_rate: 0.0,
-        deformation_scale: 1.0,
-    };
 }
 
 pub fn start(document: &Document<'_>, subject: &SystemSpec) -> Result<Start, SceneError> {
@@ -137,7 +125,7 @@ pub fn record(
         ensure!(document, !document.has("record") => "record", &[];
             "a small system has neither a contact patch nor a body to record";
             "remove the table; all samples are recorded");
-        return Ok(RecordSpec::SAMPLES_ONLY);
+        return Ok(RecordSpec::default());
     }
     let record = RecordSpec::read(document.table("record"))?;
     for (rate, key) in [

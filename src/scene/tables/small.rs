@@ -6,10 +6,7 @@ use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Positive};
 use crate::scene::schema::kind::{Kind, number};
-use crate::scene::schema::unit::{
-    DEGREE, METRE_PER_SECOND_SQUARED, MILLIMETRE_PER_SECOND, NEWTON_PER_KILOGRAM, ONE,
-    SECOND_PER_METRE, TURNS_PER_SECOND,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::SmallSystem;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};

@@ -93,7 +93,7 @@ fn every_default_is_valid() {
     assert!(scene.analysis.spectrum.is_some() && scene.analysis.spectrogram.is_some());
     let recurrence = scene.analysis.recurrence.expect("present");
     assert_eq!(recurrence.criterion.threshold, Threshold::Distance(2.5e-7));
-    assert_eq!(recurrence.embedding.lag, AutoOr::Given(60e-6));
+    assert_eq!(recurrence.embedding.lag, Some(60e-6));
     let quantification = scene.analysis.quantification.expect("present");
     assert_eq!(quantification.criterion.threshold, Threshold::Spread(0.2));
     let chaos = scene.analysis.chaos.expect("present");
@@ -102,7 +102,7 @@ fn every_default_is_valid() {
     assert_eq!(
         scene.analysis.section.as_ref().expect("present").surface,
         SectionSurface::Delay {
-            lag: AutoOr::Given(60e-6),
+            lag: Some(60e-6),
             level: 0.0
         }
     );
@@ -218,12 +218,12 @@ fn analysis_keys_are_converted_to_si() {
         ..
     } = scene.analysis;
     let delay = delay.expect("present");
-    assert_eq!((delay.sliding.window, delay.sliding.every), (10e-3, 5e-3));
+    assert_eq!((delay.window, delay.every), (10e-3, 5e-3));
     assert_eq!((delay.largest_lag, delay.largest_dimension), (200e-6, 6));
     assert_eq!((delay.bins, delay.false_share), (32, 0.05));
     let recurrence = recurrence.expect("present");
-    assert_eq!(recurrence.embedding.lag, AutoOr::Auto);
-    assert_eq!(recurrence.embedding.dimension, AutoOr::Auto);
+    assert_eq!(recurrence.embedding.lag, None);
+    assert_eq!(recurrence.embedding.dimension, None);
     assert_eq!(recurrence.criterion.norm, Norm::Maximum);
     assert_eq!(recurrence.criterion.threshold, Threshold::Neighbours(20));
     assert_eq!(

@@ -264,8 +264,8 @@ fn knots_are_read_from_csv_files() {
     let csv = "# made up\r\ntime_ms, tilt_deg\r\n\r\n0, 0.1\r\n2.5, 3e0 # the top\r\n4,-1\r\n";
     let (_folder, scene) = with_file("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
     let scene = scene.expect("valid");
-    let knots = [(0.0, 0.1), (2.5, 3.0), (4.0, -1.0)];
-    let si = knots.map(|(ms, deg): (f64, f64)| (ms / 1e3, deg.to_radians()));
+    let knots = [[0.0, 0.1], [2.5, 3.0], [4.0, -1.0]];
+    let si = knots.map(|[ms, deg]: [f64; 2]| [ms / 1e3, deg.to_radians()]);
     let tilt = Schedule::piecewise_linear(si.to_vec()).expect("rising times");
     assert_eq!(scene.joint().expect("a joint").tilt, tilt);
 

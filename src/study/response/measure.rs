@@ -16,7 +16,7 @@ use crate::analysis::{
     tones::{Bases, FREQUENCY_UNCERTAINTY, LineCriterion, SpectrumAnalyser, Window, follow_lines},
 };
 use crate::dynamics::SolverStats;
-use crate::scene::{AutoOr, Scene, SectionSurface};
+use crate::scene::{Scene, SectionSurface};
 
 /// Maximum number of maxima and section points kept; the newest ones are kept.
 const MAX_POINTS: usize = 400;
@@ -192,10 +192,7 @@ pub fn section_lag(scene: &Scene) -> f64 {
         .as_ref()
         .map(|section| &section.surface)
     {
-        Some(SectionSurface::Delay {
-            lag: AutoOr::Given(lag),
-            ..
-        }) => *lag,
+        Some(SectionSurface::Delay { lag: Some(lag), .. }) => *lag,
         _ => LAG,
     }
 }

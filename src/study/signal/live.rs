@@ -7,9 +7,9 @@ use crate::analysis::{
     poincare::Direction,
 };
 use crate::scene::{
-    AnalysisBudget, AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec,
+    AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec,
     RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec,
-    ThresholdSpec, WindowSpec,
+    ThresholdSpec,
 };
 
 /// Evaluations of a window along the whole signal.
@@ -40,13 +40,15 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     AnalysisSpec {
         budget: AnalysisBudget::default(),
         spectrum: Some(SpectrumSpec {
-            sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, EVALUATIONS),
+            window: fit.window(SPECTRUM_PERIODS * fit.period),
+            every: fit.every(EVALUATIONS),
             rest: None,
         }),
         spectrogram: Some(fit.spectrogram()),
         delay: embedding.map(|embedding| fit.delay(embedding)),
         recurrence: recurrence.map(|(embedding, recurrence)| RecurrenceSpec {
-            sliding: fit.sliding(PLOT_PERIODS * fit.period, EVALUATIONS),
+            window: fit.window(PLOT_PERIODS * fit.period),
+            every: fit.every(EVALUATIONS),
             size: 288,
             embedding: embedding_spec(embedding),
             criterion: criterion(recurrence),
@@ -56,14 +58,15 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         section: embedding.map(|embedding| SectionSpec {
             every: fit.duration / EVALUATIONS,
             surface: SectionSurface::Delay {
-                lag: AutoOr::Given(embedding.lag_s),
+                lag: Some(embedding.lag_s),
                 level,
             },
             direction: Direction::Rising,
         }),
         chaos: embedding.map(|embedding| fit.chaos(embedding)),
         regime: Some(RegimeSpec {
-            sliding: fit.sliding(fit.long(REGIME_PERIODS, REGIME_SAMPLES), EVALUATIONS / 4.0),
+            window: fit.window(fit.long(REGIME_PERIODS, REGIME_SAMPLES)),
+            every: fit.every(EVALUATIONS / 4.0),
             silence: 0.0,
         }),
         exponents: None,
@@ -94,12 +97,14 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// A window length, evaluated `evaluations` times along the signal.
-    fn sliding(&self, window: f64, evaluations: f64) -> WindowSpec {
-        WindowSpec {
-            window: window.min(self.duration / 4.0),
-            every: (self.duration / evaluations).max(1.0 / self.rate),
-        }
+    /// A window length, at most a quarter of the signal.
+    fn window(&self, window: f64) -> f64 {
+        window.min(self.duration / 4.0)
+    }
+
+    /// The interval between a number of evaluations along the signal.
+    fn every(&self, evaluations: f64) -> f64 {
+        (self.duration / evaluations).max(1.0 / self.rate)
     }
 
     /// A number of periods, limited to a range of samples.
@@ -110,8 +115,7 @@ impl<'a> Fit<'a> {
 
     /// Window of the divergence of nearby trajectories, s.
     fn divergence_window(&self) -> f64 {
-        let window = self.long(CHAOS_PERIODS, CHAOS_SAMPLES);
-        window.min(self.duration / 4.0)
+        self.window(self.long(CHAOS_PERIODS, CHAOS_SAMPLES))
     }
 
     /// Samples in this window.
@@ -123,7 +127,8 @@ impl<'a> Fit<'a> {
         let samples = self.report.signal.samples.len();
         let window = spectrogram_window(samples, self.period * self.rate) as f64 / self.rate;
         SpectrogramSpec {
-            sliding: self.sliding(window, 2.0 * EVALUATIONS),
+            window: self.window(window),
+            every: self.every(2.0 * EVALUATIONS),
             max_frequency: highest_frequency(self.report),
         }
     }
@@ -131,7 +136,8 @@ impl<'a> Fit<'a> {
     fn delay(&self, embedding: &DelayEmbedding) -> DelaySpec {
         let lag = embedding.lag_s;
         DelaySpec {
-            sliding: self.sliding(self.divergence_window(), EVALUATIONS / 10.0),
+            window: self.divergence_window(),
+            every: self.every(EVALUATIONS / 10.0),
             largest_lag: (4.0 * lag)
                 .min(self.divergence_samples() as f64 / self.rate / 25.0)
                 .max(lag),
@@ -148,7 +154,8 @@ impl<'a> Fit<'a> {
     ) -> QuantificationSpec {
         let step = recurrence.stride_samples as f64 / self.rate;
         QuantificationSpec {
-            sliding: self.sliding(1000.0 * step, EVALUATIONS),
+            window: self.window(1000.0 * step),
+            every: self.every(EVALUATIONS),
             step,
             embedding: embedding_spec(embedding),
             criterion: criterion(recurrence),
@@ -167,7 +174,8 @@ impl<'a> Fit<'a> {
             self.divergence_samples(),
         );
         ChaosSpec {
-            sliding: self.sliding(self.divergence_window(), EVALUATIONS / 5.0),
+            window: self.divergence_window(),
+            every: self.every(EVALUATIONS / 5.0),
             embedding: embedding_spec(embedding),
             theiler: embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,
@@ -178,8 +186,8 @@ impl<'a> Fit<'a> {
 
 fn embedding_spec(embedding: &DelayEmbedding) -> EmbeddingSpec {
     EmbeddingSpec {
-        lag: AutoOr::Given(embedding.lag_s),
-        dimension: AutoOr::Given(embedding.choice.dimension),
+        lag: Some(embedding.lag_s),
+        dimension: Some(embedding.choice.dimension),
     }
 }
 

@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::row::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
-use crate::foreign::table::TableBatches;
+use crate::foreign::table::read_batches;
 use crate::foreign::{one_line, open_file, without_panic};
 use crate::study::{StudyError, table};
 
@@ -202,8 +202,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             "it is empty; remove it, or choose another --out".to_owned(),
         ));
     }
-    let mut batches = TableBatches::new(file).map_err(|fault| foreign(fault.to_string()))?;
-    let schema = batches.schema();
+    let (schema, batches) = read_batches(file).map_err(|fault| foreign(fault.to_string()))?;
     let identity = schema.metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| {
         let reason = if schema.metadata().contains_key(FIRST_IDENTITY) {
@@ -218,19 +217,15 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
         points: Vec::new(),
         truncated: false,
     };
-    loop {
-        match batches.next_batch() {
-            Ok(Some(batch)) => {
-                let read = points(&batch).map_err(|reason| foreign(one_line(reason)))?;
-                found.points.extend(read);
-            }
-            Ok(None) => return Ok(found),
-            Err(_) => {
-                found.truncated = true;
-                return Ok(found);
-            }
-        }
+    for batch in batches {
+        let Ok(batch) = batch else {
+            found.truncated = true;
+            break;
+        };
+        let read = points(&batch).map_err(|reason| foreign(one_line(reason)))?;
+        found.points.extend(read);
     }
+    Ok(found)
 }
 
 impl SweepTable {

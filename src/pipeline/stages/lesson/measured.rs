@@ -50,9 +50,7 @@ impl LessonMeasurements {
             Subject::Signal(_) => (1e3, Vec::new()),
         };
         let segment = (0.5 * header.sample_rate / lowest).round().max(1.0) as usize;
-        let window = spec
-            .spectrum
-            .map_or(0.0, |spectrum| spectrum.sliding.window);
+        let window = spec.spectrum.map_or(0.0, |spectrum| spectrum.window);
         let evidence = computed.mechanism.evidence();
         let is_turning = evidence == Evidence::Turning;
         Self {

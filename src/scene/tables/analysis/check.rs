@@ -1,8 +1,8 @@
 //! Consistency checks of the analyses with each other, the samples and the modes.
 
 use super::{
-    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
-    RecurrenceSpec, SectionSurface, StateCoordinate, ThresholdSpec, WindowSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
+    RecurrenceSpec, SectionSurface, StateCoordinate, ThresholdSpec,
 };
 use crate::analysis::recurrence::Threshold;
 use crate::scene::document::{Document, FromTable, Table};
@@ -18,10 +18,10 @@ pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<Analysis
         delay: delay.as_ref(),
     };
     if let Some(spec) = &analysis.spectrum {
-        of("analysis.spectrum").window(spec.sliding)?;
+        of("analysis.spectrum").window(spec.window)?;
     }
     if let Some(spec) = &analysis.spectrogram {
-        of("analysis.spectrogram").window(spec.sliding)?;
+        of("analysis.spectrogram").window(spec.window)?;
         of("analysis.spectrogram").spectrogram(spec.max_frequency)?;
     }
     if let Some(spec) = &analysis.delay {
@@ -40,7 +40,7 @@ pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<Analysis
         of("analysis.chaos").chaos(spec)?;
     }
     if let Some(spec) = &analysis.regime {
-        of("analysis.regime").window(spec.sliding)?;
+        of("analysis.regime").window(spec.window)?;
     }
     if let Some(spec) = &mut analysis.exponents {
         of("analysis.lyapunov").exponents(spec, 2 * modes)?;
@@ -69,18 +69,18 @@ impl Checks<'_> {
     }
 
     fn delay(&self, spec: &DelaySpec) -> Result<(), SceneError> {
-        self.window(spec.sliding)?;
+        self.window(spec.window)?;
         self.at_least_a_sample("max_lag_us", spec.largest_lag)?;
         // The criterion for the last dimension uses one more delay.
         let reach = spec.largest_dimension as f64 * spec.largest_lag;
-        self.leaves_half_of_window(spec.sliding, reach, &["max_lag_us", "max_dimension"])
+        self.leaves_half_of_window(spec.window, reach, &["max_lag_us", "max_dimension"])
     }
 
     fn recurrence(&self, spec: &RecurrenceSpec) -> Result<(), SceneError> {
-        self.window(spec.sliding)?;
+        self.window(spec.window)?;
         self.recurrence_criterion(&spec.criterion, spec.size)?;
         self.embedding(&spec.embedding)?;
-        let samples = spec.sliding.window * self.rate;
+        let samples = spec.window * self.rate;
         ensure!(self.table, spec.size as f64 <= samples.round() => "size", &["window_ms"];
             "{} points exceed the {samples:.0} samples of the window", spec.size;
             "reduce the number of points, or increase window_ms");
@@ -92,13 +92,13 @@ impl Checks<'_> {
         /// Fewer states contain no lines; more take longer than the run.
         const STATES: std::ops::RangeInclusive<f64> = 16.0..=20_000.0;
 
-        self.window(spec.sliding)?;
+        self.window(spec.window)?;
         spec.step = spec.step.max(1.0 / self.rate);
-        let states = (spec.sliding.window / spec.step).round();
+        let states = (spec.window / spec.step).round();
         ensure!(self.table, STATES.contains(&states) => "step_us", &["window_ms"];
             "the window contains {states} states";
             "choose step_us and window_ms for {} to {} states", STATES.start(), STATES.end());
-        self.leaves_half_of_window(spec.sliding, spec.theiler, &["theiler_us"])?;
+        self.leaves_half_of_window(spec.window, spec.theiler, &["theiler_us"])?;
         self.embedding(&spec.embedding)?;
         let compared = states - 2.0 * (spec.theiler / spec.step).round();
         self.recurrence_criterion(&spec.criterion, compared.max(0.0) as usize)
@@ -134,17 +134,21 @@ impl Checks<'_> {
     }
 
     fn chaos(&self, spec: &ChaosSpec) -> Result<(), SceneError> {
-        self.window(spec.sliding)?;
+        self.window(spec.window)?;
         self.embedding(&spec.embedding)?;
         let [lag, dimension] = match self.delay {
             Some(delay) => [delay.largest_lag, delay.largest_dimension as f64],
             None => [0.0, 1.0],
         };
-        let lag = spec.embedding.lag.or(lag);
-        let dimension = spec.embedding.dimension.map(|m| m as f64).or(dimension);
+        let lag = spec.embedding.lag.unwrap_or(lag);
+        let dimension = spec
+            .embedding
+            .dimension
+            .map(|m| m as f64)
+            .unwrap_or(dimension);
         let reach = (dimension - 1.0) * lag + spec.theiler + spec.horizon;
         let reaching = ["lag_us", "dimension", "theiler_us", "horizon_ms"];
-        self.leaves_half_of_window(spec.sliding, reach, &reaching)
+        self.leaves_half_of_window(spec.window, reach, &reaching)
     }
 
     /// Limits the number of exponents to the dimension of the phase space.
@@ -161,10 +165,10 @@ impl Checks<'_> {
     }
 
     /// A window must contain enough samples.
-    fn window(&self, sliding: WindowSpec) -> Result<(), SceneError> {
+    fn window(&self, window: f64) -> Result<(), SceneError> {
         const MIN_SAMPLES: f64 = 16.0;
         ensure!(self.table,
-            (sliding.window * self.rate).round() >= MIN_SAMPLES => "window_ms", &["time.sample_rate_khz"];
+            (window * self.rate).round() >= MIN_SAMPLES => "window_ms", &["time.sample_rate_khz"];
             "the window contains fewer than {MIN_SAMPLES} samples";
             "increase it to at least {} ms", MIN_SAMPLES / self.rate * 1e3);
         Ok(())
@@ -175,17 +179,14 @@ impl Checks<'_> {
         self.chosen("dimension", spec.dimension)
     }
 
-    fn lag(&self, name: &str, lag: AutoOr<f64>) -> Result<(), SceneError> {
+    fn lag(&self, name: &str, lag: Option<f64>) -> Result<(), SceneError> {
         self.chosen(name, lag)?;
-        match lag {
-            AutoOr::Given(lag) => self.at_least_a_sample(name, lag),
-            AutoOr::Auto => Ok(()),
-        }
+        lag.map_or(Ok(()), |lag| self.at_least_a_sample(name, lag))
     }
 
     /// An automatic value requires `[analysis.delay]`.
-    fn chosen<T>(&self, name: &str, setting: AutoOr<T>) -> Result<(), SceneError> {
-        ensure!(self.table, self.delay.is_some() || matches!(setting, AutoOr::Given(_)) => name, &[];
+    fn chosen<T>(&self, name: &str, setting: Option<T>) -> Result<(), SceneError> {
+        ensure!(self.table, self.delay.is_some() || setting.is_some() => name, &[];
             "\"auto\" requires [analysis.delay], which the scene does not contain";
             "add that table, or give a number");
         Ok(())
@@ -202,12 +203,12 @@ impl Checks<'_> {
     /// A reach within the window must leave at least half of it for comparison.
     fn leaves_half_of_window(
         &self,
-        sliding: WindowSpec,
+        window: f64,
         reach: f64,
         names: &[&str],
     ) -> Result<(), SceneError> {
         // The tolerance accepts numbers that are equal within rounding.
-        ensure!(self.table, reach <= sliding.window / 2.0 * (1.0 + 1e-9) => "window_ms", names;
+        ensure!(self.table, reach <= window / 2.0 * (1.0 + 1e-9) => "window_ms", names;
             "{} together span {} ms, which exceeds half of the window", names.join(", "), reach * 1e3;
             "increase it to at least {} ms, or reduce the other values", 2e3 * reach);
         Ok(())

@@ -13,9 +13,7 @@ use crate::scene::document::{FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{Kind, all_or, auto_or, choice, coordinates, count, list, number};
-use crate::scene::schema::unit::{
-    KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
-};
+use crate::scene::schema::unit::*;
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 
 pub use check::read;
@@ -82,26 +80,14 @@ keys! {
     }
 }
 
-/// A sliding window and the interval between its evaluations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WindowSpec {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Interval between evaluations, s.
-    pub every: f64,
-}
-
 keys! {
     /// Amplitude spectrum.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct SpectrumSpec {
-        /// The window and the interval between spectra.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window.
-            window = "window_ms": WINDOW, default 20;
-            /// Interval between spectra.
-            every = "every_ms": EVERY, default 5;
-        };
+        /// Length of the sliding window.
+        window: f64 = "window_ms": WINDOW, default 20;
+        /// Interval between spectra.
+        every: f64 = "every_ms": EVERY, default 5;
         /// Peak velocity below which the vibration is at rest, so that its lines are not named.
         rest: Option<f64> = "rest_mm_per_s": number(MILLIMETRE_PER_SECOND, Closed(0.0, 1000.0)), else "1e-6 of the sliding speed";
     }
@@ -109,13 +95,10 @@ keys! {
     /// Spectrogram.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct SpectrogramSpec {
-        /// The window of a column and the interval between columns.
-        ..sliding: WindowSpec {
-            /// Length of the window of one column.
-            window = "window_ms": WINDOW, default 5;
-            /// Interval between columns.
-            every = "every_ms": EVERY, default 0.5;
-        };
+        /// Length of the window of one column.
+        window: f64 = "window_ms": WINDOW, default 5;
+        /// Interval between columns.
+        every: f64 = "every_ms": EVERY, default 0.5;
         /// Maximum frequency shown; at most half the sampling rate.
         max_frequency: f64 = "max_frequency_khz": number(KILOHERTZ, Closed(0.1, 1000.0)), default 20;
     }
@@ -123,13 +106,10 @@ keys! {
     /// Choice of delay and embedding dimension.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DelaySpec {
-        /// The window and the interval between choices.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window.
-            window = "window_ms": WINDOW, default 20;
-            /// Interval between choices.
-            every = "every_ms": EVERY, default 20;
-        };
+        /// Length of the sliding window.
+        window: f64 = "window_ms": WINDOW, default 20;
+        /// Interval between choices.
+        every: f64 = "every_ms": EVERY, default 20;
         /// Maximum delay tested.
         largest_lag: f64 = "max_lag_us": LAG, default 300;
         /// Maximum embedding dimension tested.
@@ -140,13 +120,14 @@ keys! {
         false_share: f64 = "max_false_neighbour_share": number(ONE, HalfOpen(0.0, 1.0)), default 0.01;
     }
 
-    /// Delay vectors, Eq. (25).
+    /// Delay vectors, Eq. (25). What is `None` is the latest choice of [`AnalysisSpec::delay`], undefined before the first
+    /// choice.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct EmbeddingSpec {
         /// Delay tau of Eq. (25); a quarter of the dominant period unfolds the orbit best.
-        lag: AutoOr<f64> = "lag_us": auto_or(LAG), default 60;
+        lag: Option<f64> = "lag_us": auto_or(LAG), default 60;
         /// Embedding dimension m of Eq. (25).
-        dimension: AutoOr<usize> = "dimension": auto_or(DIMENSION), default 5;
+        dimension: Option<usize> = "dimension": auto_or(DIMENSION), default 5;
     }
 }
 
@@ -200,13 +181,10 @@ keys! {
     /// Recurrence plot in a sliding window.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RecurrenceSpec {
-        /// The window and the interval between plots.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window.
-            window = "window_ms": WINDOW, default 5;
-            /// Interval between plots.
-            every = "every_ms": EVERY, default 2.5;
-        };
+        /// Length of the sliding window.
+        window: f64 = "window_ms": WINDOW, default 5;
+        /// Interval between plots.
+        every: f64 = "every_ms": EVERY, default 2.5;
         /// Number of points along each side of the plot.
         size: usize = "size": count(16, 2048), default 400;
         /// Delay vectors.
@@ -218,13 +196,10 @@ keys! {
     /// Recurrence quantification in a sliding window.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct QuantificationSpec {
-        /// The window and the interval between measures.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window.
-            window = "window_ms": WINDOW, default 20;
-            /// Interval between measures.
-            every = "every_ms": EVERY, default 5;
-        };
+        /// Length of the sliding window.
+        window: f64 = "window_ms": WINDOW, default 20;
+        /// Interval between measures.
+        every: f64 = "every_ms": EVERY, default 5;
         /// Spacing of the states, at least one sample; the delay is rounded to a multiple of it.
         step: f64 = "step_us": number(MICROSECOND, Closed(0.5, 1e6)), default 10;
         /// Delay vectors.
@@ -281,13 +256,10 @@ keys! {
     /// Chaos indicators from data in a sliding window: divergence of nearby trajectories, and the 0-1 test.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ChaosSpec {
-        /// The window and the interval between results.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window.
-            window = "window_ms": WINDOW, default 90;
-            /// Interval between results.
-            every = "every_ms": EVERY, default 20;
-        };
+        /// Length of the sliding window.
+        window: f64 = "window_ms": WINDOW, default 90;
+        /// Interval between results.
+        every: f64 = "every_ms": EVERY, default 20;
         /// Delay vectors.
         ..embedding: EmbeddingSpec;
         /// Theiler window: states closer in time are not neighbours; at least the dominant period.
@@ -326,13 +298,10 @@ keys! {
     /// Classification of the type of motion in a sliding window.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RegimeSpec {
-        /// The window and the interval between results.
-        ..sliding: WindowSpec {
-            /// Length of the sliding window; in a long window the latest 10,000 samples are classified, or as many averages of a few samples.
-            window = "window_ms": WINDOW, default 40;
-            /// Interval between results.
-            every = "every_ms": EVERY, default 10;
-        };
+        /// Length of the sliding window; in a long window the latest 10,000 samples are classified, or as many averages of a few samples.
+        window: f64 = "window_ms": WINDOW, default 40;
+        /// Interval between results.
+        every: f64 = "every_ms": EVERY, default 10;
         /// Amplitude of the displacement below which the joint is silent.
         silence: f64 = "silence_um": number(MICROMETRE, Closed(0.0, 1e6)), default 0.0003;
     }
@@ -360,41 +329,13 @@ keys! {
     }
 }
 
-/// A parameter that the scene specifies, or that is determined from the signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AutoOr<T> {
-    /// The specified value.
-    Given(T),
-    /// The latest choice of [`AnalysisSpec::delay`](AnalysisSpec::delay); undefined before the first
-    /// choice.
-    Auto,
-}
-
-impl<T> AutoOr<T> {
-    /// Returns the specified value, or else `auto`.
-    pub fn or(self, auto: T) -> T {
-        match self {
-            Self::Given(value) => value,
-            Self::Auto => auto,
-        }
-    }
-
-    /// Applies a function to a specified value.
-    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> AutoOr<U> {
-        match self {
-            Self::Given(value) => AutoOr::Given(convert(value)),
-            Self::Auto => AutoOr::Auto,
-        }
-    }
-}
-
 /// Surface of a Poincare section, and the coordinates shown of each crossing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SectionSurface {
     /// `y(t + lag) = level` of the delay trajectory (Fig. 10); the coordinates are `(y(t), y(t + 2 lag))`.
     Delay {
-        /// Delay, s.
-        lag: AutoOr<f64>,
+        /// Delay, s; `None` as in [`EmbeddingSpec`].
+        lag: Option<f64>,
         /// Displacement at the surface, m.
         level: f64,
     },
