@@ -31,8 +31,8 @@
 //! well by a linear map (after Casdagli, J. R. Stat. Soc. B 54, 303, 1992). A drift of the motion separates neighbours
 //! (compare Schreiber, Phys. Rev. Lett. 78, 843, 1997).
 //!
-//! The 0-1 test, the divergence of neighbours and the shape of the section add nothing to these features: without them
-//! the model is as good on signals of the fit and better on families left out.
+//! The 0-1 test, the divergence of neighbours and the shape of the section add little to these features:
+//! cross-validation of the model with and without them gives the same loss.
 //!
 //! Sections and neighbours need more samples than a spectrum: a signal with lines is interpolated to 16 samples per
 //! period of its highest line of at least 1 % of the strongest.
