@@ -15,7 +15,7 @@ const POINTS: usize = 160;
 type Feature = fn(&SignalFigures<'_>) -> Panel;
 
 /// Panel of each feature, and what it shows in a signal of which family: with the feature, and without it.
-const FEATURES: [(Feature, [[&str; 2]; 2]); 7] = [
+const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
         |view| first(view.spectrum().expect("analysed")),
         [
@@ -35,6 +35,13 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 7] = [
         ],
     ),
     (
+        |view| first(view.section().expect("analysed")),
+        [
+            ["Poincaré section: curve", "torus"],
+            ["Poincaré section: cloud", "Mackey-Glass"],
+        ],
+    ),
+    (
         |view| view.section().expect("analysed").1[0][1].clone(),
         [
             ["repetition", "period doubling cascade"],
@@ -46,6 +53,20 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 7] = [
         [
             ["predictable", "van der Pol, torus"],
             ["not predictable", "coloured noise, resonance"],
+        ],
+    ),
+    (
+        |view| first(view.divergence().expect("analysed")),
+        [
+            ["divergence", "Roessler"],
+            ["no divergence", "van der Pol, torus"],
+        ],
+    ),
+    (
+        |view| view.zero_one().expect("analysed").1[0][1].clone(),
+        [
+            ["0–1 test: random walk", "Duffing, two wells"],
+            ["0–1 test: bounded path", "near locking 1:3"],
         ],
     ),
     (
