@@ -17,6 +17,12 @@ const LOWEST_HZ: f64 = 2.0;
 /// Probability that noise has a line.
 const FALSE_ALARM: f64 = 0.01;
 
+/// Smallest depth that is reported.
+const LEAST_DEPTH: f64 = 0.05;
+
+/// Smallest relative deviation of frequency that is reported.
+const LEAST_DEVIATION: f64 = 2e-4;
+
 /// Least ratio to the mean power of noise of a line among `bins`.
 pub(super) fn least_ratio(bins: usize) -> f64 {
     (bins as f64 / FALSE_ALARM).ln()
@@ -25,9 +31,10 @@ pub(super) fn least_ratio(bins: usize) -> f64 {
 /// Modulation of the amplitude of a partial.
 pub(super) fn modulation(partial: &Partial) -> Option<Modulation> {
     let (modulation_hz, amplitude) = strongest(&partial.amplitudes, LOW_PASS_S[1])?;
-    Some(Modulation {
+    let modulation_depth = amplitude / mean(&partial.amplitudes);
+    (modulation_depth > LEAST_DEPTH).then_some(Modulation {
         modulation_hz,
-        modulation_depth: amplitude / mean(&partial.amplitudes),
+        modulation_depth,
     })
 }
 
@@ -35,7 +42,7 @@ pub(super) fn modulation(partial: &Partial) -> Option<Modulation> {
 pub(super) fn vibrato(partial: &Partial, multiple: usize) -> Option<Vibrato> {
     let frequencies: Vec<f64> = partial.track.iter().map(|p| p.0).collect();
     let (vibrato_hz, deviation) = strongest(&frequencies, LOW_PASS_S[0])?;
-    Some(Vibrato {
+    (deviation > LEAST_DEVIATION * partial.frequency_hz).then_some(Vibrato {
         vibrato_hz,
         vibrato_deviation_hz: deviation / multiple as f64,
     })
