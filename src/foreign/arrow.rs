@@ -1,7 +1,8 @@
 //! Arrow's streaming format, read from memory.
 //!
 //! A stream is a schema followed by batches, each with a header (a flatbuffer) and a body. The reader of the library would
-//! allocate the body that a header claims, which may exceed the memory; its decoder takes the bytes that there are.
+//! allocate the body that a header claims, which may exceed the memory; its decoder takes the bytes that follow. The library
+//! limits what a header describes to a million tables and 2 GiB with shared parts counted each time.
 
 use std::fmt;
 use std::io;
@@ -13,9 +14,6 @@ use arrow_schema::{ArrowError, SchemaRef};
 
 use super::{one_line, truncated};
 
-/// Maximum size of a message of a recording, bytes.
-pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
-
 /// A message without content, which ends a stream.
 const END_MARK: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
 
@@ -24,7 +22,7 @@ pub(super) fn damaged(reason: impl fmt::Display) -> io::Error {
     io::Error::other(one_line(reason))
 }
 
-/// The batches of a stream up to its end or to the first fault. Decoding may panic: call it within
+/// The batches of a stream; do not read on after a fault. Decoding may panic: call it within
 /// [`super::without_panic`].
 pub(crate) struct ArrowStream {
     /// Schema of the batches.

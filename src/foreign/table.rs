@@ -1,13 +1,16 @@
 //! Tables of three formats: an Arrow stream, an Arrow file, Parquet.
 
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Read};
 
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::arrow::{ArrowStream, damaged};
+
+/// Maximum size of a message header, bytes: a schema with its texts.
+const MAX_HEADER: u32 = 64 << 20;
 
 /// The batches of a table.
 type Batches = Box<dyn Iterator<Item = io::Result<RecordBatch>>>;
@@ -22,19 +25,23 @@ pub(crate) fn read_batches(mut file: File) -> io::Result<(SchemaRef, Batches)> {
         // The schema that it was written from.
         let schema = builder.schema().clone();
         let batches = builder.build().map_err(damaged)?;
-        return Ok((
-            schema,
-            Box::new(batches.map(|batch| batch.map_err(damaged))),
-        ));
+        let batches = batches.map(|batch| batch.map_err(damaged));
+        return Ok((schema, Box::new(batches)));
     }
-    if bytes != b"ARROW1" {
-        file.rewind()?;
+    let is_file = bytes == b"ARROW1";
+    let claim = bytes.first_chunk().copied().map_or(0, u32::from_le_bytes);
+    if !is_file && claim > MAX_HEADER && claim != u32::MAX {
+        // A large file of another kind is not read.
+        return Err(damaged(format!(
+            "a header claims {claim} bytes; the maximum is {MAX_HEADER}"
+        )));
     }
-    bytes.clear();
     file.read_to_end(&mut bytes)?;
-    // In an Arrow file zeros fill the space up to the stream.
-    let space = bytes.iter().take_while(|byte| **byte == 0).count();
-    bytes.drain(..space);
+    if is_file {
+        // Zeros fill the space up to the stream.
+        let space = bytes[6..].iter().take_while(|byte| **byte == 0).count();
+        bytes.drain(..6 + space);
+    }
     let stream = ArrowStream::new(bytes)?;
     Ok((stream.schema.clone(), Box::new(stream)))
 }

@@ -42,7 +42,7 @@ pub(super) fn read(mut content: impl Read) -> Result<Npz<impl Read + Seek>, Prob
         }
     }
     let mut npz = Cursor::new(Vec::new());
-    encode_npz(&mut npz, &arrays)?;
+    encode_npz(&mut npz, &arrays).map_err(damaged)?;
     Npz::new(npz)
 }
 

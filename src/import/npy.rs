@@ -1,4 +1,4 @@
-//! Arrays: one of NumPy, or several in an archive of NumPy, as which a file of MATLAB is read, too.
+//! Arrays: one of NumPy, or several in an archive of NumPy; files of MATLAB are converted to one.
 //!
 //! Of an array with two axes, the longer one is the time.
 

@@ -33,9 +33,9 @@ type Input = (Box<dyn MediaSource>, Option<Form>, Option<String>);
 
 /// Replaces the header of a WAV file; other sound stays as it is.
 pub(super) fn with_normal_header(mut file: File) -> Result<Input, Problem> {
-    let mut start = [0; 4];
-    file.read_exact(&mut start)?;
-    if ![b"RIFF", b"RF64"].contains(&&start) {
+    let mut start = Vec::new();
+    (&mut file).take(4).read_to_end(&mut start)?;
+    if start != b"RIFF" && start != b"RF64" {
         file.rewind()?;
         return Ok((Box::new(file), None, None));
     }

@@ -16,8 +16,11 @@ use re_log_encoding::{
 use re_protos::common::v1alpha1::{Compression, StoreKind};
 use re_protos::log_msg::v1alpha1::{ArrowMsg, Encoding};
 
-use crate::foreign::arrow::{ArrowStream, MAX_MESSAGE};
+use crate::foreign::arrow::ArrowStream;
 use crate::foreign::{one_line, read_exactly, without_panic};
+
+/// Maximum size of a message, bytes.
+const MAX_MESSAGE: u64 = 256 << 20;
 
 /// Maximum compression ratio of LZ4: each further byte of a length adds at most 255.
 const MAX_RATIO: u64 = 255;
