@@ -42,7 +42,7 @@ pub(super) fn read(mut content: impl Read) -> Result<Npz<impl Read + Seek>, Prob
         }
     }
     let mut npz = Cursor::new(Vec::new());
-    encode_npz(&mut npz, &arrays).map_err(damaged)?;
+    encode_npz(&mut npz, &arrays).map_err(|error| damaged(error.to_string()))?;
     Npz::new(npz)
 }
 
