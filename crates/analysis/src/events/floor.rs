@@ -2,8 +2,9 @@
 //!
 //! First, the shape of the spectrum: the median of each bin over the quietest fifth of the columns, where no loud tone
 //! sounds, smoothed: the greater of the medians of 8 bins on each side, which follows slopes, resonances and the edge of
-//! a low-pass but not a line. Relative to it, the floor at a bin is the median of 24 bins of the column on each side; the
-//! greater of the two counts (the greatest-of rule of radar detection: Hansen and Sawyers, IEEE Trans. Aerosp. Electron.
+//! a low-pass but not a line. Relative to it, the floor at a bin is the median of 24 bins on each side, in the
+//! column or over 0.2 s, whichever is greater: a knock raises the floor in its own columns only. The greater side
+//! counts (the greatest-of rule of radar detection: Hansen and Sawyers, IEEE Trans. Aerosp. Electron.
 //! Syst. 16, 115, 1980).
 
 use std::f64::consts::LN_2;

@@ -5,6 +5,12 @@ use super::partial::Partial;
 /// Difference of frequencies, in fundamentals, within which tones are the same.
 pub(super) const SAME: f64 = 0.03;
 
+/// Highest multiple: the more multiples, the more other tones are near one by chance.
+const MOST_HARMONICS: f64 = 10.0;
+
+/// Least power of a fundamental relative to each of its partials.
+const LEAST_POWER: f64 = 0.03;
+
 /// A fundamental with its higher partials.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -36,11 +42,15 @@ pub(super) fn groups(mut partials: Vec<Partial>) -> Vec<Group> {
     for partial in partials {
         let multiple = |group: &Group| {
             let fundamental = group.fundamental();
+            if partial.shared_with(fundamental) <= 0.5 * partial.duration()
+                || fundamental.power < LEAST_POWER * partial.power
+            {
+                return None;
+            }
             let ratio = partial.ratio_to(fundamental);
             let multiple = ratio.round();
-            let fits = multiple >= 2.0
-                && (ratio - multiple).abs() < SAME
-                && partial.shared_with(fundamental) > 0.5 * partial.duration();
+            let fits =
+                (2.0..=MOST_HARMONICS).contains(&multiple) && (ratio - multiple).abs() < SAME;
             fits.then_some(multiple as usize)
         };
         let owner = out

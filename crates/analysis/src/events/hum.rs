@@ -11,6 +11,9 @@ use super::spectrogram::{LOBE, powers, vertex, window_length};
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_DEVIATION: f64 = 0.004;
 
+/// Least power of a line relative to the recording's: below are lines of quantisation.
+const LEAST_POWER: f64 = 1e-7;
+
 /// A line of hum.
 struct Line {
     multiple: f64,
@@ -42,6 +45,7 @@ impl Lines {
         let median_of = |k: usize| median(inside.iter().map(|column| column[k]));
         let steady: Vec<f64> = (0..columns[0].len()).map(median_of).collect();
         let floor = Floor::new(std::slice::from_ref(&steady), 1.0);
+        let power = samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64;
         // Multiples whose ranges do not meet.
         let count = (0.5 / MAINS_DEVIATION) as usize;
         let line = |multiple: f64, mains: f64| {
@@ -51,7 +55,8 @@ impl Lines {
             let near = near.filter(|k| k + 1 < steady.len());
             let best = near.max_by(|a, b| steady[*a].total_cmp(&steady[*b]))?;
             let (shift, height) = vertex([steady[best - 1], steady[best], steady[best + 1]]);
-            let stands_out = height > least_ratio(count) * floor.at(0, best);
+            let stands_out = height > least_ratio(count) * floor.at(0, best)
+                && 2.0 * steady[best] > LEAST_POWER * power;
             (stands_out && shift.abs() <= 1.0).then_some(Line {
                 multiple,
                 frequency_hz: (best as f64 + shift) * bin_hz,

@@ -37,8 +37,8 @@ pub(super) const CLASSES: [Option<EventKind>; 4] = [
 pub(super) static MODEL: LazyLock<Model> =
     LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
-/// Time before and after a sound in which others are alike, s: duration and unevenness are at most twice those of the
-/// other, the frequency differs.
+/// Time before and after a sound in which similar sounds are counted, s: those at another frequency with duration and
+/// unevenness within a factor of two.
 const AROUND_S: f64 = 5.0;
 
 /// The inputs of the model for one of `all` sounds.
@@ -65,9 +65,9 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
         leader.incoherence,
         leader.innovation,
         (event.harmonics as f64).ln(),
-        count(AROUND_S, &|other, of| {
+        count(AROUND_S, &|other, other_group| {
             (length(other) - length(event)).abs() < LN_2
-                && (unevenness(of) - unevenness(group)).abs() < LN_2
+                && (unevenness(other_group) - unevenness(group)).abs() < LN_2
                 && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
         }),
         count(0.0, &|_, _| true),

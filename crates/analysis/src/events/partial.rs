@@ -49,15 +49,14 @@ impl Partial {
     /// Mean ratio of the frequency to that of another partial while both sound, weighted by the powers.
     pub fn ratio_to(&self, other: &Self) -> f64 {
         let start_s = self.start_s.max(other.start_s);
-        let from = |p: &Self| {
-            let first = ((start_s - p.start_s) / STEP_S).round() as usize;
-            p.track.clone().into_iter().skip(first)
-        };
-        let (sum, weight) = from(self)
-            .zip(from(other))
-            .fold((0.0, 0.0), |(sum, weight), (a, b)| {
-                (sum + a.1 * b.1 * a.0 / b.0, weight + a.1 * b.1)
-            });
+        let first =
+            |p: &Self| (((start_s - p.start_s) / STEP_S).round() as usize).min(p.track.len());
+        let pairs = self.track[first(self)..]
+            .iter()
+            .zip(&other.track[first(other)..]);
+        let (sum, weight) = pairs.fold((0.0, 0.0), |(sum, weight), (a, b)| {
+            (sum + a.1 * b.1 * a.0 / b.0, weight + a.1 * b.1)
+        });
         sum / weight
     }
 

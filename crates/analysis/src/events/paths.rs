@@ -33,7 +33,7 @@ struct Node {
 /// one path.
 pub(super) fn ridges(peaks: &Peaks, false_alarm: f64) -> Vec<Ridge> {
     let cells = (peaks.columns.len() * peaks.bins).max(1);
-    let threshold = (cells as f64 / false_alarm).ln();
+    let threshold = (cells as f64 / false_alarm).ln().max(f64::MIN_POSITIVE);
     let mut nodes: Vec<Vec<Node>> = Vec::new();
     for (t, column) in peaks.columns.iter().enumerate() {
         let node = |peak| best_end(peaks, &nodes, t, peak, threshold);

@@ -62,7 +62,7 @@ impl EventOptions {
     }
 }
 
-/// Level of an event below that of the recording above 180 Hz at which it is faint, dB.
+/// Level of an event below that of the recording above about 170 Hz at which it is faint, dB.
 const FAINT_DB: f64 = 40.0;
 
 /// Finds the tonal events of a recording of `samples` at `rate_hz`.

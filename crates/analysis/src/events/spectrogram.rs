@@ -43,7 +43,7 @@ pub(super) struct Peaks {
 pub(super) fn window_length(duration: f64, rate_hz: f64) -> usize {
     let wanted = duration * rate_hz;
     let unit = 2f64.powf(wanted.log2().floor() - 3.0).max(2.0);
-    ((wanted / unit).round() * unit) as usize
+    ((wanted / unit).round().max(1.0) * unit) as usize
 }
 
 /// The peaks of `samples` that a tone explains better than noise, with Hann windows of about `duration` (s) that overlap

@@ -222,6 +222,26 @@ fn a_steady_tone_at_a_multiple_of_the_mains_is_an_event_and_no_hum() {
 }
 
 #[test]
+fn a_clean_tone_through_the_whole_recording_is_no_hum() {
+    for frequency in [1000.0, 2000.0] {
+        let mut samples = vec![0.0; 6 * 44_100];
+        tone(&mut samples, [0.0, 6.0], &[0.5], |_| frequency, |_| 1.0);
+        let coded = samples.iter().map(|x| (x * 32_768.0).round() / 32_768.0);
+        let found = events(&coded.collect::<Vec<f64>>());
+        assert_eq!(found.hum, None);
+        assert_eq!(found.events.len(), 1);
+        assert!((found.events[0].frequency_hz - frequency).abs() < 0.5);
+    }
+}
+
+#[test]
+fn silence_for_most_of_the_recording_is_no_hum() {
+    let mut samples = vec![0.0; 12 * 44_100];
+    tone(&mut samples, [1.0, 2.0], &[0.5], |_| 3000.0, |_| 1.0);
+    assert_eq!(events(&samples).hum, None);
+}
+
+#[test]
 fn above_a_low_pass_there_is_no_event() {
     let mut samples = background(16, 4.0);
     tone(
