@@ -34,6 +34,9 @@ pub(super) const DENSE: usize = 16;
 /// Largest number of interpolated samples.
 const MAX_DENSE: usize = 16_000;
 
+/// Statistical scatter of the upper quarter of a white noise floor below the rest.
+const WHITE_SCATTER: f64 = 1.3;
+
 /// An input of the model.
 #[derive(Clone, Debug)]
 pub(super) struct Feature {
@@ -215,6 +218,7 @@ impl LinePower {
 
 /// The features of the noise floor: `floor` and `background` are their shares of the power.
 fn floor_features(floor: f64, background: f64, white: f64, error: PredictionError) -> [Feature; 3] {
+    let coloured = floor * (1.0 - WHITE_SCATTER * white).max(0.0);
     let over_error = floor / error.short.max(MIN_ERROR).powi(2);
     [
         Feature::new(
@@ -224,10 +228,10 @@ fn floor_features(floor: f64, background: f64, white: f64, error: PredictionErro
         ),
         Feature::new(
             "colour of the floor",
-            log(white, 1e-4),
+            log(coloured - 2.0 * background, 1e-6),
             format!(
-                "The floor has {} times its mean power in the upper quarter of the frequencies.",
-                significant(white, 3)
+                "{} of the power is in the part of the floor that is not white.",
+                percent(coloured)
             ),
         ),
         Feature::new(

@@ -12,7 +12,7 @@
 //! | one tone | share of the lines' power that is in no harmonic or subharmonic of one base |
 //! | two tones | share of the lines' power that is in no combination of two bases |
 //! | broadband floor | share of the power between the lines, less twice the background |
-//! | colour of the floor | its power in the upper quarter of the frequencies over its mean power |
+//! | colour of the floor | the part of it that is not white (above the level of the upper quarter of the frequencies), less twice the background |
 //! | noise | its power over that of noise of the size of the prediction error |
 //! | repetition | distance of crossings of a Poincare section one period apart over that explained by noise |
 //! | predictability | error of prediction by analogues ten periods ahead |
