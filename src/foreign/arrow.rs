@@ -35,8 +35,8 @@ pub(crate) struct ArrowStream {
 
 impl ArrowStream {
     /// Reads the schema, and with it the first batch.
-    pub fn new(bytes: Vec<u8>) -> io::Result<Self> {
-        let (mut decoder, mut rest) = (StreamDecoder::new(), Buffer::from(bytes));
+    pub fn new(bytes: impl Into<Buffer>) -> io::Result<Self> {
+        let (mut decoder, mut rest) = (StreamDecoder::new(), bytes.into());
         let mut first = decoder.decode(&mut rest);
         if decoder.schema().is_none() && first.is_ok() {
             // The decoder completes the empty body of a schema with the next bytes.

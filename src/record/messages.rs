@@ -9,6 +9,7 @@ use std::fmt;
 use std::io::{self, BufReader, Read};
 
 use crate::record::sdk::log::Chunk;
+use arrow_buffer::Buffer;
 use re_log_encoding::external::lz4_flex::block::decompress;
 use re_log_encoding::{
     CodecError, Decodable, MessageHeader, MessageKind, RRD_FOURCC, StreamFooter, StreamHeader,
@@ -235,15 +236,17 @@ fn decode(message: &ArrowMsg) -> Result<Chunk, String> {
         return Err("the encoding of a message is unknown".to_owned());
     }
     let payload = &message.payload;
-    let bytes = match message.compression() {
+    let bytes: Buffer = match message.compression() {
         Compression::Lz4 => {
             let length = message.uncompressed_size;
             if length > MAX_MESSAGE.min(MAX_RATIO * payload.len() as u64) {
                 return Err(too_long(length));
             }
-            decompress(payload, length as usize).map_err(one_line)?
+            decompress(payload, length as usize)
+                .map_err(one_line)?
+                .into()
         }
-        Compression::None | Compression::Unspecified => payload.to_vec(),
+        Compression::None | Compression::Unspecified => payload.clone().into(),
     };
     let mut stream = ArrowStream::new(bytes).map_err(one_line)?;
     let batch = stream.next().ok_or("a message is empty")?;

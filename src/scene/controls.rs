@@ -107,10 +107,8 @@ impl Scene {
                 all.push(other);
             }
         }
-        let controls = all
-            .into_iter()
-            .filter_map(|parameter| self.control(parameter));
-        controls.collect()
+        let control = |parameter| self.control(parameter);
+        all.into_iter().filter_map(control).collect()
     }
 
     /// The slider of a number; `None` if a live run cannot change it.

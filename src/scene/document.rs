@@ -258,9 +258,10 @@ impl<'d> Table<'d> {
         problem: &str,
         remedy: &str,
     ) -> Result<(), SceneError> {
-        let given = names.iter().find(|name| self.has(name));
-        let fault = given.map(|name| self.inconsistent(name, others, problem, remedy));
-        fault.map_or(Ok(()), Err)
+        match names.iter().find(|name| self.has(name)) {
+            None => Ok(()),
+            Some(name) => Err(self.inconsistent(name, others, problem, remedy)),
+        }
     }
 
     /// Rejects parameters of other laws than the one that a key selects, since they would have no effect.

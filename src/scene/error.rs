@@ -154,6 +154,7 @@ fn most_alike<'c>(
     likeness: impl Fn(&str) -> f64,
 ) -> Option<&'c str> {
     let alike = candidates.into_iter().map(|name| (likeness(name), name));
+    // Of equally alike names the first.
     let close = alike.filter(|(likeness, _)| *likeness >= least);
     Some(close.min_by(|a, b| b.0.total_cmp(&a.0))?.1)
 }

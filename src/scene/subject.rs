@@ -127,8 +127,10 @@ impl LoadedJoint {
     /// Minimum and maximum tilt of a run of a duration (s), rad.
     pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
         let start = [self.tilt.min(), self.tilt.max()];
-        let moved = self.loadings(duration).filter(|_| self.patch_moves());
-        let tilts = moved.map(|loading| loading.tilt);
+        if !self.patch_moves() {
+            return start;
+        }
+        let tilts = self.loadings(duration).map(|loading| loading.tilt);
         tilts.fold(start, |[low, high], tilt| [low.min(tilt), high.max(tilt)])
     }
 

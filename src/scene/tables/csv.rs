@@ -35,10 +35,8 @@ pub fn expanded(file: &str, text: &str) -> Result<String, SceneError> {
             continue;
         };
         let table = document.table(curve.table);
-        let (list, file) = (
-            knot_list(curve, &knots(table, curve, csv)?),
-            table.get(csv)?,
-        );
+        let list = knot_list(curve, &knots(table, curve, csv)?);
+        let file = table.get(csv)?;
         notes += &format!("# {} was read from {file:?}\n", curve.path());
         edits.push((span, format!("{} = {list}", curve.list.name)));
     }
