@@ -300,26 +300,40 @@ impl Stepper for RungeKutta {
     }
 }
 
-/// Components of which the sums are formed together, in the fastest memory.
-const CHUNK: usize = 64;
-
 /// Adds `h sum_j weights[j] slopes[j]` to `y`.
 pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    let dim = y.len();
     vectorised(
         #[inline(always)]
         || {
-            for (first, y) in (0..).step_by(CHUNK).zip(y.chunks_mut(CHUNK)) {
-                let mut sums = [0.0; CHUNK];
-                for (weight, slope) in weights.iter().zip(slopes.chunks_exact(dim)) {
-                    for (sum, x) in sums.iter_mut().zip(&slope[first..][..y.len()]) {
-                        *sum += weight * x;
-                    }
-                }
-                for (y, sum) in y.iter_mut().zip(sums) {
-                    *y += h * sum;
-                }
-            }
+            let first = accumulate_groups::<8>(y, 0, h, slopes, weights);
+            let first = accumulate_groups::<4>(y, first, h, slopes, weights);
+            accumulate_groups::<1>(y, first, h, slopes, weights);
         },
     );
+}
+
+/// Adds the sums to whole groups of `N` components from `first` on, which stay in registers; returns the first
+/// component after them.
+#[inline(always)]
+fn accumulate_groups<const N: usize>(
+    y: &mut [f64],
+    mut first: usize,
+    h: f64,
+    slopes: &[f64],
+    weights: &[f64],
+) -> usize {
+    let dim = y.len();
+    for y in y[first..].as_chunks_mut::<N>().0 {
+        let mut sums = [0.0; N];
+        for (j, weight) in weights.iter().enumerate() {
+            for (sum, x) in sums.iter_mut().zip(&slopes[j * dim + first..][..N]) {
+                *sum += weight * x;
+            }
+        }
+        for (y, sum) in y.iter_mut().zip(sums) {
+            *y += h * sum;
+        }
+        first += N;
+    }
+    first
 }
