@@ -37,23 +37,23 @@ pub(super) const CLASSES: [Option<EventKind>; 4] = [
 pub(super) static MODEL: LazyLock<Model> =
     LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
-/// Time before and after a sound in which others count, s, and largest difference of level of sounds that are alike, dB; one
-/// lasts at most twice as long as the other, and at another frequency.
+/// Time before and after a sound in which similar sounds are counted, s: those at another frequency with duration and
+/// unevenness within a factor of two.
 const AROUND_S: f64 = 5.0;
-const ALIKE_DB: f64 = 12.0;
 
 /// The inputs of the model for one of `all` sounds.
 pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.len()] {
     let (event, group) = &all[which];
     let (_, leader) = group.leader();
     let length = |event: &TonalEvent| event.span().length_s().max(STEP_S).ln();
+    let unevenness = |group: &Group| group.leader().1.unevenness.max(f64::MIN_POSITIVE).ln();
     // The number of others that sound between two times, as a logarithm.
-    let count = |margin_s: f64, is: &dyn Fn(&TonalEvent) -> bool| {
-        let others = all.iter().enumerate().filter(|(k, (other, _))| {
+    let count = |margin_s: f64, is: &dyn Fn(&TonalEvent, &Group) -> bool| {
+        let others = all.iter().enumerate().filter(|(k, (other, group))| {
             *k != which
                 && other.start_s < event.end_s + margin_s
                 && other.end_s > event.start_s - margin_s
-                && is(other)
+                && is(other, group)
         });
         (others.count() as f64).ln_1p()
     };
@@ -65,12 +65,12 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
         leader.incoherence,
         leader.innovation,
         (event.harmonics as f64).ln(),
-        count(AROUND_S, &|other| {
+        count(AROUND_S, &|other, other_group| {
             (length(other) - length(event)).abs() < LN_2
-                && (other.level_db - event.level_db).abs() < ALIKE_DB
+                && (unevenness(other_group) - unevenness(group)).abs() < LN_2
                 && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
         }),
-        count(0.0, &|_| true),
+        count(0.0, &|_, _| true),
     ]
 }
 
