@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::ridge::Ridge;
-use crate::stats::{deviation, mean, order_statistic};
+use crate::stats::{deviation, mean, order_statistic, trend};
 use crate::tones::Window;
 
 /// A partial ends where its power stays below a tenth of the mean in its loudest 0.1 s for 0.12 s.
@@ -19,7 +19,7 @@ const PAUSE_S: f64 = 0.12;
 /// longest.
 pub(super) const LOW_PASS_S: [f64; 2] = [LOUDEST_S / 2.0, LOUDEST_S / 8.0];
 
-/// Incoherence and innovation of a tone without noise: its amplitude and its frequency vary.
+/// Unevenness, incoherence and innovation of a tone without noise: its amplitude and its frequency vary.
 const RESIDUAL: f64 = 0.01;
 
 /// A partial at zero frequency.
@@ -107,13 +107,15 @@ impl Baseband {
         let weight: f64 = track.iter().map(|p| p.1).sum();
         let mean_excess = (first..end).map(excess).sum::<f64>() / (end - first) as f64;
         let power = mean_excess.max(0.0);
+        let level = averages(&track.iter().map(|p| p.1).collect::<Vec<f64>>());
         (weight > 0.0).then(|| Partial {
             start_s: self.first_s + STEP_S * first as f64,
             end_s: self.first_s + STEP_S * end as f64,
             frequency_hz: track.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
             power,
             noise: self.noise,
-            unevenness: unevenness(&track),
+            unevenness: (deviation(&level) / mean(&level) + RESIDUAL).ln(),
+            decay: decay(&level),
             incoherence: self.incoherence(first, end, power),
             innovation: innovation(&self.wide[first..end]),
             amplitudes: self.wide[first..end].iter().map(|v| v.norm()).collect(),
@@ -133,11 +135,7 @@ impl Baseband {
         let (sum, weight) = triples.fold((Complex64::ZERO, 0.0), |(sum, weight), z| {
             (sum + z, weight + z.norm())
         });
-        let coherence = if weight > 0.0 {
-            sum.norm() / weight
-        } else {
-            0.0
-        };
+        let coherence = sum.norm() / weight.max(f64::MIN_POSITIVE);
         let expected = (power / (power + self.noise_power())).powi(2);
         ((1.0 + RESIDUAL - coherence) / (1.0 + RESIDUAL - expected)).ln()
     }
@@ -179,25 +177,19 @@ impl Baseband {
 fn innovation(values: &[Complex64]) -> f64 {
     let lag = (LOW_PASS_S[1] / STEP_S).ceil() as usize;
     let pairs = values.iter().zip(values.iter().skip(lag));
-    let (product, before, after) = pairs.fold(
-        (Complex64::ZERO, 0.0, 0.0),
-        |(product, before, after), (a, b)| {
-            (
-                product + b * a.conj(),
-                before + a.norm_sqr(),
-                after + b.norm_sqr(),
-            )
-        },
-    );
+    let product: Complex64 = pairs.clone().map(|(a, b)| b * a.conj()).sum();
+    let [before, after] = pairs.fold([0.0; 2], |[p, q], (a, b)| {
+        [p + a.norm_sqr(), q + b.norm_sqr()]
+    });
     let common = product.norm_sqr() / (before * after).max(f64::MIN_POSITIVE);
     (1.0 - common + RESIDUAL).ln()
 }
 
-/// Standard deviation of the power of a track over its mean.
-fn unevenness(track: &[(f64, f64)]) -> f64 {
-    let power: Vec<f64> = track.iter().map(|p| p.1).collect();
-    let power = averages(&power);
-    deviation(&power) / mean(&power).max(f64::MIN_POSITIVE)
+/// Share of the variance of a level that a straight fall explains; 0 if it rises.
+fn decay(level: &[f64]) -> f64 {
+    let [slope, rest] = trend(level);
+    let all = level.len() as f64 * deviation(level).powi(2);
+    f64::from(slope < 0.0) * (1.0 - rest / all).max(0.0)
 }
 
 /// The median of values; 0 without any.

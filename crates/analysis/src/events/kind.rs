@@ -1,4 +1,4 @@
-//! The kind of a sound: nine numbers about it, and a fitted model of what they mean.
+//! The kind of a sound: ten numbers about it, and a fitted model of what they mean.
 //!
 //! A path through noise is faint and incoherent; syllables and notes are brief, and there are many alike of other pitches; noise of
 //! a resonance has a random phase and an uneven level; each burst has a phase of its own. A squeak is a
@@ -14,16 +14,17 @@ use super::{EventKind, TonalEvent};
 use crate::logistic::Model;
 
 /// The inputs of the model.
-pub(super) const INPUTS: [&str; 9] = [
+pub(super) const INPUTS: [&str; 10] = [
     "snr",
     "duration",
     "frequency",
     "unevenness",
+    "decay",
     "incoherence",
     "innovation",
     "harmonics",
     "alike",
-    "simultaneous",
+    "near",
 ];
 
 /// The classes of the model; `None` is no event.
@@ -37,8 +38,8 @@ pub(super) const CLASSES: [Option<EventKind>; 4] = [
 pub(super) static MODEL: LazyLock<Model> =
     LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
-/// Time before and after a sound in which similar sounds are counted, s: those at another frequency with duration and
-/// unevenness within a factor of two.
+/// Time before and after a sound in which sounds alike are counted, s: those at another frequency with duration, unevenness
+/// and innovation within a factor of two.
 const AROUND_S: f64 = 5.0;
 
 /// The inputs of the model for one of `all` sounds.
@@ -46,7 +47,6 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
     let (event, group) = &all[which];
     let (_, leader) = group.leader();
     let length = |event: &TonalEvent| event.span().length_s().max(STEP_S).ln();
-    let unevenness = |group: &Group| group.leader().1.unevenness.max(f64::MIN_POSITIVE).ln();
     // The number of others that sound between two times, as a logarithm.
     let count = |margin_s: f64, is: &dyn Fn(&TonalEvent, &Group) -> bool| {
         let others = all.iter().enumerate().filter(|(k, (other, group))| {
@@ -62,15 +62,18 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
         length(event),
         event.frequency_hz.ln(),
         leader.unevenness,
+        leader.decay,
         leader.incoherence,
         leader.innovation,
         (event.harmonics as f64).ln(),
         count(AROUND_S, &|other, other_group| {
+            let (_, other_leader) = other_group.leader();
             (length(other) - length(event)).abs() < LN_2
-                && (unevenness(other_group) - unevenness(group)).abs() < LN_2
+                && (other_leader.unevenness - leader.unevenness).abs() < LN_2
+                && (other_leader.innovation - leader.innovation).abs() < LN_2
                 && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
         }),
-        count(0.0, &|_, _| true),
+        count(event.span().length_s(), &|_, _| true),
     ]
 }
 

@@ -15,8 +15,10 @@ pub(super) struct Partial {
     /// Mean power of the tone and noise power per hertz, square of the signal's unit.
     pub power: f64,
     pub noise: f64,
-    /// Standard deviation of the power over its mean.
+    /// Logarithm of the standard deviation of the power over its mean.
     pub unevenness: f64,
+    /// Share of the variance of the power that a straight fall explains: large for a note that dies out.
+    pub decay: f64,
     /// Logarithm of the incoherence of the phase over that of a tone in the same noise: about 0 for a tone.
     pub incoherence: f64,
     /// Logarithm of the share of the power that is new within 15 ms: small for a tone.
