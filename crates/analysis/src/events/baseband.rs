@@ -19,7 +19,8 @@ const PAUSE_S: f64 = 0.12;
 /// longest.
 pub(super) const LOW_PASS_S: [f64; 2] = [LOUDEST_S / 2.0, LOUDEST_S / 8.0];
 
-/// Unevenness, incoherence and innovation of a tone without noise: its amplitude and its frequency vary.
+/// Unevenness, incoherence and innovation of a tone without noise: its amplitude and its frequency vary. Likewise the level of
+/// a note that dies out is not quite straight.
 const RESIDUAL: f64 = 0.01;
 
 /// A partial at zero frequency.
@@ -107,15 +108,15 @@ impl Baseband {
         let weight: f64 = track.iter().map(|p| p.1).sum();
         let mean_excess = (first..end).map(excess).sum::<f64>() / (end - first) as f64;
         let power = mean_excess.max(0.0);
-        let level = averages(&track.iter().map(|p| p.1).collect::<Vec<f64>>());
+        let smooth = averages(&track.iter().map(|p| p.1).collect::<Vec<f64>>());
         (weight > 0.0).then(|| Partial {
             start_s: self.first_s + STEP_S * first as f64,
             end_s: self.first_s + STEP_S * end as f64,
             frequency_hz: track.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
             power,
             noise: self.noise,
-            unevenness: (deviation(&level) / mean(&level) + RESIDUAL).ln(),
-            decay: decay(&level),
+            unevenness: (deviation(&smooth) / mean(&smooth) + RESIDUAL).ln(),
+            decay: decay(&smooth),
             incoherence: self.incoherence(first, end, power),
             innovation: innovation(&self.wide[first..end]),
             amplitudes: self.wide[first..end].iter().map(|v| v.norm()).collect(),
@@ -185,11 +186,15 @@ fn innovation(values: &[Complex64]) -> f64 {
     (1.0 - common + RESIDUAL).ln()
 }
 
-/// Share of the variance of a level that a straight fall explains; 0 if it rises.
-fn decay(level: &[f64]) -> f64 {
-    let [slope, rest] = trend(level);
-    let all = level.len() as f64 * deviation(level).powi(2);
-    f64::from(slope < 0.0) * (1.0 - rest / all).max(0.0)
+/// Logarithm of the share of the variance of the level that a straight fall in decibels does not explain: 0 without a fall.
+fn decay(power: &[f64]) -> f64 {
+    let mean = mean(power);
+    let level = power.iter().map(|p| (p / mean + END_SHARE).ln());
+    let level: Vec<f64> = level.collect();
+    let [slope, rest] = trend(&level);
+    let all = level.len() as f64 * deviation(&level).powi(2);
+    let share = if slope < 0.0 { rest / all } else { 1.0 };
+    (share.min(1.0) + RESIDUAL).ln()
 }
 
 /// The median of values; 0 without any.

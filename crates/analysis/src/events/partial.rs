@@ -17,7 +17,7 @@ pub(super) struct Partial {
     pub noise: f64,
     /// Logarithm of the standard deviation of the power over its mean.
     pub unevenness: f64,
-    /// Share of the variance of the power that a straight fall explains: large for a note that dies out.
+    /// Logarithm of the share of the variance of the level that a straight fall does not explain: small for a note that dies out.
     pub decay: f64,
     /// Logarithm of the incoherence of the phase over that of a tone in the same noise: about 0 for a tone.
     pub incoherence: f64,
