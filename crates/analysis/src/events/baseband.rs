@@ -189,8 +189,8 @@ fn innovation(values: &[Complex64]) -> f64 {
 /// Logarithm of the share of the variance of the level that a straight fall in decibels does not explain: 0 without a fall.
 fn decay(power: &[f64]) -> f64 {
     let mean = mean(power);
-    let level = power.iter().map(|p| (p / mean + END_SHARE).ln());
-    let level: Vec<f64> = level.collect();
+    // A pause within the tone counts no more than what ends it.
+    let level: Vec<f64> = power.iter().map(|p| (p / mean + END_SHARE).ln()).collect();
     let [slope, rest] = trend(&level);
     let all = level.len() as f64 * deviation(&level).powi(2);
     let share = if slope < 0.0 { rest / all } else { 1.0 };
