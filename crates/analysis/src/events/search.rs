@@ -87,9 +87,7 @@ pub fn tonal_events(
     if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
         return Err(AnalysisError::SampleRange);
     }
-    let offset = mean(samples);
-    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
-    let (candidates, hum, power) = candidates(&samples, rate_hz, options);
+    let (candidates, hum, power) = candidates(samples, rate_hz, options);
     let recording_db = options.level_db(power);
     let sounds = candidates.iter().enumerate();
     let known = sounds.filter(|(_, (event, _))| options.admits(event, recording_db));
@@ -107,12 +105,14 @@ pub fn tonal_events(
     })
 }
 
-/// All tones of a recording without mean, in the order of their starts, its hum and its power. They have no kind yet.
+/// All tones of a recording, in the order of their starts, its hum and its power. They have no kind yet.
 pub(super) fn candidates(
     samples: &[f64],
     rate_hz: f64,
     options: &EventOptions,
 ) -> (Vec<(TonalEvent, Group)>, Option<Lines>, f64) {
+    let offset = mean(samples);
+    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
     // A faster change of frequency needs a shorter window.
     let windows = successors(Some(2.0 * LOUDEST_S), |window| Some(0.5 * window));
     let windows: Vec<f64> = windows.take_while(|w| *w >= LOW_PASS_S[1]).collect();
@@ -120,7 +120,7 @@ pub(super) fn candidates(
     // One after the other: the powers take as much memory as the samples.
     let all = windows
         .iter()
-        .map(|window| peaks(samples, rate_hz, *window));
+        .map(|window| peaks(&samples, rate_hz, *window));
     let all: Vec<Peaks> = all.collect();
     let ridges: Vec<Ridge> = all
         .par_iter()
@@ -128,9 +128,9 @@ pub(super) fn candidates(
         .collect();
     let partials = ridges
         .par_iter()
-        .flat_map_iter(|ridge| Baseband::new(samples, rate_hz, ridge).partials());
+        .flat_map_iter(|ridge| Baseband::new(&samples, rate_hz, ridge).partials());
     let mut partials = Partial::distinct(partials.collect());
-    let hum = Lines::find(samples, rate_hz);
+    let hum = Lines::find(&samples, rate_hz);
     if let Some(hum) = &hum {
         partials.retain(|partial| !hum.has(partial));
     }
