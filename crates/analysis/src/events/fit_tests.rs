@@ -17,7 +17,7 @@ use generator::{Kind, Recording, TUNING_SEEDS, recording};
 /// Recordings of squeaks at -10 to 30 dB, of a resonance and of bursts, which have few events each, and of each other sound.
 const SQUEAKS: u64 = 500;
 const RESONANCES: u64 = 160;
-const OTHERS: u64 = 40;
+const OTHERS: u64 = 120;
 
 /// The first seed.
 const FIRST: u64 = TUNING_SEEDS.start + 600_000;

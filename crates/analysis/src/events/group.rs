@@ -2,19 +2,14 @@
 
 use super::partial::Partial;
 
-/// Highest multiple, and largest deviation of a partial from a multiple, in fundamentals: the more multiples, the more other
-/// tones are near one by chance.
-const MOST_HARMONICS: f64 = 10.0;
-const DEVIATION: f64 = 0.02;
+/// Difference of frequencies, in fundamentals, within which tones are the same.
+pub(super) const SAME: f64 = 0.03;
 
-/// Least share of a partial's duration in which its fundamental sounds.
-const LEAST_TOGETHER: f64 = 0.6;
+/// Highest multiple: the more multiples, the more other tones are near one by chance.
+const MOST_HARMONICS: f64 = 10.0;
 
 /// Least power of a fundamental relative to each of its partials.
 const LEAST_POWER: f64 = 0.03;
-
-/// Relative distance of frequencies within which tones are the same.
-pub(super) const SAME: f64 = 0.03;
 
 /// A fundamental with its higher partials.
 #[derive(Clone, Debug)]
@@ -46,12 +41,16 @@ pub(super) fn groups(mut partials: Vec<Partial>) -> Vec<Group> {
     let mut out: Vec<Group> = Vec::new();
     for partial in partials {
         let multiple = |group: &Group| {
-            let (ratio, share) = partial.ratio_to(group.fundamental())?;
+            let fundamental = group.fundamental();
+            if partial.shared_with(fundamental) <= 0.5 * partial.duration()
+                || fundamental.power < LEAST_POWER * partial.power
+            {
+                return None;
+            }
+            let ratio = partial.ratio_to(fundamental);
             let multiple = ratio.round();
-            let fits = (2.0..=MOST_HARMONICS).contains(&multiple)
-                && (ratio - multiple).abs() < DEVIATION
-                && share > LEAST_TOGETHER
-                && group.fundamental().power > LEAST_POWER * partial.power;
+            let fits =
+                (2.0..=MOST_HARMONICS).contains(&multiple) && (ratio - multiple).abs() < SAME;
             fits.then_some(multiple as usize)
         };
         let owner = out

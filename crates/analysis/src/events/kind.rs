@@ -1,8 +1,8 @@
-//! The kind of a sound: nine numbers about it, and a fitted model of what they mean.
+//! The kind of a sound: ten numbers about it, and a fitted model of what they mean.
 //!
-//! A path through noise is faint and incoherent; syllables and notes are brief, and there are many alike of other pitches; noise of
-//! a resonance has a random phase and an uneven level; each burst has a phase of its own. A squeak is a
-//! steady level with a coherent phase, often with harmonics, alone. No number decides alone: the model (`model.json`) is a
+//! A path through noise is faint and incoherent; syllables and notes are brief, and there are many alike of other pitches; a
+//! struck note dies out; noise of a resonance has a random phase and an uneven level; each burst has a phase of its own. A squeak
+//! is a steady level with a coherent phase, often with harmonics, alone. No number decides alone: the model (`model.json`) is a
 //! multinomial logistic regression on recordings whose sounds are known.
 
 use std::f64::consts::LN_2;
@@ -14,16 +14,17 @@ use super::{EventKind, TonalEvent};
 use crate::logistic::Model;
 
 /// The inputs of the model.
-pub(super) const INPUTS: [&str; 9] = [
+pub(super) const INPUTS: [&str; 10] = [
     "snr",
     "duration",
     "frequency",
     "unevenness",
+    "decay",
     "incoherence",
     "innovation",
     "harmonics",
     "alike",
-    "simultaneous",
+    "near",
 ];
 
 /// The classes of the model; `None` is no event.
@@ -37,10 +38,9 @@ pub(super) const CLASSES: [Option<EventKind>; 4] = [
 pub(super) static MODEL: LazyLock<Model> =
     LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
-/// Time before and after a sound in which others count, s, and largest difference of level of sounds that are alike, dB; one
-/// lasts at most twice as long as the other, and at another frequency.
+/// Time before and after a sound in which sounds alike are counted, s: those at another frequency with duration, unevenness
+/// and innovation within a factor of two.
 const AROUND_S: f64 = 5.0;
-const ALIKE_DB: f64 = 12.0;
 
 /// The inputs of the model for one of `all` sounds.
 pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.len()] {
@@ -48,12 +48,12 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
     let (_, leader) = group.leader();
     let length = |event: &TonalEvent| event.span().length_s().max(STEP_S).ln();
     // The number of others that sound between two times, as a logarithm.
-    let count = |margin_s: f64, is: &dyn Fn(&TonalEvent) -> bool| {
-        let others = all.iter().enumerate().filter(|(k, (other, _))| {
+    let count = |margin_s: f64, is: &dyn Fn(&TonalEvent, &Group) -> bool| {
+        let others = all.iter().enumerate().filter(|(k, (other, group))| {
             *k != which
                 && other.start_s < event.end_s + margin_s
                 && other.end_s > event.start_s - margin_s
-                && is(other)
+                && is(other, group)
         });
         (others.count() as f64).ln_1p()
     };
@@ -62,15 +62,18 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
         length(event),
         event.frequency_hz.ln(),
         leader.unevenness,
+        leader.decay,
         leader.incoherence,
         leader.innovation,
         (event.harmonics as f64).ln(),
-        count(AROUND_S, &|other| {
+        count(AROUND_S, &|other, other_group| {
+            let (_, other_leader) = other_group.leader();
             (length(other) - length(event)).abs() < LN_2
-                && (other.level_db - event.level_db).abs() < ALIKE_DB
+                && (other_leader.unevenness - leader.unevenness).abs() < LN_2
+                && (other_leader.innovation - leader.innovation).abs() < LN_2
                 && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
         }),
-        count(0.0, &|_| true),
+        count(event.span().length_s(), &|_, _| true),
     ]
 }
 

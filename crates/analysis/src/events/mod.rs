@@ -1,11 +1,11 @@
 //! Tonal events of a recording: what sounds when.
 //!
-//! 1. *Peaks.* Spectrograms with Hann windows of 12 to 186 ms; the noise floor of each bin from order statistics.
+//! 1. *Peaks.* Spectrograms with Hann windows of 12 to 200 ms; the noise floor of each bin from order statistics.
 //! 2. *Ridges.* In each spectrogram, the paths of peaks whose likelihood ratio against noise exceeds a threshold with
-//!    a given number of false paths. Of several descriptions of one tone, the one that holds the most
-//!    energy per column stays: short windows for a fast change of frequency, long ones for weak steady tones.
-//! 3. *Partials.* Each ridge is brought to zero frequency. It sounds while its power, averaged over 45 ms, is about a tenth
-//!    (-10 dB) of its loudest 0.1 s and above noise.
+//!    a given number of false paths: short windows for a fast change of frequency, long ones for weak steady tones.
+//! 3. *Partials.* Each ridge is brought to zero frequency. It sounds while its power, averaged over 45 ms, is above
+//!    a tenth (-10 dB) of that of its loudest 0.1 s and above noise. Of several descriptions of one partial, that of the greatest energy and
+//!    coherence stays.
 //! 4. *Events.* Partials at multiples of one frequency form a tone. Lines of mains hum are removed. A logistic model tells
 //!    tones from narrow-band noise and bursts, and all of them from noise, struck notes and speech.
 //!

@@ -1,6 +1,6 @@
 //! A partial of a sound between its ends.
 
-use super::baseband::median;
+use super::group::SAME;
 
 /// Step of the results, s.
 pub(super) const STEP_S: f64 = 0.005;
@@ -15,12 +15,16 @@ pub(super) struct Partial {
     /// Mean power of the tone and noise power per hertz, square of the signal's unit.
     pub power: f64,
     pub noise: f64,
-    /// Standard deviation of the power over its mean.
+    /// Logarithm of the standard deviation of the power over its mean.
     pub unevenness: f64,
+    /// Logarithm of the share of the variance of the level that a straight fall does not explain: small for a note that dies out.
+    pub decay: f64,
     /// Logarithm of the incoherence of the phase over that of a tone in the same noise: about 0 for a tone.
     pub incoherence: f64,
     /// Logarithm of the share of the power that is new within 15 ms: small for a tone.
     pub innovation: f64,
+    /// Amplitude through the shortest low-pass in steps of [`STEP_S`] from the start.
+    pub amplitudes: Vec<f64>,
     /// Frequency (Hz) and power of the tone in steps of [`STEP_S`] from the start.
     pub track: Vec<(f64, f64)>,
 }
@@ -44,29 +48,35 @@ impl Partial {
         self.power / self.noise
     }
 
-    /// Frequency at a time within the partial, mean over 0.05 s weighted by power, Hz.
-    pub fn frequency_at(&self, time_s: f64) -> f64 {
-        let at = ((time_s - self.start_s) / STEP_S).max(0.0) as usize;
-        let last = self.track.len();
-        let near = &self.track[at.saturating_sub(5).min(last - 1)..(at + 6).min(last)];
-        let weight: f64 = near.iter().map(|p| p.1).sum();
-        if weight > 0.0 {
-            near.iter().map(|p| p.0 * p.1).sum::<f64>() / weight
-        } else {
-            self.frequency_hz
-        }
+    /// Mean ratio of the frequency to that of another partial while both sound, weighted by the powers.
+    pub fn ratio_to(&self, other: &Self) -> f64 {
+        let start_s = self.start_s.max(other.start_s);
+        let first =
+            |p: &Self| (((start_s - p.start_s) / STEP_S).round() as usize).min(p.track.len());
+        let pairs = self.track[first(self)..]
+            .iter()
+            .zip(&other.track[first(other)..]);
+        let (sum, weight) = pairs.fold((0.0, 0.0), |(sum, weight), (a, b)| {
+            (sum + a.1 * b.1 * a.0 / b.0, weight + a.1 * b.1)
+        });
+        sum / weight
     }
 
-    /// Median ratio of the frequency to that of another partial while both sound, and the share of this
-    /// partial's duration in which they do.
-    pub fn ratio_to(&self, other: &Self) -> Option<(f64, f64)> {
-        let (start, shared) = (self.start_s.max(other.start_s), self.shared_with(other));
-        if shared < 0.05 {
-            return None;
+    /// Of partials that sound together at one frequency, those of the greatest energy for their incoherence: a ridge of the
+    /// best resolution loses least energy and leads to no other sound.
+    pub fn distinct(mut partials: Vec<Self>) -> Vec<Self> {
+        let energy = |p: &Self| p.power * p.duration() * (-p.incoherence).exp();
+        partials.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
+        let mut kept: Vec<Self> = Vec::new();
+        for partial in partials {
+            let is_same = |other: &Self| {
+                partial.shared_with(other) > 0.0
+                    && (partial.frequency_hz / other.frequency_hz - 1.0).abs() < SAME
+            };
+            if !kept.iter().any(is_same) {
+                kept.push(partial);
+            }
         }
-        let ratios = (0..21)
-            .map(|k| start + shared * (f64::from(k) + 0.5) / 21.0)
-            .map(|t| self.frequency_at(t) / other.frequency_at(t));
-        Some((median(ratios), shared / self.duration()))
+        kept
     }
 }

@@ -1,18 +1,19 @@
 //! Search for tonal events.
 
+use std::iter::successors;
+
 use rayon::prelude::*;
 
-use super::baseband::Baseband;
-use super::group::{Group, SAME, groups};
+use super::baseband::{Baseband, END_SHARE, LOUDEST_S, LOW_PASS_S};
+use super::group::{Group, groups};
 use super::hum::Lines;
 use super::kind::{inputs, likeliest};
 use super::modulation::{modulation, vibrato};
 use super::partial::Partial;
-use super::paths::{paths, threshold};
-use super::ridge::{Ridge, select};
+use super::paths::ridges;
+use super::ridge::Ridge;
 use super::spectrogram::{Peaks, peaks};
 use super::{EventKind, RidgePoint, TonalEvent, TonalEvents};
-use crate::condition::quantum;
 use crate::stats::{mean, range};
 use crate::{AnalysisError, MAX_SAMPLE};
 
@@ -61,26 +62,8 @@ impl EventOptions {
     }
 }
 
-/// Durations of the windows, s, and the lowest frequency that each searches, Hz: a faster change of frequency
-/// needs a shorter window, and changes in hertz are larger at higher frequencies.
-const WINDOWS: [(f64, f64); 5] = [
-    (0.186, 100.0),
-    (0.093, 180.0),
-    (0.046, 450.0),
-    (0.023, 1200.0),
-    (0.012, 3500.0),
-];
-
-/// Largest ratio of a floor to the noise of quantisation that is nothing else, and least fall of the floor over an octave
-/// that makes the edge of a low-pass.
-const ROUNDING_RATIO: f64 = 4.0;
-const EDGE_RATIO: f64 = 30.0;
-
-/// Level of an event below that of the recording above 180 Hz at which it is faint, dB.
+/// Level of an event below that of the recording above about 170 Hz at which it is faint, dB.
 const FAINT_DB: f64 = 40.0;
-
-/// Highest frequency of a partial, Hz.
-const HIGHEST_HZ: f64 = 24_000.0;
 
 /// Finds the tonal events of a recording of `samples` at `rate_hz`.
 ///
@@ -104,9 +87,7 @@ pub fn tonal_events(
     if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
         return Err(AnalysisError::SampleRange);
     }
-    let offset = mean(samples);
-    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
-    let (candidates, hum, power) = candidates(&samples, rate_hz, options);
+    let (candidates, hum, power) = candidates(samples, rate_hz, options);
     let recording_db = options.level_db(power);
     let sounds = candidates.iter().enumerate();
     let known = sounds.filter(|(_, (event, _))| options.admits(event, recording_db));
@@ -124,78 +105,43 @@ pub fn tonal_events(
     })
 }
 
-/// All tones of a recording without mean, in the order of their starts, its hum and its power. They have no kind yet.
+/// All tones of a recording, in the order of their starts, its hum and its power. They have no kind yet.
 pub(super) fn candidates(
     samples: &[f64],
     rate_hz: f64,
     options: &EventOptions,
 ) -> (Vec<(TonalEvent, Group)>, Option<Lines>, f64) {
-    let (mut ridges, reference) = ridges(samples, rate_hz, options);
-    let rounding = quantum(samples).powi(2) / (6.0 * rate_hz);
-    ridges.retain(|ridge| !is_above_edge(ridge, &reference, rounding));
-    let hum = Lines::find(samples, rate_hz);
-    if let Some(hum) = &hum {
-        ridges.retain(|ridge| !hum.has(ridge));
-    }
-    let partials = |ridge: &Ridge| {
-        let noise = ridge.points.iter().map(|p| p.noise).sum::<f64>() / ridge.points.len() as f64;
-        Baseband::new(samples, rate_hz, ridge).partials(noise)
-    };
-    let found: Vec<Partial> = ridges.par_iter().flat_map_iter(partials).collect();
-    let groups = groups(found);
-    let in_range =
-        |g: &Group| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz);
-    let groups = groups.into_iter().filter(in_range);
-    let candidates = groups.map(|group| (event(&group, options), group));
-    (distinct(candidates.collect()), hum, reference.power)
-}
-
-/// Whether a ridge is above the edge of a low-pass: its floor is `rounding`, the noise power per hertz of quantisation,
-/// and an octave below there is much more noise.
-fn is_above_edge(ridge: &Ridge, reference: &Peaks, rounding: f64) -> bool {
-    let middle = ridge.points[ridge.points.len() / 2];
-    let below = reference.noise(middle.time_s, 0.5 * middle.frequency_hz);
-    middle.noise < ROUNDING_RATIO * rounding && below > EDGE_RATIO * middle.noise
-}
-
-/// Leaves the event of the greatest energy of those that sound together within 3 % of one frequency, in the order
-/// of starts.
-fn distinct(mut candidates: Vec<(TonalEvent, Group)>) -> Vec<(TonalEvent, Group)> {
-    let energy = |event: &TonalEvent| event.snr_db + 10.0 * event.span().length_s().log10();
-    candidates.sort_by(|a, b| energy(&b.0).total_cmp(&energy(&a.0)));
-    let mut kept: Vec<(TonalEvent, Group)> = Vec::new();
-    for candidate in candidates {
-        let event = &candidate.0;
-        let is_same = |(other, _): &(TonalEvent, Group)| {
-            let together = event.end_s.min(other.end_s) - event.start_s.max(other.start_s);
-            together > 0.0 && (event.frequency_hz / other.frequency_hz - 1.0).abs() < SAME
-        };
-        if !kept.iter().any(is_same) {
-            kept.push(candidate);
-        }
-    }
-    kept.sort_by(|a, b| a.0.start_s.total_cmp(&b.0.start_s));
-    kept
-}
-
-/// The ridges of all resolutions, one for each partial, and the peaks of the window of the noise floor.
-fn ridges(samples: &[f64], rate_hz: f64, options: &EventOptions) -> (Vec<Ridge>, Peaks) {
-    let share = options.false_paths / WINDOWS.len() as f64;
+    let offset = mean(samples);
+    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
+    // A faster change of frequency needs a shorter window.
+    let windows = successors(Some(2.0 * LOUDEST_S), |window| Some(0.5 * window));
+    let windows: Vec<f64> = windows.take_while(|w| *w >= LOW_PASS_S[1]).collect();
+    let share = options.false_paths / windows.len() as f64;
     // One after the other: the powers take as much memory as the samples.
-    let mut all: Vec<Peaks> = WINDOWS
+    let all = windows
         .iter()
-        .map(|(duration, low)| peaks(samples, rate_hz, *duration, [*low, HIGHEST_HZ]))
+        .map(|window| peaks(&samples, rate_hz, *window));
+    let all: Vec<Peaks> = all.collect();
+    let ridges: Vec<Ridge> = all
+        .par_iter()
+        .flat_map_iter(|peaks| ridges(peaks, share))
         .collect();
-    let ridges = |peaks: &Peaks| {
-        let least = threshold(peaks.columns.len() * peaks.bins, share);
-        let paths = paths(peaks, least);
-        paths
-            .iter()
-            .map(|path| Ridge::new(path, peaks))
-            .collect::<Vec<_>>()
-    };
-    let found: Vec<Ridge> = all.par_iter().flat_map_iter(ridges).collect();
-    (select(found), all.swap_remove(1))
+    let partials = ridges
+        .par_iter()
+        .flat_map_iter(|ridge| Baseband::new(&samples, rate_hz, ridge).partials());
+    let mut partials = Partial::distinct(partials.collect());
+    let hum = Lines::find(&samples, rate_hz);
+    if let Some(hum) = &hum {
+        partials.retain(|partial| !hum.has(partial));
+    }
+    let mut groups = groups(partials);
+    groups.retain(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz));
+    let mut candidates: Vec<_> = groups
+        .into_iter()
+        .map(|group| (event(&group, options), group))
+        .collect();
+    candidates.sort_by(|a, b| a.0.start_s.total_cmp(&b.0.start_s));
+    (candidates, hum, all[1].power)
 }
 
 /// Width of the third octave around a frequency, Hz.
@@ -212,9 +158,8 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
     let strong = leader
         .track
         .iter()
-        .enumerate()
-        .filter(|(_, p)| p.1 > 0.1 * leader.power);
-    let frequencies = strong.map(|(i, _)| leader.frequency_at(leader.time(i)) / *multiple as f64);
+        .filter(|p| p.1 > END_SHARE * leader.power);
+    let frequencies = strong.map(|p| p.0 / *multiple as f64);
     let [frequency_low_hz, frequency_high_hz] = range(frequencies.chain([frequency_hz]));
     let third = third_octave(frequency_hz);
     let full = 0.5 * options.full_scale.powi(2);

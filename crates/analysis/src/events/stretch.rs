@@ -1,9 +1,7 @@
 //! The part of an event in which it is stationary.
 
+use super::baseband::LOUDEST_S;
 use super::{RidgePoint, Span, TonalEvent};
-
-/// Half of the time over which frequency and level are averaged, s: modulation above 5 Hz does not count.
-const HALF_MEAN_S: f64 = 0.1;
 
 /// Largest change of the averaged level within a stationary stretch, dB.
 const LEVEL_CHANGE_DB: f64 = 6.0;
@@ -45,8 +43,8 @@ fn averaged(ridge: &[RidgePoint]) -> (Vec<f64>, Vec<f64>) {
     }
     let times: Vec<f64> = ridge.iter().map(|point| point.time_s).collect();
     let level = |time: &f64| {
-        let first = times.partition_point(|t| *t < time - HALF_MEAN_S);
-        let end = times.partition_point(|t| *t <= time + HALF_MEAN_S);
+        let first = times.partition_point(|t| *t < time - LOUDEST_S);
+        let end = times.partition_point(|t| *t <= time + LOUDEST_S);
         10.0 * ((sums[end] - sums[first]) / (end - first) as f64).log10()
     };
     let levels = times.iter().map(level).collect();

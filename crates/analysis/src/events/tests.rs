@@ -212,6 +212,29 @@ fn struck_notes_are_no_events_and_a_squeak_among_them_is_one() {
 }
 
 #[test]
+fn notes_that_die_out_are_no_events_whatever_their_pitch_decay_and_harmonics() {
+    for (seed, decay_s) in (20..).zip([0.1, 0.15, 0.25, 0.4, 0.6]) {
+        for (octaves, partials) in [(0.0, &[1.0][..]), (1.3, &[1.0, 0.4, 0.3, 0.2, 0.1])] {
+            let mut samples = background(seed, 6.0);
+            for (k, semitones) in [0, 7, 4, 9, 2, 11, 5].into_iter().enumerate() {
+                let start = 0.2 + 0.8 * k as f64;
+                let pitch = 300.0 * (octaves + f64::from(semitones) / 12.0).exp2();
+                let fall = |t: f64| 0.1 * (-(t - start) / decay_s).exp();
+                tone(
+                    &mut samples,
+                    [start, start + 0.8],
+                    partials,
+                    |_| pitch,
+                    fall,
+                );
+            }
+            let found = summary(&events(&samples).events);
+            assert!(found.is_empty(), "{decay_s} s, {octaves}: {found:?}");
+        }
+    }
+}
+
+#[test]
 fn a_steady_tone_at_a_multiple_of_the_mains_is_an_event_and_no_hum() {
     let mut samples = noise(13, 3 * 44_100, 0.01);
     tone(&mut samples, [1.0, 2.5], &[0.5], |_| 1000.0, |_| 1.0);
