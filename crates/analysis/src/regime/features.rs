@@ -54,7 +54,7 @@ impl Feature {
 
 /// Power of the spectral lines.
 #[derive(Clone, Copy, Debug)]
-struct LinePower {
+pub(super) struct LinePower {
     /// Base frequency of which most power are harmonics, Hz; `None` without lines.
     f1: Option<f64>,
     /// Share of the lines' power that is neither in harmonics of one base nor in its subharmonics.
@@ -63,9 +63,9 @@ struct LinePower {
     beside_two: f64,
     /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45 that
     /// is weaker than the side lines of a tone modulated to the depth of 1.
-    side: Option<f64>,
+    pub side: Option<f64>,
     /// Whether the lines are those of a modulated tone.
-    is_modulated: bool,
+    pub is_modulated: bool,
 }
 
 /// All features.
@@ -75,10 +75,7 @@ pub(super) struct Features {
     pub samples: usize,
     /// Number of periods in the record: of four lags, or crossings, whichever is larger.
     pub periods: f64,
-    /// Distance of the strongest side line from the strongest line over its frequency.
-    pub side: Option<f64>,
-    /// Whether the lines are those of a modulated tone.
-    pub is_modulated: bool,
+    pub lines: LinePower,
     /// The inputs of the model.
     pub inputs: Vec<Feature>,
 }
@@ -154,8 +151,7 @@ impl Features {
         Ok(Self {
             samples: n,
             periods,
-            side: tones.side,
-            is_modulated: tones.is_modulated,
+            lines: tones,
             inputs,
         })
     }

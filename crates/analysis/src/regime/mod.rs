@@ -195,13 +195,14 @@ fn verdict(features: Features) -> Verdict {
     let likeliest: Vec<(Regime, f64)> = regimes.take(2).collect();
     let (first, confidence) = likeliest[0];
     let is_long = features.periods >= MIN_PERIODS && features.samples >= REFERENCES;
-    let is_modulated = features.side.is_some_and(|side| side < SLOW);
+    let lines = features.lines;
+    let is_modulated = lines.side.is_some_and(|side| side < SLOW);
     let (regime, limitation) = match first {
         _ if !is_long => (Regime::Undetermined, Some(Limitation::TooShort)),
         _ if confidence < MIN_PROBABILITY => (Regime::Undetermined, Some(Limitation::NoEvidence)),
         // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus.
         Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, Some(Limitation::Modulated)),
-        Regime::QuasiPeriodic if features.is_modulated => (first, Some(Limitation::Modulation)),
+        Regime::QuasiPeriodic if lines.is_modulated => (first, Some(Limitation::Modulation)),
         _ => (first, None),
     };
     // Others are named if they are likelier than by chance.
