@@ -115,16 +115,18 @@ impl Joint {
 
 /// `mu(V)/V` of a law as printed, and its limit at rest.
 fn over_speed(friction: &Friction, speed: f64) -> f64 {
-    let (creep, sliding) = match friction {
-        Friction::Constant { law, .. } => (law.creep, law.mu),
-        Friction::Stribeck { law, .. } => (law.creep, sliding(law, speed)),
-        Friction::Table { law, .. } => (law.creep(), law.sliding(speed)[0]),
-        Friction::None | Friction::Dynamic { .. } => unreachable!("no law of the speed"),
+    let rising = |creep: f64, sliding: f64| {
+        if speed > 0.0 {
+            -(-creep * speed).exp_m1() / speed * sliding
+        } else {
+            creep * sliding
+        }
     };
-    if speed > 0.0 {
-        -(-creep * speed).exp_m1() / speed * sliding
-    } else {
-        creep * sliding
+    match friction {
+        Friction::Constant { law, .. } => rising(law.creep, law.mu),
+        Friction::Stribeck { law, .. } => rising(law.creep, sliding(law, speed)),
+        Friction::Table { law, .. } => rising(law.creep(), law.sliding(speed)[0]),
+        Friction::None | Friction::Dynamic { .. } => unreachable!("no law of the speed"),
     }
 }
 

@@ -262,7 +262,7 @@ pub fn joint_scene() -> BoxedStrategy<String> {
         .collect();
     lines
         .prop_map(|mut lines| {
-            // Friction with states has no creep region.
+            // These laws do not use the creep slope.
             let law = lines.last().cloned().unwrap_or_default();
             if ["lugre", "rate-and-state"]
                 .iter()
