@@ -19,8 +19,7 @@ const PAUSE_S: f64 = 0.12;
 /// longest.
 pub(super) const LOW_PASS_S: [f64; 2] = [LOUDEST_S / 2.0, LOUDEST_S / 8.0];
 
-/// Unevenness, incoherence and innovation of a tone without noise: its amplitude and its frequency vary. Likewise the level of
-/// a note that dies out is not quite straight.
+/// Least unevenness, incoherence, innovation and departure from a straight fall: no real sound is perfect.
 const RESIDUAL: f64 = 0.01;
 
 /// A partial at zero frequency.

@@ -52,20 +52,19 @@ impl Floor {
         let last = blocks.len() - 1;
         let below = k.saturating_sub(LOBE + BLOCK) / STRIDE;
         let above = (k + LOBE + 1).div_ceil(STRIDE);
-        self.shape[k.min(self.shape.len() - 1)]
-            * blocks[below.min(last)].max(blocks[above.min(last)])
+        self.shape[k] * blocks[below].max(blocks[above.min(last)])
     }
 }
 
 /// The shape of the spectrum.
 fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
-    let power = |column: &&Vec<f64>| column.iter().sum::<f64>();
+    let columns = powers.iter().map(|column| (column.iter().sum(), column));
     // Digital silence has no spectrum.
-    let mut quietest: Vec<&Vec<f64>> = powers.iter().filter(|c| power(c) > 0.0).collect();
-    quietest.sort_by(|a, b| power(a).total_cmp(&power(b)));
+    let mut quietest: Vec<(f64, &Vec<f64>)> = columns.filter(|column| column.0 > 0.0).collect();
+    quietest.sort_by(|a, b| a.0.total_cmp(&b.0));
     quietest.truncate(quietest.len().div_ceil(QUIET_PART));
     let bins = powers[0].len();
-    let median_of = |k: usize| median(quietest.iter().map(|column| column[k]));
+    let median_of = |k: usize| median(quietest.iter().map(|(_, column)| column[k]));
     let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let side = |near: &[f64]| median(near.iter().copied());
     let smooth = |k: usize| {

@@ -30,7 +30,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The hum of a recording of at least three windows of 1.5 s, over which hum is steady and a squeak is not: the lines of
+    /// The hum of a recording of at least 3 s in windows of 1.5 s, over which hum is steady and a squeak is not: the lines of
     /// the spectrum that has the median over time in each bin, so that what sounds for less than half of the time does not
     /// count. Hum has its fundamental or the line of a rectifier at twice its frequency, or three multiples up to the eighth.
     pub fn find(samples: &[f64], rate_hz: f64) -> Option<Self> {
@@ -51,8 +51,8 @@ impl Lines {
         let line = |multiple: f64, mains: f64| {
             let centre = multiple * mains / bin_hz;
             let reach = MAINS_DEVIATION * centre + 0.5;
-            let near = (centre - reach).ceil() as usize..=(centre + reach) as usize;
-            let near = near.filter(|k| k + 1 < steady.len());
+            let end = ((centre + reach) as usize + 1).min(steady.len() - 1);
+            let near = (centre - reach).ceil() as usize..end;
             let best = near.max_by(|a, b| steady[*a].total_cmp(&steady[*b]))?;
             let (shift, height) = vertex([steady[best - 1], steady[best], steady[best + 1]]);
             let stands_out = height > least_ratio(count) * floor.at(0, best)

@@ -4,10 +4,11 @@
 //! 2. *Ridges.* In each spectrogram, the paths of peaks whose likelihood ratio against noise exceeds a threshold with
 //!    a given number of false paths: short windows for a fast change of frequency, long ones for weak steady tones.
 //! 3. *Partials.* Each ridge is brought to zero frequency. It sounds while its power, averaged over 45 ms, is above
-//!    a tenth (-10 dB) of that of its loudest 0.1 s and above noise. Of several descriptions of one partial, that of the greatest energy and
-//!    coherence stays.
-//! 4. *Events.* Partials at multiples of one frequency form a tone. Lines of mains hum are removed. A logistic model tells
-//!    tones from narrow-band noise and bursts, and all of them from noise, struck notes and speech.
+//!    a tenth (-10 dB) of that of its loudest 0.1 s and above noise. Lines of mains hum are removed. Of several
+//!    descriptions of one partial, that of the greatest energy and coherence stays, without the sidebands of its
+//!    modulation.
+//! 4. *Events.* Partials at multiples of one frequency form a tone. A logistic model tells tones from narrow-band noise and
+//!    bursts, and all of them from noise, struck notes and speech.
 //!
 //! A sung, bowed or blown note is a tonal event: nothing in the sound tells it from a squeak.
 

@@ -1,5 +1,6 @@
 //! A partial of a sound between its ends.
 
+use super::baseband::LOW_PASS_S;
 use super::group::SAME;
 
 /// Step of the results, s.
@@ -62,18 +63,26 @@ impl Partial {
         sum / weight
     }
 
+    /// Whether another partial has the same frequency, to a share or to the resolution of the longest low-pass, or this is a
+    /// sideband of its modulation: in the band of the shortest low-pass, through which modulation is measured, and weak. At a
+    /// modulation depth of 1, each sideband has a quarter of the power.
+    fn belongs_to(&self, other: &Self) -> bool {
+        let [resolution, band] = LOW_PASS_S.map(f64::recip);
+        let distance = (self.frequency_hz - other.frequency_hz).abs();
+        distance < resolution.max(SAME * other.frequency_hz)
+            || distance < band && 3.0 * self.power < other.power
+    }
+
     /// Of partials that sound together at one frequency, those of the greatest energy for their incoherence: a ridge of the
-    /// best resolution loses least energy and leads to no other sound.
+    /// best resolution loses least energy and leads to no other sound. Sidebands belong to their carrier.
     pub fn distinct(mut partials: Vec<Self>) -> Vec<Self> {
         let energy = |p: &Self| p.power * p.duration() * (-p.incoherence).exp();
         partials.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
         let mut kept: Vec<Self> = Vec::new();
         for partial in partials {
-            let is_same = |other: &Self| {
-                partial.shared_with(other) > 0.0
-                    && (partial.frequency_hz / other.frequency_hz - 1.0).abs() < SAME
-            };
-            if !kept.iter().any(is_same) {
+            let is_known =
+                |other: &Self| partial.shared_with(other) > 0.0 && partial.belongs_to(other);
+            if !kept.iter().any(is_known) {
                 kept.push(partial);
             }
         }

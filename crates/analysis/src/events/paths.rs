@@ -80,7 +80,11 @@ fn best_end(peaks: &Peaks, past: &[Vec<Node>], t: usize, peak: &Peak, threshold:
     let stay = (1.0 + 2.0 / DESIGN_RATIO).ln();
     let most_missing = (largest_gain / (stay + miss)) as usize;
     let (mut score, mut before) = (0.0, None);
-    for (missing, column) in (0..t).rev().take(most_missing + 1).enumerate() {
+    for (missing, column) in (0..t)
+        .rev()
+        .take(most_missing.saturating_add(1))
+        .enumerate()
+    {
         let others = &peaks.columns[column];
         // A faster change of frequency is seen by a shorter window.
         let first = others.partition_point(|other| other.bin <= peak.bin - 1.5);

@@ -126,15 +126,13 @@ pub(super) fn candidates(
         .par_iter()
         .flat_map_iter(|peaks| ridges(peaks, share))
         .collect();
+    let hum = Lines::find(&samples, rate_hz);
+    // Lines of hum go first: they last longer than a louder squeak beside them.
     let partials = ridges
         .par_iter()
-        .flat_map_iter(|ridge| Baseband::new(&samples, rate_hz, ridge).partials());
-    let mut partials = Partial::distinct(partials.collect());
-    let hum = Lines::find(&samples, rate_hz);
-    if let Some(hum) = &hum {
-        partials.retain(|partial| !hum.has(partial));
-    }
-    let mut groups = groups(partials);
+        .flat_map_iter(|ridge| Baseband::new(&samples, rate_hz, ridge).partials())
+        .filter(|partial| hum.as_ref().is_none_or(|hum| !hum.has(partial)));
+    let mut groups = groups(Partial::distinct(partials.collect()));
     groups.retain(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz));
     let mut candidates: Vec<_> = groups
         .into_iter()

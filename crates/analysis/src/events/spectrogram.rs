@@ -8,7 +8,7 @@ use super::floor::Floor;
 use super::paths::gain;
 use crate::tones::Window;
 
-/// Lowest bin of a peak: below, a shorter window is too coarse for the frequency, and the mean of the signal leaks into it.
+/// Fewest periods of a peak in a window, 85 Hz in the longest; the mean of the signal stays below.
 const LEAST_BIN: usize = 17;
 
 /// Bins from the middle of a line to beyond its main lobe.

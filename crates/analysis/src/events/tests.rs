@@ -402,3 +402,28 @@ fn quantised_quiet_parts_are_no_dropouts() {
     samples[44_000..44_100].fill(0.0);
     assert_eq!(recording_condition(&samples, RATE).dropouts.len(), 1);
 }
+
+#[test]
+fn a_modulated_tone_is_one_event_whatever_its_sidebands() {
+    for (frequency, modulation) in [(300.0, 20.0), (500.0, 40.0), (900.0, 30.0), (1500.0, 60.0)] {
+        let mut samples = noise(17, 6 * 44_100, 0.01);
+        let amplitude = |t: f64| 0.1 * (1.0 + 0.9 * (TAU * modulation * t).cos());
+        tone(&mut samples, [1.5, 4.5], &[1.0], |_| frequency, amplitude);
+        let found = events(&samples).events;
+        assert_eq!(found.len(), 1, "{frequency} Hz: {:?}", summary(&found));
+        assert!((found[0].frequency_hz - frequency).abs() < 1.0);
+    }
+}
+
+#[test]
+fn a_squeak_louder_than_a_line_of_hum_beside_it_is_an_event() {
+    let mut samples = noise(18, 10 * 44_100, 0.003);
+    let hum: Vec<f64> = (1..=24).map(|k| 0.2 / f64::from(k)).collect();
+    tone(&mut samples, [0.0, 10.0], &hum, |_| 50.0, |_| 1.0);
+    tone(&mut samples, [4.0, 4.5], &[0.03], |_| 1025.0, |_| 1.0);
+    let found = events(&samples);
+    assert!(found.hum.is_some());
+    assert_eq!(found.events.len(), 1);
+    assert!((found.events[0].frequency_hz - 1025.0).abs() < 3.0);
+    assert!((found.events[0].start_s - 4.0).abs() < 0.1);
+}
