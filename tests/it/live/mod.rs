@@ -141,7 +141,7 @@ impl Socket {
     fn open(host: &str, path: &str) -> Self {
         let (mut socket, _) =
             tungstenite::connect(format!("ws://{host}{path}")).expect("connected");
-        patient(&mut socket);
+        set_read_timeout(&mut socket, DEADLINE);
         Self(socket)
     }
 
@@ -202,10 +202,9 @@ impl Socket {
     }
 }
 
-/// Sets the read timeout.
-fn patient(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>) {
+fn set_read_timeout(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>, timeout: Duration) {
     if let MaybeTlsStream::Plain(stream) = socket.get_mut() {
-        stream.set_read_timeout(Some(DEADLINE)).expect("set");
+        stream.set_read_timeout(Some(timeout)).expect("set");
     }
 }
 

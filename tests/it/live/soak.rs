@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::Message;
 
-use super::{DEADLINE, Live, Socket, tilt};
+use super::{DEADLINE, Live, Socket, set_read_timeout, tilt};
 
 /// Approximate number of rows of the table.
 const ROWS: u32 = 120;
@@ -81,7 +81,7 @@ impl Soak<'_> {
     /// A socket, unless the server is full.
     fn socket(&self, path: &str) -> Option<Socket> {
         let (mut socket, _) = tungstenite::connect(format!("ws://{}{path}", self.host)).ok()?;
-        super::patient(&mut socket);
+        set_read_timeout(&mut socket, DEADLINE);
         Some(Socket(socket))
     }
 
@@ -94,9 +94,12 @@ impl Soak<'_> {
                 let _ = asked.and_then(|()| stream.read_to_end(&mut Vec::new()));
             }
             let mut open = ["/control", "/views", "/sound"].map(|path| self.socket(path));
+            for socket in open.iter_mut().flatten() {
+                set_read_timeout(&mut socket.0, Duration::from_millis(100));
+            }
             for _ in 0..10 {
                 for socket in open.iter_mut().flatten() {
-                    // The server may have closed it.
+                    // The server may have closed it, or waits for an acknowledgement of its views.
                     let _ = socket.0.read();
                 }
             }
