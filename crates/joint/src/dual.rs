@@ -182,7 +182,8 @@ impl<S: Simd, const K: usize, const N: usize> Dual<S, K, N> {
         )
     }
 
-    /// Evaluates `exp(-rate x)` for `x >= 0` and a finite, non-negative rate; results below `exp(-708)` are replaced by `exp(-708)`.
+    /// Evaluates `exp(-rate x)` for `x >= 0` and a finite, non-negative rate; results below `exp(-708)` are replaced by
+    /// `exp(-708)`.
     #[inline(always)]
     pub fn exponential(self, rate: f64) -> Exponential<S, K, N> {
         let number = |c: f64| self.value.broadcast(c);
