@@ -156,7 +156,12 @@ fn studies() -> Vec<Figure> {
         figures.push(lyapunov_figure(&scene.name, &found));
     }
     for name in ["torus-1.75deg", "which-mode-wins"] {
-        let scene = Scene::load(name).unwrap();
+        // Sensitivities need many bodies.
+        let elements = [("body.element_order", "2")];
+        let scene = Scene::load(name)
+            .unwrap()
+            .with_overrides(&elements)
+            .unwrap();
         let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
         let tilt = [scene.joint().unwrap().tilt.at(0.0)];
         let causes = growth_causes(&ball, &tilt).unwrap();

@@ -18,7 +18,7 @@ const EXAMPLES: &[&str] = &[
     "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz b.npz",
     "run chaos-5deg --duration 12 --accuracy 1e-3 --npz b.npz",
     "stability periodic-2deg --tilt 2 --causes",
-    "stability periodic-2deg --tilt 2 --sensitivities",
+    "stability periodic-2deg --tilt 2 --sensitivities --set body.element_order=2",
     "branch periodic-2deg --tilt 1.9:2.1 --points 3 --out branch.arrow",
     "branch periodic-2deg --tilt 6.7:7 --points 3 --start 6.7 --tori 1",
     "branch doubled-torus-3deg --param friction.stribeck_slope_s_per_m=0:12 --points 9 --equilibria",

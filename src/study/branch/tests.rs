@@ -201,9 +201,15 @@ fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
     })
 }
 
+/// The joint with large elements: sensitivities need many bodies.
+fn coarse() -> Scene {
+    let elements = [("body.element_size_mm", "10"), ("body.element_order", "2")];
+    joint().with_overrides(&elements).unwrap()
+}
+
 #[test]
 fn sensitivities_are_the_derivatives_of_the_eigenvalues() {
-    let scene = joint();
+    let scene = coarse();
     let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
     let unstable: Vec<_> = modes.iter().filter(|mode| mode.mode.unstable).collect();
     assert!(unstable.len() >= 3, "{}", unstable.len());
@@ -251,7 +257,7 @@ fn growth_near(scene: &Scene, frequency: f64) -> f64 {
 
 #[test]
 fn the_clearance_counts_and_so_does_absent_damping() {
-    let scene = joint().with_overrides(&[("damping", "absent")]).unwrap();
+    let scene = coarse().with_overrides(&[("damping", "absent")]).unwrap();
     let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
     let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
     let of = |name: &str| mode.parameters.iter().find(|one| one.parameter == name);
@@ -281,7 +287,7 @@ fn the_clearance_counts_and_so_does_absent_damping() {
 #[test]
 fn a_measured_friction_curve_has_a_level_and_a_slope() {
     let curve = "[{speed_m_per_s = 0, mu = 0.5}, {speed_m_per_s = 0.02, mu = 0.4}, {speed_m_per_s = 0.1, mu = 0.2}]";
-    let scene = joint()
+    let scene = coarse()
         .with_overrides(&[
             ("mu_s", "absent"),
             ("mu_d", "absent"),
