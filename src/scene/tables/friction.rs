@@ -72,9 +72,9 @@ keys! {
         /// Evolution effect `b`: opposite change after the slip distance; larger than the direct effect for a coefficient that falls with the speed.
         evolution = "evolution_effect": number(ONE, Closed(0.0, 1.0)), with ["rate-and-state"];
         /// Reference speed `V_0`.
-        reference_speed = "reference_speed_m_per_s": number(METRE_PER_SECOND, Positive(1e3)), with ["rate-and-state"];
+        reference_speed = "reference_speed_m_per_s": number(METRE_PER_SECOND, Closed(1e-9, 1e3)), with ["rate-and-state"];
         /// Slip distance `D_c` over which the contact renews its age.
-        distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), with ["rate-and-state"];
+        distance = "slip_distance_um": number(MICROMETRE, Closed(1e-3, 1e5)), with ["rate-and-state"];
         /// Whether the radial component of the friction force in Eq. (8) is included.
         radial = "radial": flag(), default true;
     } => {

@@ -157,6 +157,13 @@ fn what_excludes_laws_with_states_is_reported() {
         (format!("{AGEING}mu_s = 0.5\n"), "friction.mu_s"),
         (AGEING.replace("0.01", "0.001"), "friction.direct_effect"),
         (
+            AGEING.replace(
+                "reference_speed_m_per_s = 0.02",
+                "reference_speed_m_per_s = 1e-320",
+            ),
+            "friction.reference_speed_m_per_s",
+        ),
+        (
             AGEING.replace("slip_distance_um = 5\n", ""),
             "friction.slip_distance_um",
         ),
