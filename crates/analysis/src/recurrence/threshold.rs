@@ -1,7 +1,5 @@
 //! Recurrence thresholds.
 
-use std::f64::consts::GOLDEN_RATIO;
-
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -44,16 +42,15 @@ pub struct RecurrenceCriterion {
     pub theiler: usize,
 }
 
-/// Most pairs that are sorted for a recurrence rate: those of 4096 states.
-const MAX_SORTED: f64 = (1 << 23) as f64;
+/// Low bits of a distance that its class in a histogram leaves out: there are 16 classes per octave.
+const LEFT_OUT: u32 = 48;
 
 impl<'a> Recurrences<'a> {
     /// The recurrences of a signal.
     ///
     /// The distance of a [`Threshold::Rate`] is that of one of the pairs: the smallest at which at least
     /// `round(rate * pairs)` of the counted pairs are recurrent. Other pairs at the same distance are included.
-    /// A rate of less than half a pair gives 0. Of more than 2^23 pairs (4096 states) it is that of a sample:
-    /// as many pairs, evenly spaced along the rows of the plot. The rate then misses by about 0.1 % of it.
+    /// A rate of less than half a pair gives 0.
     ///
     /// # Errors
     /// [`AnalysisError::Threshold`] for a distance or spread that is negative or NaN, a rate outside 0 to 1, and
@@ -144,35 +141,53 @@ impl<'a> Recurrences<'a> {
         order_statistic(distances, count)
     }
 
-    /// The unrooted distance for a recurrence rate, as defined in [`Recurrences::of`].
+    /// The unrooted distance for a recurrence rate, as defined in [`Recurrences::of`]. A histogram tells its class, of which
+    /// alone the distances are kept.
     fn quantile(&self, rate: f64) -> f64 {
         let [rows, columns] = [self.rows, self.columns].map(|states| states.len());
         let gap = self.theiler.max(1);
         let first = |i: usize| if self.same { i.saturating_add(gap) } else { 0 };
         let counted = |i: usize| first(i).min(columns)..columns;
-        let pairs = (0..rows).map(|i| counted(i).len()).sum::<usize>() as f64;
-        let spacing = (pairs / MAX_SORTED).max(1.0);
-        let sample = |i: usize| {
-            let row = if self.rows.is_stopped() {
+        let row = |i: usize| {
+            if self.rows.is_stopped() {
                 Vec::new()
             } else {
                 distances(self.norm, &self.columns, counted(i), self.rows.vector(i))
-            };
-            // The golden ratio shifts the sampled pairs from row to row, for any period of the signal.
-            let first = spacing * (i as f64 * GOLDEN_RATIO).fract();
-            let at = move |k: usize| (first + k as f64 * spacing) as usize;
-            (0..).map_while(move |k| row.get(at(k)).copied())
+            }
         };
-        let sampled: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(sample).collect();
+        // Numbers of at least 0 are ordered as their bits are.
+        let class = |distance: f64| (distance.to_bits() >> LEFT_OUT) as usize;
+        let empty = || vec![0_u64; class(f64::INFINITY) + 1];
+        let enter = |mut histogram: Vec<u64>, i: usize| {
+            row(i).into_iter().for_each(|d| histogram[class(d)] += 1);
+            histogram
+        };
+        let sum = |mut a: Vec<u64>, b: Vec<u64>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        };
+        let histogram = (0..rows)
+            .into_par_iter()
+            .fold(empty, enter)
+            .reduce(empty, sum);
+        let pairs = histogram.iter().sum::<u64>() as f64;
         // The line of identity is recurrent at any distance.
         let identity = if self.same && self.theiler == 0 {
             rows as f64
         } else {
             0.0
         };
-        let wanted = 0.5 * (rate * (2.0 * pairs + identity) - identity);
-        let wanted = (wanted * (sampled.len() as f64 / pairs)).round();
-        order_statistic(sampled, wanted as usize)
+        let mut wanted = (0.5 * (rate * (2.0 * pairs + identity) - identity)).round() as u64;
+        let last = histogram.iter().position(|count| {
+            let is_last = wanted <= *count;
+            if !is_last {
+                wanted -= count;
+            }
+            is_last
+        });
+        let of_class = |i| row(i).into_iter().filter(|d| Some(class(*d)) == last);
+        let kept: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(of_class).collect();
+        order_statistic(kept, wanted as usize)
     }
 }
 
