@@ -1,8 +1,9 @@
 //! The noise floor of a spectrogram from order statistics.
 //!
-//! First, the shape of the spectrum: the median of each bin over the quietest fifth of the columns, where no loud tone
-//! sounds, smoothed: the greater of the medians of 8 bins on each side, which follows slopes, resonances and the edge of
-//! a low-pass but not a line. Relative to it, the floor at a bin is the median of 24 bins on each side, in the
+//! First, the shape of the spectrum: the median of each bin over the quiet columns, with at most four times the power of the
+//! quietest twentieth, where no loud tone sounds. Stationary noise has many of them, a recording full of a squeak few. It is
+//! smoothed: the greater of the medians of 8 bins on each side follows slopes, resonances and the edge of a low-pass but not
+//! a line. Relative to it, the floor at a bin is the median of 24 bins on each side, in the
 //! column or over 0.2 s, whichever is greater: a knock raises the floor in its own columns only. The greater side
 //! counts (the greatest-of rule of radar detection: Hansen and Sawyers, IEEE Trans. Aerosp. Electron.
 //! Syst. 16, 115, 1980).
@@ -12,14 +13,15 @@ use std::f64::consts::LN_2;
 use rayon::prelude::*;
 
 use super::baseband::{LOUDEST_S, median};
-use super::spectrogram::LOBE;
+use super::spectrogram::{LEAST_BIN, LOBE};
+use crate::stats::order_statistic;
 
 /// Bins in a block, and distance between the starts of blocks.
 const BLOCK: usize = 24;
 const STRIDE: usize = BLOCK / 3;
 
-/// Part of the columns, the quietest ones, from which the shape of the spectrum is determined.
-const QUIET_PART: usize = 5;
+/// A squeak leaves one column in so many quiet.
+const QUIET_PART: usize = 20;
 
 /// Noise power of each bin in each column.
 pub(super) struct Floor {
@@ -58,13 +60,23 @@ impl Floor {
 
 /// The shape of the spectrum.
 fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
-    let columns = powers.iter().map(|column| (column.iter().sum(), column));
-    // Digital silence has no spectrum.
-    let mut quietest: Vec<(f64, &Vec<f64>)> = columns.filter(|column| column.0 > 0.0).collect();
-    quietest.sort_by(|a, b| a.0.total_cmp(&b.0));
-    quietest.truncate(quietest.len().div_ceil(QUIET_PART));
+    let power = |column: &Vec<f64>| column[LEAST_BIN.min(column.len())..].iter().sum::<f64>();
+    // Digital silence has no spectrum: what is above a constant is rounding.
+    let sounds =
+        |(power, column): &(f64, &Vec<f64>)| *power > f64::EPSILON * column.iter().sum::<f64>();
+    let columns = powers.iter().map(|column| (power(column), column));
+    let columns: Vec<(f64, &Vec<f64>)> = columns.filter(sounds).collect();
+    let quiet = order_statistic(
+        columns.iter().map(|c| c.0).collect(),
+        columns.len().div_ceil(QUIET_PART),
+    );
+    let quiet: Vec<&Vec<f64>> = columns
+        .iter()
+        .filter(|c| c.0 <= 4.0 * quiet)
+        .map(|c| c.1)
+        .collect();
     let bins = powers[0].len();
-    let median_of = |k: usize| median(quietest.iter().map(|(_, column)| column[k]));
+    let median_of = |k: usize| median(quiet.iter().map(|column| column[k]));
     let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let side = |near: &[f64]| median(near.iter().copied());
     let smooth = |k: usize| {

@@ -9,7 +9,7 @@ use super::paths::gain;
 use crate::tones::Window;
 
 /// Fewest periods of a peak in a window, 85 Hz in the longest; the mean of the signal stays below.
-const LEAST_BIN: usize = 17;
+pub(super) const LEAST_BIN: usize = 17;
 
 /// Bins from the middle of a line to beyond its main lobe.
 pub(super) const LOBE: usize = 3;

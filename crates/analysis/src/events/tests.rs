@@ -162,6 +162,36 @@ fn noise_and_knocks_are_no_events() {
     }
 }
 
+/// White noise of a root mean square of 0.001 with a squeak of an amplitude of 0.5 between two times (s).
+fn loud_squeak(seconds: f64, ends: [f64; 2]) -> Vec<f64> {
+    let mut samples = noise(23, (seconds * RATE) as usize, 0.001);
+    let drift = |t: f64| 2400.0 + 10.0 * (TAU * 0.3 * t).sin();
+    tone(&mut samples, ends, &[1.0, 0.4, 0.2], drift, |_| 0.5);
+    samples
+}
+
+#[test]
+fn the_signal_to_noise_ratio_does_not_depend_on_what_part_of_a_recording_a_squeak_fills() {
+    // Over the third octave of 2400 Hz.
+    let noise = 0.001f64.powi(2) / (0.5 * RATE) * 2400.0 * 0.2316;
+    let right = 10.0 * (0.5f64.powi(3) / noise).log10();
+    let short = loud_squeak(10.0, [3.0, 6.0]);
+    let long = loud_squeak(3.3, [0.1, 3.1]);
+    // Half of the recording muted, with an offset.
+    let muted = [vec![0.0; long.len()], long.clone()].concat();
+    let muted: Vec<f64> = muted.iter().map(|x| x + 0.01).collect();
+    let ratios = [short, long, muted].map(|samples| {
+        let found = events(&samples).events;
+        assert_eq!(found.len(), 1, "{:?}", summary(&found));
+        found[0].snr_db
+    });
+    // The side lobes of the squeak itself raise the floor beside it.
+    let near = |snr_db: &f64| (right - 8.0..right + 1.0).contains(snr_db);
+    assert!(ratios.iter().all(near), "{ratios:?} for {right}");
+    let [least, most] = crate::stats::range(ratios);
+    assert!(most - least < 3.0, "{ratios:?}");
+}
+
 /// Knocks at the given times (s): resonances of 20 ms at 1500 Hz.
 fn knocks(samples: &mut [f64], times: &[f64]) {
     for time in times {
