@@ -110,6 +110,7 @@ impl OwnSystems {
                 probe: vec![1.0],
                 integrator,
                 state,
+                ball: None,
             },
         })
     }
@@ -127,7 +128,7 @@ impl Subject for OwnSystems {
         &self.names[which]
     }
 
-    fn trial(&self, values: &[f64], _: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
+    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
         Python::attach(|py| self.built(py, values)).map_err(|error| {
             self.calls.fail(error);
             // The study ends with the exception.

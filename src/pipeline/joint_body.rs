@@ -257,7 +257,7 @@ impl JointBody {
             tilted.patch_moves_from = tilted.patch_moves_from.map(|_| time);
         }
         let loading = tilted.loading(time);
-        let mut ball = self.ball.clone().with_spec(&tilted.spec)?;
+        let mut ball = BallJoint::new(&tilted.spec)?;
         ball.set_probe_rotation(tilted.full_rotation);
         set_loading(&mut ball, &loading);
         let model = ball.model(loading.tilt)?;

@@ -36,7 +36,7 @@ pub use analyse::Analyser;
 pub use error::{AnalyseError, PipelineError};
 pub use motion_changes::ChangeDetector;
 pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, RunState, TooManyKicks};
-pub use prepare::{Prepared, initial_state, prepare, prepare_reusing_body};
+pub use prepare::{Prepared, initial_state, prepare};
 pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.
 pub use interactive::{InteractiveSource, RunHandle, RunStatus};

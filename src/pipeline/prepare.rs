@@ -26,6 +26,8 @@ pub struct Prepared {
     pub integrator: Integrator<'static>,
     /// Initial state at time 0, length [`System::dim`].
     pub state: Vec<f64>,
+    /// The joint, at any tilt; `None` for another system.
+    pub ball: Option<BallJoint>,
 }
 
 impl Prepared {
@@ -43,31 +45,19 @@ impl Prepared {
 /// # Errors
 /// If the joint cannot be assembled, or the integrator does not fit the system.
 pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
-    prepare_reusing_body(scene, &mut None)
-}
-
-/// [`prepare`] for a sequence of scenes. The body of a joint is recomputed only if it differs from that of
-/// the previous joint, which is kept in `ball`.
-///
-/// # Errors
-/// As [`prepare`].
-pub fn prepare_reusing_body(
-    scene: &Scene,
-    ball: &mut Option<BallJoint>,
-) -> Result<Prepared, PipelineError> {
-    let (integrator, probe) = match &scene.subject {
+    let (integrator, probe, ball) = match &scene.subject {
         SystemSpec::Joint(tilted) => {
-            let next = match ball.take() {
-                Some(before) => before.with_spec(&tilted.spec)?,
-                None => BallJoint::new(&tilted.spec)?,
-            };
-            let ball = ball.insert(next);
+            let mut ball = BallJoint::new(&tilted.spec)?;
             ball.set_probe_rotation(tilted.full_rotation);
             let model = ball.model(tilted.tilt.at(0.0))?;
             let joint = Arc::new(Joint::new(&model));
-            (joint_integrator(scene, &joint)?, joint.probe().to_vec())
+            let integrator = joint_integrator(scene, &joint)?;
+            (integrator, joint.probe().to_vec(), Some(ball))
         }
-        SystemSpec::Small(small) => (small_integrator(scene, boxed(small))?, small_probe(small)),
+        SystemSpec::Small(small) => {
+            let integrator = small_integrator(scene, boxed(small))?;
+            (integrator, small_probe(small), None)
+        }
     };
     let system = integrator.system();
     let mut state = initial_state(scene, system.modes());
@@ -76,6 +66,7 @@ pub fn prepare_reusing_body(
         probe,
         integrator,
         state,
+        ball,
     })
 }
 

@@ -67,16 +67,15 @@ impl<R> ResultSender<'_, R> {
 
 /// Runs the jobs in order on `threads` threads (at least one), or on fewer if the system cannot start more.
 ///
-/// A job receives a value cached by its thread (initially the default), the index of the thread, the index
-/// of the job, and the sender for its results. `on_event` is called with each result, in any order, and with `None` after an
+/// A job receives the index of the thread, its own index, and the sender for its results. `on_event` is called with each result, in any order, and with `None` after an
 /// interval without one.
 ///
 /// # Errors
 /// The error of `on_event`, after which no job is started. [`StudyError::Threads`].
-pub(super) fn run_jobs<K: Default, R: Send, E: From<StudyError>>(
+pub(super) fn run_jobs<R: Send, E: From<StudyError>>(
     jobs: usize,
     threads: usize,
-    job: impl Fn(&mut K, usize, usize, &ResultSender<'_, R>) + Sync,
+    job: impl Fn(usize, usize, &ResultSender<'_, R>) + Sync,
     mut on_event: impl FnMut(Option<R>) -> Result<(), E>,
 ) -> Result<(), E> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -91,13 +90,12 @@ pub(super) fn run_jobs<K: Default, R: Send, E: From<StudyError>>(
                     sender: &sender,
                     stop,
                 };
-                let mut kept = K::default();
                 while sender.check().is_ok() {
                     let place = next.fetch_add(1, Ordering::Relaxed);
                     if place >= jobs {
                         break;
                     }
-                    job(&mut kept, thread, place, &sender);
+                    job(thread, place, &sender);
                 }
             };
             let named = thread::Builder::new().name(format!("study {thread}"));
@@ -164,8 +162,7 @@ mod tests {
     fn every_job_runs_once() {
         for threads in [0, 1, 3, 50] {
             let mut results = Vec::new();
-            let job = |kept: &mut usize, _, place: usize, sender: &ResultSender<'_, usize>| {
-                *kept += 1;
+            let job = |_, place: usize, sender: &ResultSender<'_, usize>| {
                 let _ = sender.send(place);
             };
             let done = run_jobs(20, threads, job, |event| {
@@ -180,7 +177,7 @@ mod tests {
         let none = run_jobs(
             0,
             2,
-            |(): &mut (), _, _, _: &ResultSender<'_, ()>| (),
+            |_, _, _: &ResultSender<'_, ()>| (),
             |_| Ok::<_, Fault>(()),
         );
         assert_eq!(none, Ok(()));
@@ -188,7 +185,7 @@ mod tests {
 
     #[test]
     fn the_pool_stops_on_request_and_on_an_error() {
-        let job = |(): &mut (), _, place: usize, sender: &ResultSender<'_, usize>| {
+        let job = |_, place: usize, sender: &ResultSender<'_, usize>| {
             let _ = sender.send(place);
         };
         let mut events = 0;
@@ -209,7 +206,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "the third")]
     fn a_panic_in_a_job_is_propagated_to_the_caller() {
-        let job = |(): &mut (), _, place: usize, _: &ResultSender<'_, ()>| {
+        let job = |_, place: usize, _: &ResultSender<'_, ()>| {
             assert!(place != 2, "the third");
         };
         let _ = run_jobs(5, 2, job, |_| Ok::<_, Fault>(()));
@@ -218,7 +215,7 @@ mod tests {
     #[test]
     fn a_panic_in_a_job_stops_the_others() {
         let begun = AtomicUsize::new(0);
-        let job = |(): &mut (), _, place: usize, _: &ResultSender<'_, ()>| {
+        let job = |_, place: usize, _: &ResultSender<'_, ()>| {
             begun.fetch_add(1, Ordering::Relaxed);
             assert!(place != 2, "the third");
             thread::sleep(Duration::from_millis(5));

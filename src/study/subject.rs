@@ -1,7 +1,6 @@
 //! What studies vary: a scene over its keys, or systems of a caller over parameters of their own.
 
-use crate::joint::BallJoint;
-use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
+use crate::pipeline::{PipelineError, Prepared, prepare};
 use crate::scene::{Parameter, Scene, SystemSpec};
 
 use super::response::{
@@ -25,11 +24,11 @@ pub trait Subject: Send + Sync {
         ""
     }
 
-    /// The system at some values of the parameters. `ball` keeps a joint between calls.
+    /// The system at some values of the parameters.
     ///
     /// # Errors
     /// If there is no system.
-    fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError>;
+    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError>;
 
     /// The settled response at some values of the parameters.
     ///
@@ -40,10 +39,9 @@ pub trait Subject: Send + Sync {
         values: &[f64],
         from: InitialState<'_>,
         plan: &ResponsePlan,
-        ball: &mut Option<BallJoint>,
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        let trial = self.trial(values, ball)?;
+        let trial = self.trial(values)?;
         let plan = plan.scaled(trial.period.unwrap_or(1.0));
         respond(trial, from, &plan, |_| None, progress)
     }
@@ -92,9 +90,9 @@ impl Trial {
     ///
     /// # Errors
     /// If it cannot be built.
-    pub fn of_scene(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Self, PipelineError> {
+    pub fn of_scene(scene: &Scene) -> Result<Self, PipelineError> {
         Ok(Self {
-            prepared: prepare_reusing_body(scene, ball)?,
+            prepared: prepare(scene)?,
             sample_rate: scene.sample_rate,
             lag: section_lag(scene),
             max_step: scene.integrator.max_step,
@@ -138,8 +136,8 @@ impl Subject for SceneSubject {
         self.parameters[which].unit()
     }
 
-    fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
-        Trial::of_scene(&self.scene_at(values)?, ball)
+    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
+        Trial::of_scene(&self.scene_at(values)?)
     }
 
     fn response(
@@ -147,10 +145,9 @@ impl Subject for SceneSubject {
         values: &[f64],
         from: InitialState<'_>,
         plan: &ResponsePlan,
-        ball: &mut Option<BallJoint>,
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        response(&self.scene_at(values)?, from, plan, ball, progress)
+        response(&self.scene_at(values)?, from, plan, progress)
     }
 
     fn first_value(&self) -> Option<f64> {

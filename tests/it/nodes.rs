@@ -119,12 +119,7 @@ fn held(name: &str, tilt: Option<f64>) -> Scene {
     scene.without_analyses()
 }
 
-fn settled(
-    scene: &Scene,
-    nodes: usize,
-    from: InitialState<'_>,
-    ball: &mut Option<BallJoint>,
-) -> SettledResponse {
+fn settled(scene: &Scene, nodes: usize, from: InitialState<'_>) -> SettledResponse {
     let mut scene = scene.clone();
     scene.joint_mut().unwrap().spec.contact.nodes = nodes;
     let plan = ResponsePlan {
@@ -134,17 +129,17 @@ fn settled(
         portrait: false,
         ..ResponsePlan::default()
     };
-    response(&scene, from, &plan, ball, &mut |_, _| Ok(())).unwrap()
+    response(&scene, from, &plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.
-fn reference(scene: &Scene, ball: &mut Option<BallJoint>) -> (Motion, [f64; 3]) {
+fn reference(scene: &Scene) -> (Motion, [f64; 3]) {
     let friction = &scene.joint().unwrap().spec.friction;
     let nodes = match friction {
         Friction::Dynamic { .. } => MAX_NODES_WITH_STATES,
         _ => REFERENCE,
     };
-    let mut found = settled(scene, nodes, InitialState::Fresh, ball);
+    let mut found = settled(scene, nodes, InitialState::Fresh);
     let mut motion = Motion::of(&found);
     let is_chaotic = motion.exponent.is_some_and(|e| e.low() > 0.0);
     let (Some(_), true) = (motion.numbers, is_chaotic) else {
@@ -153,7 +148,7 @@ fn reference(scene: &Scene, ball: &mut Option<BallJoint>) -> (Motion, [f64; 3]) 
     let windows: Vec<[f64; 3]> = (0..WINDOWS)
         .map(|_| {
             let numbers = Motion::of(&found).numbers.expect("a line");
-            found = settled(scene, nodes, InitialState::After(&found), ball);
+            found = settled(scene, nodes, InitialState::After(&found));
             numbers
         })
         .collect();
@@ -169,11 +164,10 @@ fn reference(scene: &Scene, ball: &mut Option<BallJoint>) -> (Motion, [f64; 3]) 
 
 /// The fewest nodes of [`COUNTS`] that reproduce the reference. Prints a row for each number tried.
 fn fewest(scene: &Scene, label: &str) -> usize {
-    let mut ball = None;
-    let (expected, scatter) = reference(scene, &mut ball);
+    let (expected, scatter) = reference(scene);
     println!("| {label} | {REFERENCE} | {} |", expected.row());
     for nodes in COUNTS {
-        let found = Motion::of(&settled(scene, nodes, InitialState::Fresh, &mut ball));
+        let found = Motion::of(&settled(scene, nodes, InitialState::Fresh));
         let agrees = found.agrees(&expected, scatter);
         let growth = found.largest_growth_error(&expected);
         println!(
@@ -224,7 +218,7 @@ fn passed_motions_are_near_those_of_many_nodes() {
     for (name, tilt) in PASSED {
         let scene = held(name, Some(tilt));
         let shipped = scene.joint().unwrap().spec.contact.nodes;
-        let of = |nodes| Motion::of(&settled(&scene, nodes, InitialState::Fresh, &mut None));
+        let of = |nodes| Motion::of(&settled(&scene, nodes, InitialState::Fresh));
         let (few, many) = (of(shipped), of(REFERENCE));
         println!("| {name}, {tilt} deg | {shipped} | {} |", few.row());
         println!("| {name}, {tilt} deg | {REFERENCE} | {} |", many.row());

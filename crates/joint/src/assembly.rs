@@ -1,7 +1,7 @@
 //! Assembly of the contact model at any tilt from the parameters of a joint.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::patch::{PatchFrame, PatchPoint, normal_at, patch_points};
 use super::published::natural_frequencies;
@@ -79,7 +79,7 @@ pub struct BallJoint {
     reason = "a joint has one body: its size does not matter"
 )]
 enum Body {
-    Meshed(BallOnBeam, BodyModes),
+    Meshed(BallOnBeam, Arc<BodyModes>),
     Imported(Arc<ImportedModes>),
 }
 
@@ -96,16 +96,53 @@ pub(crate) struct PatchNodes {
     pub(crate) pre_stress: Vec<f64>,
 }
 
+/// Number of bodies whose modes are kept for the next joint: most joints have the body of an earlier one.
+const KEPT: usize = 8;
+
+/// The modes of a body, latest last.
+static SOLVED: Mutex<Vec<(BallOnBeam, Arc<BodyModes>)>> = Mutex::new(Vec::new());
+
+/// The modes of a body, from memory if it is one of the last [`KEPT`].
+fn body_modes(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
+    let solved = || SOLVED.lock().unwrap_or_else(PoisonError::into_inner);
+    let BallOnBeam {
+        geometry,
+        material,
+        elements,
+        families,
+        ..
+    } = body;
+    let is_same = |known: &BallOnBeam| {
+        let known = (
+            &known.geometry,
+            &known.material,
+            &known.elements,
+            &known.families,
+        );
+        known == (geometry, material, elements, families)
+    };
+    let known = solved().iter().find(|(known, _)| is_same(known)).cloned();
+    let modes = match known {
+        Some((_, modes)) => modes,
+        None => Arc::new(BodyModes::solve(geometry, material, elements, families)?),
+    };
+    let mut kept = solved();
+    kept.retain(|(known, _)| !is_same(known));
+    kept.push((body.clone(), Arc::clone(&modes)));
+    let surplus = kept.len().saturating_sub(KEPT);
+    kept.drain(..surplus);
+    Ok(modes)
+}
+
 impl BallJoint {
-    /// Computes the modes and the quadrature points of the patch.
+    /// Computes the modes, unless those of the body are known from a recent joint.
     ///
     /// # Errors
     /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         let (frequencies_hz, body) = match &spec.body {
             BodySpec::BallOnBeam(body) => {
-                let (geometry, material) = (&body.geometry, &body.material);
-                let modes = BodyModes::solve(geometry, material, &body.elements, &body.families)?;
+                let modes = body_modes(body)?;
                 let frequencies_hz = natural_frequencies(body, modes.modes())?
                     .map_err(|label| AssemblyError::Unpublished { label })?;
                 (frequencies_hz, Body::Meshed(body.clone(), modes))
@@ -121,22 +158,6 @@ impl BallJoint {
             body,
             patch: None,
             probe_rotation: None,
-        })
-    }
-
-    /// Changes the parameters. The modes are computed again only if the body changes.
-    ///
-    /// # Errors
-    /// As [`BallJoint::new`].
-    pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
-        if self.spec.body != spec.body {
-            return Self::new(spec);
-        }
-        Ok(Self {
-            spec: spec.clone(),
-            patch: None,
-            probe_rotation: None,
-            ..self
         })
     }
 

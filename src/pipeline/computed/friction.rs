@@ -129,6 +129,6 @@ fn modes_with(
 ) -> Result<Vec<NamedMode>, PipelineError> {
     let mut spec = ball.spec().clone();
     spec.friction = friction;
-    let other = ball.clone().with_spec(&spec)?;
+    let other = BallJoint::new(&spec)?;
     linear_modes(ball, &other.joint(computed.tilt.unwrap_or(0.0))?)
 }

@@ -9,7 +9,7 @@ use super::result::Branch;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
 use crate::dynamics::equilibrium::{Eigenmode, Linearised};
 use crate::dynamics::{DynamicsError, Integrator, Method, System};
-use crate::joint::{BallJoint, LinearMode, NamedMode};
+use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::{PipelineError, Prepared};
 use crate::scene::{Parameter, Scene};
 use crate::study::StudyError;
@@ -23,8 +23,6 @@ const PORTRAIT: usize = 240;
 /// Systems over some parameters, for example those of a scene.
 pub struct SubjectFamily {
     subject: Arc<dyn Subject>,
-    /// The joint of the last values; its modes are computed again only if the body changes.
-    pub(in crate::study) ball: RefCell<Option<BallJoint>>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
     last: RefCell<Option<Last>>,
@@ -55,7 +53,6 @@ impl SubjectFamily {
     pub fn of(subject: Arc<dyn Subject>) -> Self {
         Self {
             subject,
-            ball: RefCell::default(),
             guess: RefCell::default(),
             last: RefCell::default(),
         }
@@ -71,7 +68,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the values are invalid, or the system cannot be built.
     pub fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
-        self.subject.trial(values, &mut self.ball.borrow_mut())
+        self.subject.trial(values)
     }
 
     /// Builds the system for some values of the parameters and linearises it at its equilibrium.
@@ -79,8 +76,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the values are invalid, the system cannot be built, or it has no equilibrium.
     pub fn at(&self, values: &[f64]) -> Result<SteadyState, StudyError> {
-        let trial = self.trial(values)?;
-        self.linearised(trial)
+        self.linearised(self.trial(values)?)
     }
 
     /// Builds the system of a variant of the scene and linearises it at its equilibrium.
@@ -88,8 +84,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the system cannot be built, or it has no equilibrium.
     pub fn at_scene(&self, scene: &Scene) -> Result<SteadyState, StudyError> {
-        let trial = Trial::of_scene(scene, &mut self.ball.borrow_mut())?;
-        self.linearised(trial)
+        self.linearised(Trial::of_scene(scene)?)
     }
 
     fn linearised(&self, trial: Trial) -> Result<SteadyState, StudyError> {
@@ -102,7 +97,7 @@ impl SubjectFamily {
         guess.resize(dim, 0.0);
         let linearised = Linearised::new(&*system, &guess)?;
         guess[..linearised.dim()].copy_from_slice(&linearised.state);
-        let families = match &*self.ball.borrow() {
+        let families = match &prepared.ball {
             Some(ball) => ball.family_labels(),
             None if system.modes() > 0 => {
                 (1..=system.modes()).map(|k| format!("mode {k}")).collect()
@@ -115,12 +110,6 @@ impl SubjectFamily {
             linearised,
             families,
         })
-    }
-
-    /// Slip speed of steady sliding at the centre of the patch of the last joint, at a tilt (rad), m/s; `None` before one.
-    pub fn sliding_speed(&self, tilt: f64) -> Option<f64> {
-        let velocity = self.ball.borrow().as_ref()?.sliding_velocity(tilt);
-        Some(velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
     }
 
     /// Derivative of the scaled matrix with respect to the only parameter, per unit of the scene file; `scale` is the size on

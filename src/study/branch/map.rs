@@ -91,11 +91,11 @@ pub fn stability_map(
 ) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
     let mut rows: Vec<(usize, Vec<Solved>)> = Vec::new();
-    let job = |kept: &mut Option<SubjectFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
-        let family = kept.get_or_insert_with(|| plan.family());
+    let job = |_, row: usize, sender: &ResultSender<'_, _>| {
+        let family = plan.family();
         let points = xs.iter().map_while(|&x| {
             sender.check().ok()?;
-            Some(solve(family, [x, ys[row]]))
+            Some(solve(&family, [x, ys[row]]))
         });
         let points: Vec<Solved> = points.collect();
         if points.len() == xs.len() {

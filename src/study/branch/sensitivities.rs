@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::differences::{difference, largest};
 use super::family::{STEP, SubjectFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
-use crate::joint::{BodySpec, Friction, NamedMode};
+use crate::joint::{BallJoint, BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::{OnProgress, StudyError};
 
@@ -64,8 +64,8 @@ struct Number<'a> {
 }
 
 impl<'a> Number<'a> {
-    /// All numbers of a scene. `sliding_speed` in m/s.
-    fn all(scene: &'a Scene, sliding_speed: f64) -> Result<Vec<Self>, SceneError> {
+    /// All numbers of a scene.
+    fn all(scene: &'a Scene) -> Result<Vec<Self>, StudyError> {
         let mut numbers: Vec<Self> = scene
             .physical_parameters()
             .into_iter()
@@ -93,7 +93,8 @@ impl<'a> Number<'a> {
         }
         if let Friction::Table { law, .. } = &joint.spec.friction {
             let points = law.points();
-            let [centre, _] = law.sliding(sliding_speed);
+            let velocity = BallJoint::new(&joint.spec)?.sliding_velocity(joint.tilt.at(0.0));
+            let [centre, _] = law.sliding(velocity.iter().map(|v| v * v).sum::<f64>().sqrt());
             for (name, zero) in [
                 ("friction.points.level", 0.0),
                 ("friction.points.slope", centre),
@@ -149,8 +150,7 @@ pub fn sensitivities(
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
     let family = SubjectFamily::new(scene.clone(), Vec::new());
     let state = family.at_scene(scene)?;
-    let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
-    let numbers = Number::all(scene, family.sliding_speed(tilt).unwrap_or(0.0))?;
+    let numbers = Number::all(scene)?;
     let mut modes = state.modes()?;
     modes.retain(|mode| mode.oscillates());
     modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));

@@ -7,8 +7,9 @@ use serde::Serialize;
 use super::Watch;
 use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
-use crate::joint::BallJoint;
-use crate::pipeline::{Prepared, prepare, prepare_reusing_body};
+use crate::joint::fem::BodyModes;
+use crate::joint::{AssemblyError, BallOnBeam};
+use crate::pipeline::{Prepared, prepare};
 use crate::scene::Scene;
 use crate::study::StudyError;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
@@ -96,18 +97,13 @@ pub struct Runner {
     pub settling: f64,
     /// Measurement time, s.
     pub measurement: f64,
-    /// The previous joint, whose body may be reused.
-    ball: Option<BallJoint>,
 }
 
 impl Runner {
     /// Runs the scene from its kick until it has settled.
     pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, StudyError> {
         let scene = &scene.clone().without_analyses();
-        let mut ball = None;
-        let system = prepare_reusing_body(scene, &mut ball)?
-            .integrator
-            .into_system();
+        let system = prepare(scene)?.integrator.into_system();
         let slowest = system.omega().iter().copied().filter(|omega| *omega > 0.0);
         let period = std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(1e9);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
@@ -115,7 +111,6 @@ impl Runner {
             state: Vec::new(),
             settling: whole(SETTLING * period),
             measurement: whole(MEASUREMENT * period),
-            ball,
         };
         let plan = ResponsePlan {
             max_transient: MAX_TRANSIENT.max(2.0 * runner.settling),
@@ -151,7 +146,7 @@ impl Runner {
         plan: &ResponsePlan,
         watch: &mut Watch<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        response(scene, from, plan, &mut self.ball, &mut |_, _| watch.check())
+        response(scene, from, plan, &mut |_, _| watch.check())
     }
 
     /// The motion of a scene from the settled state.
@@ -185,7 +180,7 @@ impl Runner {
             mut integrator,
             state,
             ..
-        } = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
+        } = prepare(scene)?.starting_from(&self.state);
         let simulated = TIMED * self.measurement;
         let seconds = shortest(watch, || {
             integrator.start(0.0, &state)?;
@@ -196,9 +191,19 @@ impl Runner {
     }
 }
 
-/// CPU time to build the system of a scene, s.
-pub fn setup_time(scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, StudyError> {
-    shortest(watch, || Ok(prepare(scene).map(drop)?))
+/// CPU time to compute the modes of a body, s. A system with these modes is then built in no time.
+pub fn modes_time(body: &BallOnBeam, watch: &mut Watch<'_>) -> Result<f64, StudyError> {
+    let BallOnBeam {
+        geometry,
+        material,
+        elements,
+        families,
+        ..
+    } = body;
+    shortest(watch, || {
+        let modes = BodyModes::solve(geometry, material, elements, families);
+        Ok(modes.map(drop).map_err(AssemblyError::from)?)
+    })
 }
 
 /// The shortest CPU time of some work, s.

@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::motion::{Motion, Runner, setup_time};
+use super::motion::{Motion, Runner, modes_time};
 use super::{Cost, Watch};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
@@ -282,7 +282,7 @@ fn point(
     }
     [point.cpu_s, point.rhs_evals_per_s] = runner.time(scene, watch)?;
     if setting == Setting::ElementSize {
-        point.cpu_s = setup_time(scene, watch)?;
+        point.cpu_s = modes_time(scene.ball_on_beam()?, watch)?;
     }
     Ok(point)
 }

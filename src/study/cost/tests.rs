@@ -90,7 +90,7 @@ fn the_verified_error_is_that_of_a_finer_run() {
             ..ResponsePlan::default()
         };
         let start = InitialState::State(&runner.state);
-        let found = response(&scene, start, &plan, &mut None, &mut |_, _| Ok(()));
+        let found = response(&scene, start, &plan, &mut |_, _| Ok(()));
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);

@@ -23,7 +23,6 @@ use crate::analysis::{
 };
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
-use crate::joint::BallJoint;
 use crate::pipeline::ChangeDetector;
 use crate::scene::Scene;
 
@@ -113,23 +112,20 @@ const PERIODIC_PERIODS: f64 = 250.0;
 
 /// Computes the settled response of a scene at the tilt of the scene's start.
 ///
-/// `ball` caches the joint between calls, so the body's modes are computed once.
-///
 /// # Errors
 /// [`StudyError::Stopped`]; if the scene's system cannot be built, or its integration or an analysis fails.
 pub fn response(
     scene: &Scene,
     from: InitialState<'_>,
     plan: &ResponsePlan,
-    ball: &mut Option<BallJoint>,
     progress: OnProgress<'_>,
 ) -> Result<SettledResponse, StudyError> {
-    let trial = Trial::of_scene(scene, ball)?;
-    let linear = match (scene.joint(), &ball) {
+    let trial = Trial::of_scene(scene)?;
+    let linear = match (scene.joint(), &trial.prepared.ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
         _ => None,
     };
-    let find_orbit = |run: &Run<'_>| orbit::stable_orbit(scene, ball, run);
+    let find_orbit = |run: &Run<'_>| orbit::stable_orbit(scene, run);
     let found = respond(trial, from, plan, find_orbit, progress)?;
     Ok(SettledResponse { linear, ..found })
 }

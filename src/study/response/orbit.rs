@@ -8,7 +8,6 @@ use crate::dynamics::continuation::{
     ContinuationOptions, Multiplier, PeriodicOrbit, ReturnSearch, settled_orbit,
 };
 use crate::dynamics::{Exponent, LyapunovSpectrum};
-use crate::joint::BallJoint;
 use crate::scene::Scene;
 use crate::study::branch::SubjectFamily;
 
@@ -27,18 +26,13 @@ const LONGEST: f64 = 5.0;
 
 /// The stable orbit of a settled motion of the scene. `None` for another or a silent motion, for a driven one, whose phase at
 /// the state is unknown, and for an orbit whose stability is doubtful.
-pub(super) fn stable_orbit(
-    scene: &Scene,
-    ball: &mut Option<BallJoint>,
-    run: &Run<'_>,
-) -> Option<PeriodicOrbit> {
+pub(super) fn stable_orbit(scene: &Scene, run: &Run<'_>) -> Option<PeriodicOrbit> {
     if run.drive_period.is_some() {
         return None;
     }
     let (system, z) = (run.integrator.system(), &run.z[..]);
     system.differentiable()?;
     let family = SubjectFamily::new(scene.clone(), Vec::new());
-    family.ball.replace(ball.take());
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: LONGEST * run.period,
@@ -46,10 +40,8 @@ pub(super) fn stable_orbit(
     };
     // The family has no parameter; its bounds only scale it.
     let options = ContinuationOptions::new([-1.0, 1.0], scene.integrator.max_step);
-    let orbit = settled_orbit(&family, 0.0, z, &search, &options);
-    *ball = family.ball.take();
     // A motion that does not return is not periodic.
-    let orbit = orbit.ok()?;
+    let orbit = settled_orbit(&family, 0.0, z, &search, &options).ok()?;
     let is_near = distance(system.omega(), z, &orbit) < NEAR;
     let attracts = orbit.stable && decay(&orbit) > MIN_DECAY;
     (attracts && orbit.amplitude > run.silence && is_near).then_some(orbit)

@@ -7,7 +7,7 @@ use crate::study::Stopped;
 use crate::study::subject::SILENCE;
 
 fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
-    response(scene, from, plan, &mut None, &mut |_, _| Ok(())).unwrap()
+    response(scene, from, plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The response whose displacement (m) is a signal sampled at `rate` (Hz).
@@ -183,17 +183,11 @@ fn the_callback_stops_a_response() {
         ..SHORT
     };
     let mut calls = 0;
-    let stopped = response(
-        &scene,
-        InitialState::Fresh,
-        &plan,
-        &mut None,
-        &mut |share, _| {
-            calls += 1;
-            assert!((0.0..=1.0).contains(&share));
-            if calls < 3 { Ok(()) } else { Err(Stopped) }
-        },
-    );
+    let stopped = response(&scene, InitialState::Fresh, &plan, &mut |share, _| {
+        calls += 1;
+        assert!((0.0..=1.0).contains(&share));
+        if calls < 3 { Ok(()) } else { Err(Stopped) }
+    });
     assert!(matches!(stopped, Err(StudyError::Stopped(_))));
     assert_eq!(calls, 3);
 }

@@ -25,7 +25,6 @@ use super::subject::{SceneSubject, Subject};
 use super::{OnProgress, StudyError};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
-use crate::joint::BallJoint;
 pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
 pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
@@ -113,10 +112,7 @@ pub fn sweep_subject<E: From<StudyError>>(
             .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
         (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
     };
-    let run = |chain: &[usize],
-               ball: &mut Option<BallJoint>,
-               share: &AtomicU64,
-               sender: &ResultSender<'_, SweepPoint>| {
+    let run = |chain: &[usize], share: &AtomicU64, sender: &ResultSender<'_, SweepPoint>| {
         let mut before: Option<SettledResponse> = None;
         for &index in chain {
             if let Some(known) = known.get(&index) {
@@ -127,7 +123,7 @@ pub fn sweep_subject<E: From<StudyError>>(
             let from = before
                 .as_ref()
                 .map_or(InitialState::Fresh, InitialState::After);
-            let found = subject.response(&place.values, from, plan, ball, &mut |part, _| {
+            let found = subject.response(&place.values, from, plan, &mut |part, _| {
                 share.store(part.to_bits(), Ordering::Relaxed);
                 sender.check()
             });
@@ -143,8 +139,8 @@ pub fn sweep_subject<E: From<StudyError>>(
             }
         }
     };
-    let job = |ball: &mut _, thread: usize, chain: usize, sender: &ResultSender<'_, _>| {
-        subject.enter(&mut || run(&chains[chain], ball, &shares[thread], sender));
+    let job = |thread: usize, chain: usize, sender: &ResultSender<'_, _>| {
+        subject.enter(&mut || run(&chains[chain], &shares[thread], sender));
     };
     run_jobs(chains.len(), threads, job, |event| {
         if let Some(point) = event {
