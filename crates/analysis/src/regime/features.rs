@@ -5,14 +5,14 @@
 
 use std::f64::consts::LN_2;
 
-use super::neighbourhood::{MIN_ERROR, Neighbourhood, PredictionError};
+use super::neighbourhood::{MIN_ERROR, Neighbourhood, PredictionError, REFERENCES};
 use crate::filter::upsampled;
 use crate::significant;
 use crate::{
     AnalysisError,
     chaos::{ROUNDING, ZeroOneTest, zero_one},
     delay::{DelaySearch, LAGS_PER_PERIOD, LagReason, mutual_information},
-    poincare::{Direction, delay_section},
+    poincare::{Crossing, Direction, delay_section},
     stats::{deviation, mean, range, trend},
     tones::{
         Bases, Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window,
@@ -27,9 +27,9 @@ pub(super) const SECTIONS: usize = 8;
 /// crossings.
 const MAX_PERIOD: usize = 4;
 
-/// Least samples per period: of the highest line of at least a hundredth of the strongest one, for sections and
-/// neighbours; of the motion, after averages of a long record.
-pub(super) const DENSE: usize = 12;
+/// Least samples per period of the highest line of at least a hundredth of the strongest one, for sections and neighbours.
+/// Twelve take half as long again, and no more is right.
+const DENSE: usize = 8;
 
 /// An input of the model.
 #[derive(Clone, Debug)]
@@ -106,11 +106,16 @@ impl Features {
         };
 
         let lag = lag(&centred)?;
-        let crossings = delay_section(&centred, lag, 3, 0.0, Direction::Rising)?;
+        let section = |level| delay_section(&centred, lag, 3, level, Direction::Rising);
+        // Noise adds crossings where strong harmonics touch the level: a motion that passes the mean three times in a
+        // period may pass a higher level once.
+        let (crossings, above) = (section(0.0)?, section(power.sqrt())?);
+        let repetitions = [&crossings, &above].map(|crossings| repetition(crossings));
+        let repetition = repetitions.into_iter().flatten();
+        let repetition = repetition
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(distance, crossings)| (distance / power.sqrt(), crossings));
         let instants: Vec<f64> = crossings.iter().map(|c| c.sample).collect();
-        // The first and the last crossing are interpolated from fewer samples.
-        let inner = crossings.get(1..crossings.len().max(2) - 1).unwrap_or(&[]);
-        let points: Vec<&[f64]> = inner.iter().map(|c| c.point.as_slice()).collect();
         let periods =
             (centred.len() as f64 / (LAGS_PER_PERIOD * lag) as f64).max(crossings.len() as f64);
 
@@ -125,16 +130,14 @@ impl Features {
                 error = sooner;
             }
         }
-        let repetition =
-            repetition(&points).map(|(distance, crossings)| (distance / power.sqrt(), crossings));
         let mut inputs = Vec::from(tones.features());
         inputs.extend(floor_features(floor, background / power, white, error));
         inputs.push(repetition_feature(
             repetition,
             error.short.min(floor.sqrt()),
         ));
+        inputs.extend(predictability(error));
         inputs.extend([
-            determinism(error),
             divergence_feature(neighbourhood.divergence()),
             zero_one_feature(&centred, lag),
         ]);
@@ -241,7 +244,7 @@ fn floor_features(floor: f64, background: f64, white: f64, error: PredictionErro
         ),
         Feature::new(
             "noise",
-            over_error.clamp(0.3, 300.0).ln(),
+            over_error.clamp(0.3, 30.0).ln(),
             format!(
                 "The power between the lines is {} times that of noise of the size of the prediction error.",
                 significant(over_error, 3)
@@ -270,22 +273,33 @@ fn repetition_feature(repetition: Option<(f64, usize)>, noise: f64) -> Feature {
     )
 }
 
-fn determinism(error: PredictionError) -> Feature {
-    Feature::new(
-        "determinism",
-        error.over_linear().min(1.2),
-        format!(
-            "Neighbours predict the motion with an error of {}, a linear map with {}.",
-            percent(error.short),
-            percent(error.linear)
+fn predictability(error: PredictionError) -> [Feature; 2] {
+    let PredictionError { short, linear } = error;
+    [
+        Feature::new(
+            "predictability",
+            short.clamp(MIN_ERROR, 1.2).log10(),
+            format!(
+                "Neighbours predict the motion with an error of {}.",
+                percent(short)
+            ),
         ),
-    )
+        Feature::new(
+            "determinism",
+            error.over_linear().min(1.2),
+            format!(
+                "A linear map predicts the motion with an error of {}, neighbours with {} times as much.",
+                percent(linear),
+                significant(error.over_linear(), 3)
+            ),
+        ),
+    ]
 }
 
 fn divergence_feature(divergence: f64) -> Feature {
     Feature::new(
         "divergence",
-        divergence.clamp(-0.2, 2.0),
+        divergence.clamp(0.0, 2.0),
         format!(
             "The distance of neighbours grows by a factor of {} along the record.",
             significant(divergence.exp(), 3)
@@ -314,15 +328,15 @@ fn steadiness(
     drift: f64,
     levels: &[f64; SECTIONS],
     periods: Option<[f64; SECTIONS]>,
-) -> [Feature; 4] {
+) -> [Feature; 5] {
     let [quietest, loudest] = range(*levels);
     let level = loudest - quietest;
-    let [_, level_trend] = change(levels);
+    let [level_change, _] = change(levels);
     let [period_change, period_trend] = periods.map_or([0.0; 2], |periods| change(&periods));
     [
         Feature::new(
             "drift",
-            drift.clamp(0.0, 3.0),
+            drift.clamp(0.0, 3.0).sqrt(),
             format!(
                 "The nearest state in the other half of the record is {} times as far away as that at any time.",
                 significant(drift.exp(), 3)
@@ -330,18 +344,26 @@ fn steadiness(
         ),
         Feature::new(
             "level",
-            level,
+            log_level(level),
             format!(
                 "The level changes by a factor of {}.",
                 significant(level.exp(), 3)
             ),
         ),
         Feature::new(
-            "trend of the level",
-            level_trend.clamp(0.3, 20.0).log10(),
+            "lull",
+            -quietest,
             format!(
-                "The trend of the level is {} times its standard error.",
-                significant(level_trend, 3)
+                "The level of the quietest eighth of the record is {} of that of the whole.",
+                percent(quietest.exp())
+            ),
+        ),
+        Feature::new(
+            "trend of the level",
+            log_level(level_change),
+            format!(
+                "The trend of the level is a change by a factor of {}.",
+                significant(level_change.exp(), 3)
             ),
         ),
         Feature::new(
@@ -354,6 +376,11 @@ fn steadiness(
             ),
         ),
     ]
+}
+
+/// Logarithm of a change of the logarithm of the level. Changes below 1 % do not count.
+fn log_level(change: f64) -> f64 {
+    change.abs().max(0.01).ln()
 }
 
 /// Decimal logarithm of a share of power. Smaller shares do not count: a millionth of the power is that of
@@ -448,7 +475,12 @@ pub(super) fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
 /// period.
 ///
 /// Uses medians because noise adds a few crossings in wrong places.
-fn repetition(points: &[&[f64]]) -> Option<(f64, usize)> {
+fn repetition(crossings: &[Crossing]) -> Option<(f64, usize)> {
+    // The first and the last crossing are interpolated from fewer samples.
+    let inner = crossings.get(1..crossings.len().max(2) - 1).unwrap_or(&[]);
+    // The time grows with the square of their number: as many are compared as states are.
+    let last = &inner[inner.len().saturating_sub(REFERENCES)..];
+    let points: Vec<&[f64]> = last.iter().map(|c| c.point.as_slice()).collect();
     let (half, longest) = (points.len() / 2, MAX_PERIOD.min(points.len() / 8));
     if longest == 0 {
         return None;

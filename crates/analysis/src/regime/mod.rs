@@ -57,7 +57,7 @@ use crate::{
     stats::{mean, range},
 };
 pub use evidence::{Evidence, Limitation, Regime};
-use features::{DENSE, Feature, Features};
+use features::{Feature, Features};
 use neighbourhood::REFERENCES;
 
 /// Result of the classification.
@@ -122,6 +122,9 @@ impl RegimeSearch {
     pub const MAX_SAMPLES: usize = 10_000;
 }
 
+/// Least averages per period of a long record.
+const AVERAGES: usize = 12;
+
 /// Minimum probability of a verdict.
 const MIN_PROBABILITY: f64 = 0.6;
 
@@ -131,13 +134,12 @@ const MIN_PERIODS: f64 = 10.0;
 /// Side lines nearer to their carrier than this share of its frequency are a slow modulation.
 const SLOW: f64 = 0.02;
 
-/// The fitted model; the ignored test `the_model_is_fitted` repeats the fit. Its classes are the regimes but silence. The
-/// last one stands for too little evidence, which has training signals of its own (short records, speech, music, creak).
+/// The fitted model; the ignored test `the_model_is_fitted` repeats the fit.
 static MODEL: LazyLock<Model> = LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
-/// The classes of the model.
+/// The classes of the model: the regimes between silent and undetermined.
 fn classes() -> &'static [Regime] {
-    &Regime::ALL[1..]
+    &Regime::ALL[1..Regime::Undetermined as usize]
 }
 
 /// Classifies the type of motion of a signal. Amplitude and offset do not matter, except for the
@@ -185,41 +187,47 @@ fn verdict(features: Features) -> Verdict {
         .iter()
         .map(|feature| feature.input)
         .collect();
-    let probabilities = MODEL.probabilities(&inputs);
-    let mut order: Vec<usize> = (0..probabilities.len()).collect();
-    order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
-    let regimes = order
-        .iter()
-        .map(|class| (classes()[*class], probabilities[*class]));
-    let regimes = regimes.filter(|(regime, _)| *regime != Regime::Undetermined);
-    let likeliest: Vec<(Regime, f64)> = regimes.take(2).collect();
+    let mut probabilities = MODEL.probabilities(&inputs);
+    let two_likeliest = |probabilities: &[f64]| {
+        let mut order: Vec<usize> = (0..probabilities.len()).collect();
+        order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
+        [order[0], order[1]]
+    };
+    let evidence = evidence(features.inputs, &inputs, two_likeliest(&probabilities));
+    let lines = features.lines;
+    // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus, and is periodic either way.
+    let is_slow = lines.side.is_some_and(|side| side < SLOW);
+    let [tone, torus] = [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
+    let is_modulated = is_slow && probabilities[torus] > probabilities[tone];
+    if is_slow {
+        probabilities[tone] += std::mem::take(&mut probabilities[torus]);
+    }
+    let likeliest =
+        two_likeliest(&probabilities).map(|class| (classes()[class], probabilities[class]));
     let (first, confidence) = likeliest[0];
     let is_long = features.periods >= MIN_PERIODS && features.samples >= REFERENCES;
-    let lines = features.lines;
-    let is_modulated = lines.side.is_some_and(|side| side < SLOW);
     let (regime, limitation) = match first {
         _ if !is_long => (Regime::Undetermined, Some(Limitation::TooShort)),
         _ if confidence < MIN_PROBABILITY => (Regime::Undetermined, Some(Limitation::NoEvidence)),
-        // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus.
-        Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, Some(Limitation::Modulated)),
+        Regime::Periodic if is_modulated => (first, Some(Limitation::Modulated)),
         Regime::QuasiPeriodic if lines.is_modulated => (first, Some(Limitation::Modulation)),
         _ => (first, None),
     };
     // Others are named if they are likelier than by chance.
     let likely = likeliest
         .iter()
-        .filter(|(_, p)| *p * probabilities.len() as f64 > 1.0);
+        .filter(|(_, p)| *p * classes().len() as f64 > 1.0);
     Verdict {
         regime,
         confidence,
         likeliest: likely.map(|(regime, _)| *regime).collect(),
         limitation,
-        evidence: evidence(features, &inputs, [order[0], order[1]]),
+        evidence,
     }
 }
 
 /// The contribution of each feature to the odds of the likeliest class against the next, strongest first.
-fn evidence(features: Features, inputs: &[f64], [first, second]: [usize; 2]) -> Vec<Evidence> {
+fn evidence(features: Vec<Feature>, inputs: &[f64], [first, second]: [usize; 2]) -> Vec<Evidence> {
     let terms = MODEL.contributions(inputs);
     let evidence = |(feature, term): (Feature, Vec<f64>)| {
         let contribution = term[first] - term[second];
@@ -231,12 +239,7 @@ fn evidence(features: Features, inputs: &[f64], [first, second]: [usize; 2]) -> 
             description: feature.description,
         }
     };
-    let mut all: Vec<Evidence> = features
-        .inputs
-        .into_iter()
-        .zip(terms)
-        .map(evidence)
-        .collect();
+    let mut all: Vec<Evidence> = features.into_iter().zip(terms).map(evidence).collect();
     all.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
     all
 }
@@ -250,7 +253,7 @@ fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
     }
     let needed = samples.len().div_ceil(max);
     let period = LAGS_PER_PERIOD * features::lag(last(max))?;
-    let averaged = (period / DENSE).clamp(1, needed);
+    let averaged = (period / AVERAGES).clamp(1, needed);
     let used = samples.len().min(max * averaged) / averaged * averaged;
     let means = last(used).chunks_exact(averaged).map(mean);
     Ok((means.collect(), averaged))
