@@ -75,6 +75,8 @@ pub(super) struct Features {
     pub samples: usize,
     /// Number of periods in the record: of four lags, or crossings, whichever is larger.
     pub periods: f64,
+    /// Number of periods of the strongest line; infinite without lines.
+    pub cycles: f64,
     pub lines: LinePower,
     /// The inputs of the model.
     pub inputs: Vec<Feature>,
@@ -154,6 +156,9 @@ impl Features {
         Ok(Self {
             samples: n,
             periods,
+            cycles: lines.first().map_or(f64::INFINITY, |line| {
+                line.frequency * n as f64 / sample_rate
+            }),
             lines: tones,
             inputs,
         })

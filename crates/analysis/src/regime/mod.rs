@@ -2,7 +2,7 @@
 //!
 //! No single number distinguishes a torus from chaos or chaos from noise, least of all in a short record.
 //! [`classify`] measures the features below and enters them into one multinomial logistic model, which gives the
-//! probability of each regime and of *not enough evidence*. The verdict is the likeliest regime if its probability is
+//! probability of each regime. The verdict is the likeliest regime if its probability is
 //! at least 0.6 and the record has at least ten periods and 500 samples; this probability is the confidence. The model
 //! is fitted to textbook signals and synthetic recordings whose regime follows from their equations, and judged on
 //! other seeds and on families that the fit never saw: see the page *Types of motion* of the program's guide.
@@ -14,13 +14,15 @@
 //! | broadband floor | share of the power between the lines, less twice the background |
 //! | white floor | share of the power in white noise of the level of the upper quarter of the frequencies |
 //! | noise | power between the lines over that of noise of the size of the prediction error |
-//! | repetition | distance of crossings of a Poincare section one period apart over that explained by noise |
-//! | determinism | error of prediction by analogues over that of the best linear map |
+//! | repetition | distance of crossings of a Poincare section, at the mean or a standard deviation above it, one period apart, over that explained by noise |
+//! | predictability | error of prediction by analogues |
+//! | determinism | this error over that of the best linear map |
 //! | divergence | growth of the distance of neighbours from 2 to 5 % of the record to its second eighth |
 //! | 0-1 test | `K` |
 //! | drift | distance to the nearest state in the other half of the record over that to the nearest state at any time |
 //! | level | natural logarithm of the ratio of the largest to the smallest level of an eighth of the record |
-//! | trend of the level | slope of the level over its standard error |
+//! | lull | level of the quietest eighth of the record over that of the whole |
+//! | trend of the level | change of the level on its regression line |
 //! | trend of the period | slope of the period over its standard error |
 //! | record length | number of periods |
 //!
@@ -36,7 +38,7 @@
 //! A floor that is stronger than a white floor is coloured: that of chaos or of a resonance. How strong matters, not only
 //! its colour: the window of a spectrum leaks in colour, too.
 //!
-//! Sections and neighbours need more samples than a spectrum: a signal with lines is interpolated to 12 samples per
+//! Sections and neighbours need more samples than a spectrum: a signal with lines is interpolated to 8 samples per
 //! period of its highest line of at least 1 % of the strongest.
 
 mod evidence;
@@ -205,7 +207,12 @@ fn verdict(features: Features) -> Verdict {
     let likeliest =
         two_likeliest(&probabilities).map(|class| (classes()[class], probabilities[class]));
     let (first, confidence) = likeliest[0];
-    let is_long = features.periods >= MIN_PERIODS && features.samples >= REFERENCES;
+    // Four lags are less than a period of some motions. The strongest line of noise is no period.
+    let periods = match first {
+        Regime::Noise => features.periods,
+        _ => features.periods.min(features.cycles),
+    };
+    let is_long = periods >= MIN_PERIODS && features.samples >= REFERENCES;
     let (regime, limitation) = match first {
         _ if !is_long => (Regime::Undetermined, Some(Limitation::TooShort)),
         _ if confidence < MIN_PROBABILITY => (Regime::Undetermined, Some(Limitation::NoEvidence)),
