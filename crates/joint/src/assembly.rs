@@ -74,10 +74,6 @@ pub struct BallJoint {
 
 /// Source of the mode shapes at the contact nodes.
 #[derive(Clone, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "a joint has one body: its size does not matter"
-)]
 enum Body {
     Meshed(BallOnBeam, Arc<BodyModes>),
     Imported(Arc<ImportedModes>),

@@ -47,7 +47,7 @@ impl Setting {
         match self {
             Self::Tolerance => ["tolerance", PER_SECOND],
             Self::Nodes => ["contact nodes", PER_SECOND],
-            Self::ElementSize => ["element size, mm", "CPU time of the set-up, s"],
+            Self::ElementSize => ["element size, mm", "CPU time of the modes, s"],
         }
     }
 
@@ -197,7 +197,7 @@ impl WorkPrecision {
 pub struct WorkPrecisionPoint {
     /// Level of the setting, in the unit of the key.
     pub value: f64,
-    /// CPU time, s per simulated second; of element sizes that of the set-up, s.
+    /// CPU time, s per simulated second; of element sizes that of the modes of the body, s.
     pub cpu_s: f64,
     /// Right-hand-side evaluations per simulated second.
     pub rhs_evals_per_s: f64,
