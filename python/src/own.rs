@@ -123,10 +123,6 @@ fn size(state: &[f64]) -> f64 {
 }
 
 impl Subject for OwnSystems {
-    fn name(&self, which: usize) -> &str {
-        &self.names[which]
-    }
-
     fn trial(&self, values: &[f64], _: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
         Python::attach(|py| self.built(py, values)).map_err(|error| {
             self.calls.fail(error);

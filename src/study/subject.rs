@@ -11,20 +11,6 @@ use super::{OnProgress, StudyError};
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
-    /// Name of a parameter, such as `tilt_deg`.
-    fn name(&self, which: usize) -> &str;
-
-    /// Path of a parameter, such as `load.tilt_deg`.
-    fn path(&self, which: usize) -> &str {
-        self.name(which)
-    }
-
-    /// Unit of a parameter; empty for a number without one.
-    fn unit(&self, which: usize) -> &str {
-        let _ = which;
-        ""
-    }
-
     /// The system at some values of the parameters. `ball` keeps a joint between calls.
     ///
     /// # Errors
@@ -51,11 +37,6 @@ pub trait Subject: Send + Sync {
     /// Does work on a thread that calls the systems.
     fn enter(&self, work: &mut (dyn FnMut() + Send)) {
         work();
-    }
-
-    /// Value of the parameter at which a settled motion is tried first.
-    fn first_value(&self) -> Option<f64> {
-        None
     }
 
     /// Displacement (m) at which the motion near a Hopf point is no longer small, from its circular frequency (rad/s) and its
@@ -126,18 +107,6 @@ impl SceneSubject {
 }
 
 impl Subject for SceneSubject {
-    fn name(&self, which: usize) -> &str {
-        self.parameters[which].name()
-    }
-
-    fn path(&self, which: usize) -> &str {
-        self.parameters[which].path()
-    }
-
-    fn unit(&self, which: usize) -> &str {
-        self.parameters[which].unit()
-    }
-
     fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
         Trial::of_scene(&self.scene_at(values)?, ball)
     }
@@ -151,10 +120,6 @@ impl Subject for SceneSubject {
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
         response(&self.scene_at(values)?, from, plan, ball, progress)
-    }
-
-    fn first_value(&self) -> Option<f64> {
-        self.scene.value_of(*self.parameters.first()?)
     }
 
     /// The displacement at which the sliding speed reverses, or 50 um for a system without sliding.
