@@ -40,64 +40,43 @@ pub enum Part {
     Recording,
 }
 
-/// Effects by the part of a run, and the value that switches off their keys: the name of each effect and its key.
-const EFFECTS: [(Part, &str, &[[&str; 2]]); 7] = [
-    (
-        Part::Motion,
-        "false",
-        &[
-            ["radial part of friction", "friction.radial"],
-            ["separation of nodes", "contact.unilateral"],
-            ["rotation term Omega x u", "rotation.convection"],
-            ["moving patch", "rotation.moves_patch"],
-        ],
-    ),
-    (
-        Part::Motion,
-        "absent",
-        &[
-            ["contact damping", "contact_damping"],
-            ["modal damping", "damping"],
-        ],
-    ),
-    (
-        Part::Motion,
-        "uniform",
-        &[["stiffness of nodes", "contact.stiffness_distribution"]],
-    ),
-    (Part::Motion, "through", &[["exact events", "time.events"]]),
-    (
-        Part::Companion,
-        "absent",
-        &[
-            ["Lyapunov exponents", "analysis.lyapunov"],
-            ["perturbed trajectory", "analysis.perturbed_trajectory"],
-        ],
-    ),
-    (
-        Part::Analysis,
-        "absent",
-        &[
-            ["spectrum", "analysis.spectrum"],
-            ["spectrogram", "analysis.spectrogram"],
-            ["delay and dimension", "analysis.delay"],
-            ["recurrence plot", "analysis.recurrence"],
-            ["recurrence quantification", "analysis.quantification"],
-            ["Poincare section", "analysis.section"],
-            ["0-1 test, exponent of samples", "analysis.chaos"],
-            ["type of motion", "analysis.regime"],
-        ],
-    ),
-    (
-        Part::Recording,
-        "0",
-        &[
-            ["pictures of the patch", "record.patch_rate_khz"],
-            ["pictures of the body", "record.body_rate_khz"],
-            ["energy and its audit", "record.energy_rate_khz"],
-        ],
-    ),
+/// The name of each effect and its key.
+const EFFECTS: [[&str; 2]; 21] = [
+    ["radial part of friction", "friction.radial"],
+    ["separation of nodes", "contact.unilateral"],
+    ["rotation term Omega x u", "rotation.convection"],
+    ["moving patch", "rotation.moves_patch"],
+    ["contact damping", "contact_damping"],
+    ["modal damping", "damping"],
+    ["stiffness of nodes", "contact.stiffness_distribution"],
+    ["exact events", "time.events"],
+    ["Lyapunov exponents", "analysis.lyapunov"],
+    ["perturbed trajectory", "analysis.perturbed_trajectory"],
+    ["spectrum", "analysis.spectrum"],
+    ["spectrogram", "analysis.spectrogram"],
+    ["delay and dimension", "analysis.delay"],
+    ["recurrence plot", "analysis.recurrence"],
+    ["recurrence quantification", "analysis.quantification"],
+    ["Poincare section", "analysis.section"],
+    ["0-1 test, exponent of samples", "analysis.chaos"],
+    ["type of motion", "analysis.regime"],
+    ["pictures of the patch", "record.patch_rate_khz"],
+    ["pictures of the body", "record.body_rate_khz"],
+    ["energy and its audit", "record.energy_rate_khz"],
 ];
+
+/// The part of a run that the key of an effect belongs to, and the value that switches the effect off.
+fn switch(key: &str) -> (Part, &'static str) {
+    match key {
+        "contact_damping" | "damping" => (Part::Motion, "absent"),
+        "contact.stiffness_distribution" => (Part::Motion, "uniform"),
+        "time.events" => (Part::Motion, "through"),
+        "analysis.lyapunov" | "analysis.perturbed_trajectory" => (Part::Companion, "absent"),
+        _ if key.starts_with("analysis.") => (Part::Analysis, "absent"),
+        _ if key.starts_with("record.") => (Part::Recording, "0"),
+        _ => (Part::Motion, "false"),
+    }
+}
 
 /// An effect that a scene has on, and its price.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -134,21 +113,20 @@ fn named(name: &str, key: &str) -> Effect {
 /// The effects that a scene has on.
 pub fn effects_of(scene: &Scene) -> Vec<Switched> {
     let mut effects = Vec::new();
-    for (part, off, rows) in EFFECTS {
-        for [name, key] in rows {
-            let mut effect = named(name, key);
-            match scene.with_overrides(&[(key, off)]) {
-                Ok(other) if is_same(&other, scene) => {}
-                Ok(mut other) => {
-                    other.duration = scene.duration;
-                    effects.push((part, effect, Some(other)));
-                }
-                // A small system has no such key.
-                Err(_) if matches!(part, Part::Motion | Part::Recording) => {}
-                Err(error) => {
-                    effect.unavailable = Some(error.to_string());
-                    effects.push((part, effect, None));
-                }
+    for [name, key] in EFFECTS {
+        let (part, off) = switch(key);
+        let mut effect = named(name, key);
+        match scene.with_overrides(&[(key, off)]) {
+            Ok(other) if is_same(&other, scene) => {}
+            Ok(mut other) => {
+                other.duration = scene.duration;
+                effects.push((part, effect, Some(other)));
+            }
+            // A small system has no such key.
+            Err(_) if matches!(part, Part::Motion | Part::Recording) => {}
+            Err(error) => {
+                effect.unavailable = Some(error.to_string());
+                effects.push((part, effect, None));
             }
         }
     }

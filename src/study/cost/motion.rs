@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
 use crate::joint::BallJoint;
-use crate::pipeline::{Prepared, prepare, prepare_reusing_body};
+use crate::pipeline::{prepare, prepare_reusing_body};
 use crate::scene::Scene;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
 use crate::study::{OnProgress, Stopped, StudyError};
@@ -112,8 +112,8 @@ impl<'a> Runner<'a> {
         let system = prepare_reusing_body(&plain, &mut ball)?
             .integrator
             .into_system();
-        let slowest = system.omega().iter().copied().filter(|omega| *omega > 0.0);
-        let period = std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(1e9);
+        let omega = system.omega().iter().copied();
+        let period = std::f64::consts::TAU / omega.filter(|w| *w > 0.0).fold(1e9, f64::min);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
         let mut runner = Self {
             scene,
@@ -191,17 +191,13 @@ impl<'a> Runner<'a> {
 
     /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
     pub fn time(&mut self, scene: &Scene) -> Result<[f64; 2], StudyError> {
-        let Prepared {
-            mut integrator,
-            state,
-            ..
-        } = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
+        let mut run = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
         let simulated = TIMED * self.measurement;
         let seconds = self.shortest(|| {
-            integrator.start(0.0, &state)?;
-            Ok(integrator.integrate_to(simulated)?)
+            run.integrator.start(0.0, &run.state)?;
+            Ok(run.integrator.integrate_to(simulated)?)
         })?;
-        let rhs_evals = integrator.stats().rhs_evals as f64 / REPEATS as f64;
+        let rhs_evals = run.integrator.stats().rhs_evals as f64 / REPEATS as f64;
         Ok([seconds / simulated, rhs_evals / simulated])
     }
 

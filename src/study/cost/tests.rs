@@ -1,6 +1,7 @@
 use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
+use crate::study::Stopped;
 use crate::study::response::{InitialState, ResponsePlan, response};
 
 #[test]
