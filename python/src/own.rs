@@ -6,7 +6,6 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use squeakscope::dynamics::DynamicsError;
-use squeakscope::joint::BallJoint;
 use squeakscope::pipeline::{PipelineError, Prepared};
 use squeakscope::study::{Subject, Trial};
 
@@ -124,10 +123,6 @@ fn size(state: &[f64]) -> f64 {
 }
 
 impl Subject for OwnSystems {
-    fn name(&self, which: usize) -> &str {
-        &self.names[which]
-    }
-
     fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
         Python::attach(|py| self.built(py, values)).map_err(|error| {
             self.calls.fail(error);

@@ -155,6 +155,9 @@ pub fn branch<'py>(
             let systems = Arc::new(OwnSystems::new(py, function, vec![parameter.to_owned()])?);
             let plan = BranchPlan {
                 subject: Arc::clone(&systems) as Arc<dyn Subject>,
+                parameter: parameter.to_owned(),
+                unit: String::new(),
+                own: None,
                 interval,
                 points,
             };
@@ -201,9 +204,8 @@ fn branches_of(
         steady => steady?,
     }
     if let Some(starts) = starts {
-        add_orbits(plan, starts, &mut found, &mut |share, _, _| {
-            watch.report(0.2 + 0.8 * share)
-        })?;
+        let progress = &mut |share: f64, _: &str| watch.report(0.2 + 0.8 * share);
+        add_orbits(plan, starts, &mut found, progress)?;
     }
     Ok(found)
 }

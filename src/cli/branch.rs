@@ -229,10 +229,7 @@ fn compute(
         (None, false) => OrbitStarts::Scene,
     };
     let mut update = |share: f64, task: &str| watch.update(0.2 + 0.8 * share, task);
-    add_orbits(plan, starts, &mut result, &mut |share, task, _| {
-        update(share, task)
-    })
-    .map_err(failed)?;
+    add_orbits(plan, starts, &mut result, &mut update).map_err(failed)?;
     if let Some(count) = args.tori {
         add_tori(plan, count, &mut result, &mut update).map_err(failed)?;
     }
@@ -245,11 +242,8 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
         return Ok(Vec::new());
     };
     let table = read_table(path)?;
-    let invalid = |reason: String| {
-        let path = path.clone();
-        CliError::Table(TableError::Invalid { path, reason })
-    };
-    let plan = SweepPlan::from_identity(&table.identity).map_err(invalid)?;
+    let plan = SweepPlan::from_identity(&table.identity)
+        .map_err(|reason| TableError::invalid(path, reason))?;
     match &plan.axes[..] {
         [axis] if axis.parameter() == parameter => Ok(table.points),
         _ => Err(CliError::Input(format!(

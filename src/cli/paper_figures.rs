@@ -34,11 +34,7 @@ pub(super) fn figures(
         let motion = tilt.and_then(|tilt| Some((*tilt, evidence.at(*tilt)?)));
         let figure = match (number, motion) {
             (4..=7, Some((tilt, response))) => {
-                // Friction with a state has no decomposition of the growth rates.
-                let modes = match ball.spec().friction.states() {
-                    0 => study::growth_causes(&ball, &[tilt.to_radians()])?.concat(),
-                    _ => Vec::new(),
-                };
+                let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
                 Some(self::motion(number.into(), tilt, response, &modes))
             }
             (1..=3, _) => joint_figure(number, &ball)?,

@@ -132,12 +132,8 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         Some(read) => read?,
         None => return Ok(()),
     };
-    let plan = SweepPlan::from_identity(&first.identity).map_err(|reason| {
-        CliError::Table(TableError::Invalid {
-            path: path.clone(),
-            reason,
-        })
-    })?;
+    let plan = SweepPlan::from_identity(&first.identity)
+        .map_err(|reason| TableError::invalid(path, reason))?;
     check_timeline(&plan, &args.outputs)?;
     let files = outputs(None, &args.outputs, Kind::TABLE, stems(&plan)).check()?;
     // Points by their index in the plan.
@@ -150,12 +146,9 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
             let index = point.place.index;
             let existing = merged.entry(index).or_insert_with(|| point.clone());
             if *existing != point {
-                return Err(CliError::Table(TableError::Invalid {
-                    path: path.clone(),
-                    reason: format!(
-                        "its point {index} differs from the same point in another table"
-                    ),
-                }));
+                let reason =
+                    format!("its point {index} differs from the same point in another table");
+                return Err(TableError::invalid(path, reason).into());
             }
         }
     }

@@ -113,7 +113,7 @@ impl DiagramStore {
         });
         let time = store.read(None, 0).time_s;
         let (note, message) = match found {
-            Ok(_) => (String::new(), "the branch diagram is complete".to_owned()),
+            Ok(()) => (String::new(), "the branch diagram is complete".to_owned()),
             Err(StudyError::Stopped(_)) => return,
             Err(fault) => {
                 let note = format!("no branch diagram: {fault}");

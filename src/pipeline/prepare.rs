@@ -31,11 +31,12 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// The same system with the final state `[q | dq/dt]` of another run as its initial state.
+    /// The same system with the final state `[q | dq/dt]` of another run as its initial state, as far as both have it.
     #[must_use]
     pub fn starting_from(mut self, state: &[f64]) -> Self {
         self.state.fill(0.0);
-        self.state[..state.len()].copy_from_slice(state);
+        let common = state.len().min(self.state.len());
+        self.state[..common].copy_from_slice(&state[..common]);
         self
     }
 }

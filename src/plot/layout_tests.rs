@@ -62,12 +62,9 @@ fn branch(scene: &str, key: &str, interval: [f64; 2], start: Option<f64>) -> Bra
     let mut branch = Branch::new(&plan);
     add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
     if let Some(start) = start {
-        add_orbits(
-            &plan,
-            OrbitStarts::At(start),
-            &mut branch,
-            &mut |_, _, _| Ok(()),
-        )
+        add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_, _| {
+            Ok(())
+        })
         .unwrap();
     }
     branch

@@ -143,34 +143,25 @@ impl Report for Basins {
 pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
     let mut found: Vec<Attractor> = Vec::new();
     for (place, point) in points.iter().enumerate() {
-        let Some(response) = point
-            .outcome
-            .as_ref()
-            .ok()
-            .filter(|response| response.settled)
-        else {
+        let Some(response) = point.found().filter(|response| response.settled) else {
             continue;
         };
-        let seed = point.place.values[0] as u64;
-        match found
-            .iter_mut()
-            .find(|attractor| attractor.is_that_of(response))
-        {
-            Some(attractor) => {
-                attractor.members.push(place);
-                attractor.seeds.push(seed);
-            }
-            None => found.push(Attractor {
+        let known = found.iter().position(|known| known.is_that_of(response));
+        let known = known.unwrap_or_else(|| {
+            found.push(Attractor {
                 regime: response.regime,
                 frequency: response.lines.first().map(|line| line.frequency),
                 amplitude: response.amplitude,
                 mean: response.mean,
-                members: vec![place],
-                seeds: vec![seed],
+                members: Vec::new(),
+                seeds: Vec::new(),
                 share: 0.0,
                 interval: [0.0, 1.0],
-            }),
-        }
+            });
+            found.len() - 1
+        });
+        found[known].members.push(place);
+        found[known].seeds.push(point.place.values[0] as u64);
     }
     for attractor in &mut found {
         (attractor.share, attractor.interval) = share(attractor.members.len(), points.len());

@@ -29,20 +29,9 @@ pub enum StudyError {
     /// An analysis rejected the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
-    /// The causes of growth are not defined for the friction law.
-    #[error(
-        "the causes of growth are computed for friction that depends on the slip velocity alone; omit --causes for \
-         friction with a state"
-    )]
-    NoCauses,
-    /// The eigenvalues at one of the tilts could not be computed.
-    #[error("the eigenvalues at a tilt of {tilt_deg} deg could not be computed")]
-    Eigenvalues {
-        /// The tilt, degrees.
-        tilt_deg: f64,
-        /// The cause.
-        source: StabilityError,
-    },
+    /// The eigenvalues of steady sliding cannot be computed.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
     /// The periodic orbits should start outside the interval of a plan.
     #[error(
         "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \

@@ -25,3 +25,6 @@ pub use subject::{Subject, Trial};
 /// Receives the progress of a study: the share of the work that is done, 0 to 1, and the task. It stops the study with an
 /// error.
 pub type OnProgress<'a> = &'a mut dyn FnMut(f64, &str) -> Result<(), Stopped>;
+
+/// Samples of a run between two calls of its progress.
+const POLL: u64 = 16;

@@ -4,9 +4,9 @@ use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+use crossbeam_channel::{RecvTimeoutError, bounded};
 
 use super::{Stopped, StudyError};
 
@@ -19,63 +19,20 @@ pub fn threads(asked: Option<NonZero<usize>>) -> usize {
 /// Interval between progress calls.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Timer that says when progress is due. It uses the clock because the time between two polls varies from
-/// microseconds to seconds.
-#[derive(Debug, Default)]
-pub(super) struct PollTimer {
-    last: Option<Instant>,
-}
-
-impl PollTimer {
-    /// Whether the last call that returned `true` is at least one interval ago, or there was none.
-    pub fn is_due(&mut self) -> bool {
-        let due = self.last.is_none_or(|last| last.elapsed() >= TICK);
-        if due {
-            self.last = Some(Instant::now());
-        }
-        due
-    }
-}
-
-/// Sends the results of a job, unless the study is stopped.
-pub(super) struct ResultSender<'a, R> {
-    sender: &'a Sender<R>,
-    stop: &'a AtomicBool,
-}
-
-impl<R> ResultSender<'_, R> {
-    /// Sends a result.
-    ///
-    /// # Errors
-    /// If the study is stopped.
-    pub fn send(&self, result: R) -> Result<(), Stopped> {
-        self.sender.send(result).map_err(|_| Stopped)?;
-        self.check()
-    }
-
-    /// Checks that the study goes on.
-    ///
-    /// # Errors
-    /// If it is stopped.
-    pub fn check(&self) -> Result<(), Stopped> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(Stopped);
-        }
-        Ok(())
-    }
-}
+/// Passes on a result of a job, if there is one. It stops the job with an error.
+pub(super) type Emit<'a, R> = &'a mut (dyn FnMut(Option<R>) -> Result<(), Stopped> + Send);
 
 /// Runs the jobs in order on `threads` threads (at least one), or on fewer if the system cannot start more.
 ///
-/// A job receives the index of the thread, its own index, and the sender for its results. `on_event` is called with each result, in any order, and with `None` after an
-/// interval without one.
+/// A job receives its index and the callback for its results. `on_event` is called with each result, in any order, and with
+/// `None` after an interval without one.
 ///
 /// # Errors
 /// The error of `on_event`, after which no job is started. [`StudyError::Threads`].
 pub(super) fn run_jobs<R: Send, E: From<StudyError>>(
     jobs: usize,
     threads: usize,
-    job: impl Fn(usize, usize, &ResultSender<'_, R>) + Sync,
+    job: impl Fn(usize, Emit<'_, R>) + Sync,
     mut on_event: impl FnMut(Option<R>) -> Result<(), E>,
 ) -> Result<(), E> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -86,16 +43,20 @@ pub(super) fn run_jobs<R: Send, E: From<StudyError>>(
             let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
             let worker = move || {
                 let _watch = StopOnPanic(stop);
-                let sender = ResultSender {
-                    sender: &sender,
-                    stop,
+                let mut emit = |result: Option<R>| {
+                    let sent = result.is_none_or(|result| sender.send(result).is_ok());
+                    if sent && !stop.load(Ordering::Relaxed) {
+                        Ok(())
+                    } else {
+                        Err(Stopped)
+                    }
                 };
-                while sender.check().is_ok() {
+                while emit(None).is_ok() {
                     let place = next.fetch_add(1, Ordering::Relaxed);
                     if place >= jobs {
                         break;
                     }
-                    job(thread, place, &sender);
+                    job(place, &mut emit);
                 }
             };
             let named = thread::Builder::new().name(format!("study {thread}"));
@@ -162,8 +123,8 @@ mod tests {
     fn every_job_runs_once() {
         for threads in [0, 1, 3, 50] {
             let mut results = Vec::new();
-            let job = |_, place: usize, sender: &ResultSender<'_, usize>| {
-                let _ = sender.send(place);
+            let job = |place: usize, emit: Emit<'_, usize>| {
+                let _ = emit(Some(place));
             };
             let done = run_jobs(20, threads, job, |event| {
                 if let Some(result) = event {
@@ -174,19 +135,14 @@ mod tests {
             results.sort_unstable();
             assert_eq!((done, results), (Ok(()), (0..20).collect()));
         }
-        let none = run_jobs(
-            0,
-            2,
-            |_, _, _: &ResultSender<'_, ()>| (),
-            |_| Ok::<_, Fault>(()),
-        );
+        let none = run_jobs(0, 2, |_, _: Emit<'_, ()>| (), |_| Ok::<_, Fault>(()));
         assert_eq!(none, Ok(()));
     }
 
     #[test]
     fn the_pool_stops_on_request_and_on_an_error() {
-        let job = |_, place: usize, sender: &ResultSender<'_, usize>| {
-            let _ = sender.send(place);
+        let job = |place: usize, emit: Emit<'_, usize>| {
+            let _ = emit(Some(place));
         };
         let mut events = 0;
         let stopped = run_jobs(1000, 2, job, |_| {
@@ -206,7 +162,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "the third")]
     fn a_panic_in_a_job_is_propagated_to_the_caller() {
-        let job = |_, place: usize, _: &ResultSender<'_, ()>| {
+        let job = |place: usize, _: Emit<'_, ()>| {
             assert!(place != 2, "the third");
         };
         let _ = run_jobs(5, 2, job, |_| Ok::<_, Fault>(()));
@@ -215,7 +171,7 @@ mod tests {
     #[test]
     fn a_panic_in_a_job_stops_the_others() {
         let begun = AtomicUsize::new(0);
-        let job = |_, place: usize, _: &ResultSender<'_, ()>| {
+        let job = |place: usize, _: Emit<'_, ()>| {
             begun.fetch_add(1, Ordering::Relaxed);
             assert!(place != 2, "the third");
             thread::sleep(Duration::from_millis(5));

@@ -32,42 +32,25 @@ impl StabilityAt {
 /// If the joint cannot be assembled at a tilt, or its eigenvalues cannot be computed.
 pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
     let families = ball.family_labels();
-    tilts
-        .iter()
-        .map(|&tilt| {
-            let joint = ball.joint(tilt)?;
-            let modes = joint
-                .linear_modes()
-                .map_err(|source| StudyError::Eigenvalues {
-                    tilt_deg: tilt.to_degrees(),
-                    source,
-                })?;
-            let modes = modes.iter().map(|mode| mode.named(&families)).collect();
-            Ok(StabilityAt { tilt, modes })
-        })
-        .collect()
+    let at = |&tilt: &f64| {
+        let modes = ball.joint(tilt)?.linear_modes()?;
+        let modes = modes.iter().map(|mode| mode.named(&families)).collect();
+        Ok(StabilityAt { tilt, modes })
+    };
+    tilts.iter().map(at).collect()
 }
 
 /// Oscillating modes at each of `tilts` (rad) with the causes of their growth, in ascending order of
-/// frequency.
+/// frequency. None for a friction law with states, as for [`Model::explained_modes`](crate::joint::Model::explained_modes).
 ///
 /// # Errors
-/// As [`stability`], and if the friction law has states.
+/// As [`stability`].
 pub fn growth_causes(
     ball: &BallJoint,
     tilts: &[f64],
 ) -> Result<Vec<Vec<ExplainedMode>>, StudyError> {
-    if ball.spec().friction.states() > 0 {
-        return Err(StudyError::NoCauses);
-    }
-    let explained = tilts.iter().map(|&tilt| {
-        let modes = ball.model(tilt)?.explained_modes();
-        modes.map_err(|source| StudyError::Eigenvalues {
-            tilt_deg: tilt.to_degrees(),
-            source,
-        })
-    });
-    explained.collect()
+    let explained = |&tilt: &f64| Ok(ball.model(tilt)?.explained_modes()?);
+    tilts.iter().map(explained).collect()
 }
 
 /// The modes at each tilt.

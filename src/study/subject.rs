@@ -10,20 +10,6 @@ use super::{OnProgress, StudyError};
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
-    /// Name of a parameter, such as `tilt_deg`.
-    fn name(&self, which: usize) -> &str;
-
-    /// Path of a parameter, such as `load.tilt_deg`.
-    fn path(&self, which: usize) -> &str {
-        self.name(which)
-    }
-
-    /// Unit of a parameter; empty for a number without one.
-    fn unit(&self, which: usize) -> &str {
-        let _ = which;
-        ""
-    }
-
     /// The system at some values of the parameters.
     ///
     /// # Errors
@@ -49,11 +35,6 @@ pub trait Subject: Send + Sync {
     /// Does work on a thread that calls the systems.
     fn enter(&self, work: &mut (dyn FnMut() + Send)) {
         work();
-    }
-
-    /// Value of the parameter at which a settled motion is tried first.
-    fn first_value(&self) -> Option<f64> {
-        None
     }
 
     /// Displacement (m) at which the motion near a Hopf point is no longer small, from its circular frequency (rad/s) and its
@@ -124,18 +105,6 @@ impl SceneSubject {
 }
 
 impl Subject for SceneSubject {
-    fn name(&self, which: usize) -> &str {
-        self.parameters[which].name()
-    }
-
-    fn path(&self, which: usize) -> &str {
-        self.parameters[which].path()
-    }
-
-    fn unit(&self, which: usize) -> &str {
-        self.parameters[which].unit()
-    }
-
     fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
         Trial::of_scene(&self.scene_at(values)?)
     }
@@ -148,10 +117,6 @@ impl Subject for SceneSubject {
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
         response(&self.scene_at(values)?, from, plan, progress)
-    }
-
-    fn first_value(&self) -> Option<f64> {
-        self.scene.value_of(*self.parameters.first()?)
     }
 
     /// The displacement at which the sliding speed reverses, or 50 um for a system without sliding.

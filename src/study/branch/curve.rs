@@ -8,8 +8,6 @@
 //! value of the scene for the second one. With one parameter set, a short piece of the branch over the other one is followed
 //! around the expected value, and the Neimark-Sacker point in it located.
 
-use std::convert::Infallible;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -60,7 +58,7 @@ pub struct Curve<P> {
 
 /// Finds the point of a curve next to another one: with the expected value of one parameter (the index) and near the
 /// expected value of the other one.
-pub(super) type Solve<'a, P, E> = &'a mut dyn FnMut(&P, usize, [f64; 2]) -> Result<Option<P>, E>;
+type Solve<'a, P> = &'a mut dyn FnMut(&P, usize, [f64; 2]) -> Result<Option<P>, StudyError>;
 
 impl MapPlan {
     /// The values of the parameters relative to their intervals, 0 to 1.
@@ -88,13 +86,13 @@ impl MapPlan {
 
     /// Follows a curve from a point in both directions. `direction` is a first guess, `steps` are the first, the smallest and
     /// the largest step.
-    fn follow<P: CurvePoint, E>(
+    fn follow<P: CurvePoint>(
         &self,
         start: &P,
         direction: [f64; 2],
         steps: [f64; 3],
-        solve: Solve<'_, P, E>,
-    ) -> Result<Curve<P>, E> {
+        solve: Solve<'_, P>,
+    ) -> Result<Curve<P>, StudyError> {
         let mut curve = Curve {
             label: String::new(),
             points: vec![start.clone()],
@@ -112,13 +110,13 @@ impl MapPlan {
     }
 
     /// Continues a curve from its last point.
-    fn trace<P: CurvePoint, E>(
+    fn trace<P: CurvePoint>(
         &self,
         mut direction: [f64; 2],
         [mut step, least, most]: [f64; 3],
         curve: &mut Curve<P>,
-        solve: Solve<'_, P, E>,
-    ) -> Result<(), E> {
+        solve: Solve<'_, P>,
+    ) -> Result<(), StudyError> {
         let start = curve.points.len();
         let mut now = curve.points[start - 1].clone();
         let first = now.clone();
@@ -266,7 +264,7 @@ pub(super) fn hopf_curve(
     let (a, b) = (slope(0)?, slope(1)?);
     let tangent = [-b / a.hypot(b), a / a.hypot(b)];
     let mut solve = |near: &HopfCurvePoint, axis: usize, expected: [f64; 2]| {
-        Ok::<_, Infallible>(hopf_point(plan, family, near, 1 - axis, expected))
+        Ok(hopf_point(plan, family, near, 1 - axis, expected))
     };
     plan.follow(&start, tangent, HOPF_STEPS, &mut solve).ok()
 }
@@ -384,9 +382,7 @@ pub(super) fn torus_curves(
     let start = own.unwrap_or(0.5 * (from + to));
     let first = branch_over(plan, 0, start)?;
     let mut branch = Branch::new(&first);
-    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_, _, _| {
-        check()
-    })?;
+    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_, _| check())?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
     let mut curves: Vec<Curve<TorusCurvePoint>> = Vec::new();

@@ -151,7 +151,7 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch.
+/// number. `on_part` receives the diagram so far, after steady sliding and after the settled responses, and the whole.
 ///
 /// # Errors
 /// [`StudyError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
@@ -161,7 +161,7 @@ pub fn tilt_diagram(
     threads: usize,
     progress: OnProgress<'_>,
     mut on_part: impl FnMut(&TiltDiagram),
-) -> Result<TiltDiagram, StudyError> {
+) -> Result<(), StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
     let mut branch = Branch::new(&plan);
     // What a stop leaves is no part.
@@ -171,18 +171,9 @@ pub fn tilt_diagram(
     let settled = settled_responses(scene, interval, threads, progress)?;
     progress(0.0, "periodic motions")?;
     on_part(&TiltDiagram::new(&branch, &settled));
-    let starts = OrbitStarts::Settled(&settled);
-    let mut branches = 0;
-    add_orbits(&plan, starts, &mut branch, &mut |share, task, branch| {
-        if branch.orbit_branches() > branches {
-            branches = branch.orbit_branches();
-            on_part(&TiltDiagram::new(branch, &settled));
-        }
-        progress(share, task)
-    })?;
-    let diagram = TiltDiagram::new(&branch, &settled);
-    on_part(&diagram);
-    Ok(diagram)
+    add_orbits(&plan, OrbitStarts::Settled(&settled), &mut branch, progress)?;
+    on_part(&TiltDiagram::new(&branch, &settled));
+    Ok(())
 }
 
 /// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
@@ -467,7 +458,7 @@ mod tests {
         let mut branch = Branch::new(&plan);
         add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
         let starts = OrbitStarts::Settled(&points);
-        add_orbits(&plan, starts, &mut branch, &mut |_, _, _| Ok(())).unwrap();
+        add_orbits(&plan, starts, &mut branch, &mut |_, _| Ok(())).unwrap();
         TiltDiagram::new(&branch, &points)
     }
 

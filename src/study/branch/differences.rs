@@ -1,6 +1,6 @@
 //! Derivatives of matrices by extrapolated differences with an error estimate.
 
-use faer::Mat;
+use faer::{Mat, Scale};
 
 /// Number of step sizes.
 const LEVELS: usize = 6;
@@ -32,9 +32,9 @@ pub fn difference<E>(
     for level in 0..LEVELS {
         let step = first / RATIO.powi(level as i32);
         let (start, order) = match (of(step), of(-step)) {
-            (Ok(up), Ok(down)) => (combined(&up, &down, 0.5 / step), 2),
-            (Ok(up), Err(_)) => (combined(&up, &here, 1.0 / step), 1),
-            (Err(_), Ok(down)) => (combined(&here, &down, 1.0 / step), 1),
+            (Ok(up), Ok(down)) => (Scale(0.5 / step) * (up - down), 2),
+            (Ok(up), Err(_)) => (Scale(1.0 / step) * (up - &here), 1),
+            (Err(_), Ok(down)) => (Scale(1.0 / step) * (&here - down), 1),
             (Err(error), Err(_)) => return Err(error),
         };
         // One row of the extrapolation table; differences of central steps have even powers only.
@@ -47,8 +47,8 @@ pub fn difference<E>(
             row.push(next);
         }
         for k in 1..row.len() {
-            let change = |a: &Mat<f64>, b: &Mat<f64>| largest(&combined(a, b, 1.0));
-            let error = change(&row[k], &row[k - 1]).max(change(&row[k], &table[k - 1]));
+            let change = |other: &Mat<f64>| (&row[k] - other).norm_max();
+            let error = change(&row[k - 1]).max(change(&table[k - 1]));
             if best.as_ref().is_none_or(|best| error < best.error) {
                 let value = row[k].clone();
                 best = Some(Differences { value, error });
@@ -60,19 +60,6 @@ pub fn difference<E>(
         value: table.remove(0),
         error: f64::INFINITY,
     }))
-}
-
-/// Largest entry of a matrix by magnitude.
-pub(super) fn largest(matrix: &Mat<f64>) -> f64 {
-    let entries = (0..matrix.ncols()).flat_map(|j| (0..matrix.nrows()).map(move |i| (i, j)));
-    entries.map(|at| matrix[at].abs()).fold(0.0, f64::max)
-}
-
-/// `factor (a - b)`.
-fn combined(a: &Mat<f64>, b: &Mat<f64>, factor: f64) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        factor * (a[(i, j)] - b[(i, j)])
-    })
 }
 
 #[cfg(test)]

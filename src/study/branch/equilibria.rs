@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::family::{SteadyState, SubjectFamily};
 use super::hopf::{Bracket, SteadyBifurcation, locate, sign};
-use super::result::{At, Branch, BranchBifurcation};
+use super::result::{At, Branch, BranchBifurcation, name_of};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
@@ -56,6 +56,12 @@ pub struct EquilibriumPoint {
 pub struct BranchPlan {
     /// The systems.
     pub subject: Arc<dyn Subject>,
+    /// Path of the parameter, such as `load.tilt_deg`.
+    pub parameter: String,
+    /// Unit of the parameter; empty for a number without one.
+    pub unit: String,
+    /// Value at which a settled motion is tried first.
+    pub own: Option<f64>,
     /// The ends of the interval, ascending, in the unit of the scene file.
     pub interval: [f64; 2],
     /// Number of equally spaced points of the branch of equilibria, at least 2; more are inserted where modes change
@@ -71,12 +77,22 @@ impl BranchPlan {
 
     /// The plan of a scene over one of its keys.
     pub fn new(scene: Scene, parameter: Parameter, interval: [f64; 2], points: usize) -> Self {
-        let parameters = vec![parameter];
         Self {
-            subject: Arc::new(SceneSubject { scene, parameters }),
+            parameter: parameter.path().to_owned(),
+            unit: parameter.unit().to_owned(),
+            own: scene.value_of(parameter),
+            subject: Arc::new(SceneSubject {
+                scene,
+                parameters: vec![parameter],
+            }),
             interval,
             points,
         }
+    }
+
+    /// Name of the key without its table, such as `tilt_deg`.
+    pub fn name(&self) -> &str {
+        name_of(&self.parameter)
     }
 
     /// Checks a value of the parameter at which periodic orbits should start.
@@ -89,7 +105,7 @@ impl BranchPlan {
             return Ok(());
         }
         Err(StudyError::StartOutside {
-            name: self.subject.name(0).to_owned(),
+            name: self.name().to_owned(),
             value,
             interval: self.interval,
         })
@@ -114,7 +130,7 @@ pub fn add_equilibria(
     progress: OnProgress<'_>,
 ) -> Result<(), StudyError> {
     let [from, to] = plan.interval;
-    let name = plan.subject.name(0);
+    let name = plan.name();
     let family = plan.family();
     let mut tracks = Tracks::default();
     let mut last = solve(&family, &mut tracks, from, &[])?;
@@ -165,14 +181,12 @@ pub fn add_equilibria(
             ended = Some(INTERRUPTED.to_owned());
             break;
         }
-        bifurcations.extend(locate(&family, bracket, to - from)?);
+        bifurcations.extend(locate(&family, bracket, plan)?);
     }
     bifurcations.sort_by(|a, b| a.at.value.total_cmp(&b.at.value));
     result.equilibria = points;
-    let bifurcations = bifurcations.into_iter();
-    result
-        .bifurcations
-        .extend(bifurcations.map(BranchBifurcation::Steady));
+    let bifurcations = bifurcations.into_iter().map(BranchBifurcation::Steady);
+    result.bifurcations.extend(bifurcations);
     result.ended.extend(ended);
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::RefCell;
+use std::cell::{Ref, RefCell};
 use std::sync::Arc;
 
 use super::differences::{Differences, difference};
@@ -56,11 +56,6 @@ impl SubjectFamily {
             guess: RefCell::default(),
             last: RefCell::default(),
         }
-    }
-
-    /// What is varied.
-    pub fn subject(&self) -> &Arc<dyn Subject> {
-        &self.subject
     }
 
     /// The system for some values of the parameters.
@@ -141,14 +136,13 @@ impl SubjectFamily {
         Ok(trial.prepared)
     }
 
-    /// What `of` takes from the probe and the period of the drive at a value of the parameter.
-    fn take<T>(&self, parameter: f64, of: impl FnOnce(&[f64], Option<f64>) -> T) -> Option<T> {
+    /// A value of the parameter with its probe and the period of its drive.
+    fn last(&self, parameter: f64) -> Option<Ref<'_, Last>> {
         let is_last = |last: &Last| last.0 == parameter;
         if !self.last.borrow().as_ref().is_some_and(is_last) {
             self.built(parameter).ok()?;
         }
-        let last = self.last.borrow();
-        last.as_ref().map(|(_, probe, drive)| of(probe, *drive))
+        Ref::filter_map(self.last.borrow(), Option::as_ref).ok()
     }
 }
 
@@ -158,13 +152,14 @@ impl Family for SubjectFamily {
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        self.take(parameter, |_, drive| drive)?
+        self.last(parameter)?.2
     }
 
     /// The displacement of the probe, m.
     fn observable(&self, parameter: f64, z: &[f64]) -> f64 {
-        let displacement = |probe: &[f64], _| probe.iter().zip(z).map(|(row, q)| row * q).sum();
-        self.take(parameter, displacement).unwrap_or(f64::NAN)
+        self.last(parameter).map_or(f64::NAN, |last| {
+            last.1.iter().zip(z).map(|(row, q)| row * q).sum()
+        })
     }
 }
 

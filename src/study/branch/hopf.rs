@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::equilibria::BranchPlan;
 use super::family::{SteadyState, SubjectFamily};
 use super::result::At;
 use super::tracking::{Tracked, fastest_alike, most_alike};
@@ -10,8 +11,8 @@ use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
 use crate::study::StudyError;
 
-/// Iterations of the search for a root; bisection alone needs 60.
-const MAX_ITERATIONS: usize = 100;
+/// Largest number of bisections, for a root at zero.
+const MAX_ITERATIONS: usize = 60;
 /// Relative width of the last bracket.
 const WIDTH: f64 = 1e-13;
 /// Rounding errors of a growth rate relative to the size of the eigenvalue.
@@ -137,11 +138,11 @@ pub(super) fn sign(mode: &Eigenmode) -> i32 {
     }
 }
 
-/// Locates the bifurcation in a bracket of an interval of a width. `None` if the mode cannot be followed into it.
+/// Locates the bifurcation in a bracket. `None` if the mode cannot be followed into it.
 pub(super) fn locate(
     family: &SubjectFamily,
     bracket: &Bracket,
-    width: f64,
+    plan: &BranchPlan,
 ) -> Result<Option<SteadyBifurcation>, StudyError> {
     let Some((value, error)) = root(family, bracket)? else {
         return Ok(None);
@@ -159,7 +160,7 @@ pub(super) fn locate(
     let speed = match kind {
         SteadyBifurcationKind::Flutter => None,
         _ => {
-            let slope = family.slope(value, width)?;
+            let slope = family.slope(value, plan.interval[1] - plan.interval[0])?;
             let left = state.linearised.left(&mode);
             Some(eigenvalue_derivative(&left, &slope.value, &mode.vector))
         }
@@ -178,52 +179,30 @@ pub(super) fn locate(
         frequency_slope: speed.map(|speed| speed.im / std::f64::consts::TAU),
         location_error: error + residual,
         cycle,
-        at: At::new(family.subject().name(0), value),
+        at: At::new(plan.name(), value),
     }))
 }
 
-/// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
-/// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
+/// The zero of the growth rate and the width of the last bracket, by bisection.
 fn root(family: &SubjectFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
-    let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
-    let level = bracket.level;
-    let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
-    let (mut c, mut fc);
-    let mut share = 0.5;
+    let [(mut low, first), (mut high, _)] = bracket.ends.clone();
+    let is_above = |mode: &Eigenmode| mode.value.re > bracket.level;
     for _ in 0..MAX_ITERATIONS {
-        let x = a + share * (b - a);
-        let (_, mode) = followed(family, bracket, x)?;
+        let middle = 0.5 * (low + high);
+        let (_, mode) = followed(family, bracket, middle)?;
         let Some(mode) = mode else {
             return Ok(None);
         };
-        let f = mode.value.re - level;
-        if (f > 0.0) == (fa > 0.0) {
-            (c, fc) = (a, fa);
+        if is_above(&mode) == is_above(&first) {
+            low = middle;
         } else {
-            (c, fc, b, fb) = (b, fb, a, fa);
+            high = middle;
         }
-        (a, fa) = (x, f);
-        let (best, f_best) = if fa.abs() < fb.abs() {
-            (a, fa)
-        } else {
-            (b, fb)
-        };
-        let width = (b - a).abs();
-        let tolerance = WIDTH * a.abs().max(b.abs());
-        if width <= tolerance || f_best == 0.0 {
-            return Ok(Some((best, width.min(tolerance))));
+        if high - low <= WIDTH * low.abs().max(high.abs()) {
+            break;
         }
-        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
-        let interpolates = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
-        share = if interpolates {
-            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        } else {
-            0.5
-        };
-        let least = 0.5 * tolerance / width;
-        share = share.clamp(least, 1.0 - least);
     }
-    Ok(Some((a, (b - a).abs())))
+    Ok(Some((0.5 * (low + high), high - low)))
 }
 
 /// The steady state at a value within a bracket, and its mode most similar to those at the ends.
@@ -235,11 +214,13 @@ fn followed(
     let state = family.at(&[value])?;
     let [(low, _), (high, _)] = bracket.ends;
     let nearest = usize::from((value - low).abs() > (high - value).abs());
-    let mode = match bracket.level > 0.0 {
-        // Next to the point where two modes meet, their shapes are equal: the growing one counts.
-        true => fastest_alike(state.modes()?, &bracket.ends[nearest].1),
-        false => most_alike(state.modes()?, &bracket.ends[nearest].1),
+    // Next to the point where two modes meet, their shapes are equal: the growing one counts.
+    let alike = if bracket.level > 0.0 {
+        fastest_alike
+    } else {
+        most_alike
     };
+    let mode = alike(state.modes()?, &bracket.ends[nearest].1);
     Ok((state, mode))
 }
 

@@ -6,10 +6,11 @@ use serde::Serialize;
 
 use super::curve::{Curve, HopfCurvePoint, TorusCurvePoint, hopf_curve, torus_curves};
 use super::family::SubjectFamily;
-use super::tracking::{Tracked, Tracks};
+use super::tracking::most_alike;
+use crate::dynamics::equilibrium::Eigenmode;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
-use crate::study::pool::{ResultSender, run_jobs};
+use crate::study::pool::{Emit, run_jobs};
 use crate::study::{OnProgress, StudyError};
 
 /// Name of the work.
@@ -64,7 +65,7 @@ pub struct StabilityMap {
 }
 
 /// A grid point with its modes.
-type Solved = Result<(Vec<Tracked>, Vec<NamedMode>), StudyError>;
+type Solved = Result<(Vec<Eigenmode>, Vec<NamedMode>), StudyError>;
 
 impl MapPlan {
     /// The values of the grid along a parameter.
@@ -91,16 +92,16 @@ pub fn stability_map(
 ) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
     let mut rows: Vec<(usize, Vec<Solved>)> = Vec::new();
-    let job = |_, row: usize, sender: &ResultSender<'_, _>| {
+    let job = |row: usize, emit: Emit<'_, _>| {
         let family = plan.family();
         let points = xs.iter().map_while(|&x| {
-            sender.check().ok()?;
+            emit(None).ok()?;
             Some(solve(&family, [x, ys[row]]))
         });
         let points: Vec<Solved> = points.collect();
         if points.len() == xs.len() {
             // A stop is seen before the next row.
-            let _ = sender.send((row, points));
+            let _ = emit(Some((row, points)));
         }
     };
     run_jobs(ys.len(), threads, job, |row| {
@@ -180,30 +181,27 @@ fn grid_point(solved: &Solved) -> MapPoint {
 /// The modes whose growth rate changes its sign between two neighbouring points.
 fn seeds<'a>(
     places: [[f64; 2]; 2],
-    one: &[Tracked],
-    other: &[Tracked],
+    one: &[Eigenmode],
+    other: &[Eigenmode],
     names: &'a [NamedMode],
 ) -> Vec<(HopfCurvePoint, &'a str)> {
-    let modes = other.iter().map(|tracked| tracked.mode.clone());
-    // The numbers start where those of the first point end, so that a new mode does not take one of them.
-    let mut tracks = Tracks::after(one);
-    let other = tracks.follow(one, modes.collect());
     let seeds = one.iter().zip(names).filter_map(|(from, name)| {
-        let to = other.iter().find(|to| to.number == from.number)?;
-        let growths = [from.mode.value.re, to.mode.value.re];
-        let crosses = growths[0] * growths[1] < 0.0 && from.mode.oscillates();
+        let to = most_alike(other.to_vec(), from)?;
+        let growths = [from.value.re, to.value.re];
+        let crosses = growths[0] * growths[1] < 0.0 && from.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
         let values = [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k]));
-        let seed = HopfCurvePoint::new(values, from.mode.clone());
+        let seed = HopfCurvePoint::new(values, from.clone());
         crosses.then_some((seed, &*name.label))
     });
     seeds.collect()
 }
 
-/// The modes at a grid point, numbered on their own.
+/// The modes at a grid point, in ascending order of frequency.
 fn solve(family: &SubjectFamily, values: [f64; 2]) -> Solved {
     let state = family.at(&values)?;
-    let tracked = Tracks::default().follow(&[], state.modes()?);
-    let named = tracked.iter().map(|tracked| state.named(&tracked.mode));
-    Ok((tracked.clone(), named.collect()))
+    let mut modes = state.modes()?;
+    modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));
+    let named = modes.iter().map(|mode| state.named(mode)).collect();
+    Ok((modes, named))
 }

@@ -32,7 +32,7 @@ pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint, add_equilibria};
 pub use family::{SteadyState, SubjectFamily, portraits};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OnBranch, OrbitStarts, add_orbits};
+pub use orbits::{OrbitStarts, add_orbits};
 pub use result::{At, Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 #[cfg(feature = "table")]

@@ -13,7 +13,7 @@ use crate::dynamics::continuation::{
 };
 use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
 use crate::study::sweep::SweepPoint;
-use crate::study::{Stopped, StudyError};
+use crate::study::{OnProgress, StudyError};
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
 const HOPF_SHARE: f64 = 0.02;
@@ -41,15 +41,13 @@ pub enum OrbitStarts<'a> {
     Settled(&'a [SweepPoint]),
 }
 
-/// Receives the progress of a study of periodic orbits, as [`OnProgress`](crate::study::OnProgress), and the result so far.
-pub type OnBranch<'a> = &'a mut dyn FnMut(f64, &str, &Branch) -> Result<(), Stopped>;
-
 /// A study of periodic orbits.
 struct Study<'a> {
     plan: &'a BranchPlan,
     family: SubjectFamily,
     options: ContinuationOptions,
-    progress: OnBranch<'a>,
+    progress: OnProgress<'a>,
+    result: &'a mut Branch,
 }
 
 /// Adds the branches of periodic orbits to a result that has the equilibria: those of `starts`, those born at the Hopf
@@ -61,7 +59,7 @@ pub fn add_orbits(
     plan: &BranchPlan,
     starts: OrbitStarts<'_>,
     result: &mut Branch,
-    progress: OnBranch<'_>,
+    progress: OnProgress<'_>,
 ) -> Result<(), StudyError> {
     let family = plan.family();
     let mut study = Study {
@@ -69,57 +67,54 @@ pub fn add_orbits(
         options: family.options(plan.interval)?,
         family,
         progress,
+        result,
     };
-    match study.add(starts, result) {
+    match study.add(starts) {
         Err(StudyError::Stopped(_)) => Ok(()),
         ended => ended,
     }
 }
 
 impl Study<'_> {
-    fn add(&mut self, starts: OrbitStarts<'_>, result: &mut Branch) -> Result<(), StudyError> {
+    fn add(&mut self, starts: OrbitStarts<'_>) -> Result<(), StudyError> {
         match starts {
-            OrbitStarts::Scene => self.add_first(&self.values(), result)?,
+            OrbitStarts::Scene => self.add_first(&self.values())?,
             OrbitStarts::At(value) => {
                 self.plan.check_start(value)?;
-                self.add_first(&[value], result)?;
+                self.add_first(&[value])?;
             }
-            OrbitStarts::Settled(points) => self.add_settled(points, result)?,
+            OrbitStarts::Settled(points) => self.add_settled(points)?,
         }
-        self.add_hopf_branches(result)?;
-        self.add_doublings(result)
+        self.add_hopf_branches()?;
+        self.add_doublings()
     }
 
     /// The branch through the first of the settled motions at some values that is periodic and attracts, or else through the
     /// first orbit found: a chaotic motion of a driven system also returns, next to an orbit that repels.
-    fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), StudyError> {
+    fn add_first(&mut self, values: &[f64]) -> Result<(), StudyError> {
         let mut reasons: Vec<String> = Vec::new();
         let mut repelling = None;
         for &value in values {
-            match self.settled(value, result) {
-                Ok(orbit) if orbit.stable => return self.follow(&orbit.into(), result),
+            match self.settled(value) {
+                Ok(orbit) if orbit.stable => return self.follow(&orbit.into()),
                 Ok(orbit) => repelling = repelling.or(Some(orbit)),
                 Err(StudyError::NoOrbit(reason)) => reasons.push(reason),
                 Err(error) => return Err(error),
             }
         }
         match repelling {
-            Some(orbit) => self.follow(&orbit.into(), result),
+            Some(orbit) => self.follow(&orbit.into()),
             None => {
                 let reasons = reasons.join("; ");
                 let reason = format!("no periodic motion to start from: {reasons}");
-                result.ended.push(reason);
+                self.result.ended.push(reason);
                 Ok(())
             }
         }
     }
 
     /// The branches through the periodic motions of a sweep.
-    fn add_settled(
-        &mut self,
-        points: &[SweepPoint],
-        result: &mut Branch,
-    ) -> Result<(), StudyError> {
+    fn add_settled(&mut self, points: &[SweepPoint]) -> Result<(), StudyError> {
         let [low, high] = self.plan.interval;
         for point in points {
             let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
@@ -129,8 +124,8 @@ impl Study<'_> {
                 continue;
             }
             match self.orbit(*value, found) {
-                Ok(orbit) => self.follow(&orbit.into(), result)?,
-                Err(error) => result.ended.push(error.to_string()),
+                Ok(orbit) => self.follow(&orbit.into())?,
+                Err(error) => self.result.ended.push(error.to_string()),
             }
         }
         Ok(())
@@ -139,17 +134,16 @@ impl Study<'_> {
     /// Values of the parameter at which a settled motion is tried.
     fn values(&self) -> Vec<f64> {
         let [from, to] = self.plan.interval;
-        let own = self.plan.subject.first_value();
-        let own = own.filter(|value| (from..=to).contains(value));
+        let own = self.plan.own.filter(|value| (from..=to).contains(value));
         let shares = [0.5, 0.25, 0.75, 0.05, 0.95].map(|share| from + share * (to - from));
         own.into_iter().chain(shares).collect()
     }
 
     /// The orbit of the settled motion at a value.
-    fn settled(&mut self, value: f64, result: &Branch) -> Result<PeriodicOrbit, StudyError> {
-        let name = self.plan.subject.name(0);
+    fn settled(&mut self, value: f64) -> Result<PeriodicOrbit, StudyError> {
+        let name = self.plan.name();
         let task = format!("settling at {name} = {value}");
-        (self.progress)(0.0, &task, result)?;
+        (self.progress)(0.0, &task)?;
         let trial = self.family.trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
@@ -163,7 +157,7 @@ impl Study<'_> {
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let progress = &mut *self.progress;
         let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_, _| {
-            progress(0.0, &task, result)
+            progress(0.0, &task)
         })
         .map_err(|error| match error {
             StudyError::Stopped(_) => error,
@@ -194,27 +188,29 @@ impl Study<'_> {
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        orbit.map_err(|error| no_orbit(self.plan.subject.name(0), value, &error))
+        orbit.map_err(|error| no_orbit(self.plan.name(), value, &error))
     }
 
     /// The branches born at the Hopf points that no branch has reached.
-    fn add_hopf_branches(&mut self, result: &mut Branch) -> Result<(), StudyError> {
-        let points: Vec<SteadyBifurcation> = result
+    fn add_hopf_branches(&mut self) -> Result<(), StudyError> {
+        let points: Vec<SteadyBifurcation> = self
+            .result
             .steady_bifurcations()
             .filter(|found| found.kind == SteadyBifurcationKind::Hopf)
             .cloned()
             .collect();
         for found in points {
-            if self.is_known(&found, result) {
+            if self.is_known(&found) {
                 continue;
             }
             let at = format!("{} = {}", found.at.name, found.at.value);
             match self.born(&found) {
                 Ok(start) => {
-                    fit_birth(&found, &start.orbit, result);
-                    self.follow(&start, result)?;
+                    fit_birth(&found, &start.orbit, self.result);
+                    self.follow(&start)?;
                 }
-                Err(StudyError::NoOrbit(reason)) => result
+                Err(StudyError::NoOrbit(reason)) => self
+                    .result
                     .ended
                     .push(format!("no branch from the Hopf point at {at}: {reason}")),
                 Err(error) => return Err(error),
@@ -224,11 +220,11 @@ impl Study<'_> {
     }
 
     /// Whether a branch has an orbit of small amplitude next to a Hopf point.
-    fn is_known(&self, found: &SteadyBifurcation, result: &Branch) -> bool {
+    fn is_known(&self, found: &SteadyBifurcation) -> bool {
         let width = self.plan.interval[1] - self.plan.interval[0];
-        let largest = result.points.iter().map(|point| point.orbit.amplitude);
+        let largest = self.result.points.iter().map(|point| point.orbit.amplitude);
         let largest = largest.fold(0.0, f64::max);
-        result.points.iter().any(|point| {
+        self.result.points.iter().any(|point| {
             let near = (point.at.value - found.at.value).abs() < SAME * width;
             let alike = (point.orbit.frequency_hz() / found.frequency_hz - 1.0).abs() < SAME;
             near && alike && point.orbit.amplitude < 0.1 * largest
@@ -264,8 +260,9 @@ impl Study<'_> {
     }
 
     /// The branches of twice the period at the period doublings found so far.
-    fn add_doublings(&mut self, result: &mut Branch) -> Result<(), StudyError> {
-        let doublings: Vec<_> = result
+    fn add_doublings(&mut self) -> Result<(), StudyError> {
+        let doublings: Vec<_> = self
+            .result
             .orbit_bifurcations()
             .filter(|found| found.bifurcation.kind == BifurcationKind::PeriodDoubling)
             .cloned()
@@ -273,8 +270,8 @@ impl Study<'_> {
         for found in doublings {
             let start = switched_orbit(&self.family, &found.bifurcation, SWITCH, &self.options);
             match start {
-                Ok(start) => self.follow(&start, result)?,
-                Err(error) => result.ended.push(format!(
+                Ok(start) => self.follow(&start)?,
+                Err(error) => self.result.ended.push(format!(
                     "no branch from the period doubling at {} = {}: {}",
                     found.at.name,
                     found.at.value,
@@ -286,12 +283,12 @@ impl Study<'_> {
     }
 
     /// Follows a branch and adds it to the result, with the reasons of its ends, unless its start lies on another branch.
-    fn follow(&mut self, start: &BranchStart, result: &mut Branch) -> Result<(), StudyError> {
-        if has_orbit(result, &start.orbit) {
+    fn follow(&mut self, start: &BranchStart) -> Result<(), StudyError> {
+        if has_orbit(self.result, &start.orbit) {
             return Ok(());
         }
-        let branch = result.orbit_branches();
-        let name = self.plan.subject.name(0);
+        let branch = self.result.orbit_branches();
+        let name = self.plan.name();
         let [from, to] = self.plan.interval;
         let progress = &mut *self.progress;
         let mut orbits = 0;
@@ -299,23 +296,23 @@ impl Study<'_> {
             orbits += 1;
             let value = orbit.parameter;
             let task = format!("branch {branch}: {orbits} orbits, {name} = {value:.4}");
-            progress((value - from) / (to - from), &task, result)
+            progress((value - from) / (to - from), &task)
         });
         match followed {
             Ok(orbits) => {
                 let complete = orbits.complete();
-                result.ended.extend(ends(&orbits, branch, name));
-                result.ended.extend(orbits.unresolved.iter().map(|[from, to]| {
+                self.result.ended.extend(ends(&orbits, branch, name));
+                self.result.ended.extend(orbits.unresolved.iter().map(|[from, to]| {
                     format!(
                         "branch {branch} changes the number of its unstable multipliers between {name} = {from:.6} and \
                          {to:.6} without an identified bifurcation"
                     )
                 }));
-                result.add_orbits(orbits);
+                self.result.add_orbits(orbits);
                 complete?;
-                progress(1.0, "periodic motions", result)?;
+                progress(1.0, "periodic motions")?;
             }
-            Err(error) => result.ended.push(chain_of_causes(&error)),
+            Err(error) => self.result.ended.push(chain_of_causes(&error)),
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::equilibria::{BranchPlan, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
 use super::tori::Torus;
-use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
+use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit};
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -64,12 +64,7 @@ impl OrbitBifurcation {
     /// Name of the bifurcation, with its strong resonance if there is one.
     pub fn name(&self) -> String {
         let kind = self.bifurcation.kind;
-        let resonance = self.bifurcation.resonance.map(|resonance| match resonance {
-            Resonance::OneToTwo => "1:2",
-            Resonance::OneToThree => "1:3",
-            Resonance::OneToFour => "1:4",
-        });
-        match resonance {
+        match self.bifurcation.resonance {
             Some(resonance) => format!("{kind}, {resonance} resonance"),
             None => kind.to_string(),
         }
@@ -104,8 +99,8 @@ impl Branch {
     /// The result of a plan, still empty.
     pub fn new(plan: &BranchPlan) -> Self {
         Self {
-            parameter: plan.subject.path(0).to_owned(),
-            unit: plan.subject.unit(0).to_owned(),
+            parameter: plan.parameter.clone(),
+            unit: plan.unit.clone(),
             interval: plan.interval,
             equilibria: Vec::new(),
             points: Vec::new(),
@@ -209,8 +204,13 @@ impl Branch {
 
     /// Name of the key without its table, such as `tilt_deg`.
     pub fn name(&self) -> &str {
-        self.parameter.rsplit('.').next().unwrap_or(&self.parameter)
+        name_of(&self.parameter)
     }
+}
+
+/// Name of the key with a path.
+pub(super) fn name_of(path: &str) -> &str {
+    path.rsplit('.').next().unwrap_or(path)
 }
 
 /// The value of a parameter at a point, in the unit of the scene file. In JSON it is a field with the name of the key, such as

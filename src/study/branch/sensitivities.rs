@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::differences::{difference, largest};
+use super::differences::difference;
 use super::family::{STEP, SubjectFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
 use crate::joint::{BallJoint, BodySpec, Friction, NamedMode};
@@ -172,7 +172,7 @@ pub fn sensitivities(
             let state = family.at_scene(&moved)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;
-        if largest(&slope.value) <= ZERO * slope.error {
+        if slope.value.norm_max() <= ZERO * slope.error {
             continue;
         }
         for ((mode, left), found) in modes.iter().zip(&lefts).zip(&mut found) {

@@ -160,11 +160,11 @@ pub fn add_tori(
         };
         let study = TorusStudy {
             family: &family,
-            name: plan.subject.name(0),
+            name: plan.name(),
             options: &options,
             method,
         };
-        study.follow(start, &values, &mut torus, progress);
+        torus.ended = study.follow(start, &values, &mut torus, progress).err();
         tori.push(torus);
     }
     result.tori.extend(tori);
@@ -192,27 +192,23 @@ struct TorusStudy<'a> {
 
 impl TorusStudy<'_> {
     /// Follows a torus over some values of the parameter.
+    ///
+    /// # Errors
+    /// Why it ends before the last value.
     fn follow(
         &self,
         mut start: TorusStart,
         values: &[f64],
         torus: &mut Torus,
         progress: OnProgress<'_>,
-    ) {
+    ) -> Result<(), String> {
         for (k, &value) in values.iter().enumerate() {
-            let task = format!("torus, {} = {value}", self.name);
-            if progress(k as f64 / values.len() as f64, &task).is_err() {
-                torus.ended = Some("interrupted".to_owned());
-                return;
-            }
-            let mut point = match self.settled(value, &mut start) {
-                Ok(point) => point,
-                Err(error) => {
-                    let (name, why) = (self.name, chain_of_causes(&error));
-                    torus.ended = Some(format!("at {name} = {value}: {why}"));
-                    return;
-                }
-            };
+            let at = format!("{} = {value}", self.name);
+            let go_on = progress(k as f64 / values.len() as f64, &format!("torus, {at}"));
+            go_on.map_err(|_| "interrupted")?;
+            let point = self.settled(value, &mut start);
+            let mut point =
+                point.map_err(|error| format!("at {at}: {}", chain_of_causes(&error)))?;
             if point.kind == TorusKind::Torus
                 && let Some((ratio, orbit)) = self.locking(&point, &start.state)
             {
@@ -229,10 +225,10 @@ impl TorusStudy<'_> {
             };
             torus.points.push(point);
             if let Some(end) = end {
-                torus.ended = Some(format!("at {} = {value}: the motion is {end}", self.name));
-                return;
+                return Err(format!("at {at}: the motion is {end}"));
             }
         }
+        Ok(())
     }
 
     /// Lets the motion settle at a value of the parameter and measures its tones. `start` becomes its end.
@@ -247,10 +243,8 @@ impl TorusStudy<'_> {
         let first_hz = drive_hz.unwrap_or(first_hz);
         let rate = SAMPLES * first_hz;
         let count = |beats: f64| (beats * rate / second_hz).ceil() as usize;
-        let guess = Guess {
-            tones: [first_hz, second_hz],
-            is_driven: drive_hz.is_some(),
-        };
+        let tones_in =
+            |signal: &[f64]| tones_in(signal, rate, [first_hz, second_hz], drive_hz.is_some());
         let mut simulate = |count: usize| {
             let signal = self.simulate(sys.as_ref(), value, &mut start.state, (count, rate));
             signal.map_err(|source| ContinuationError::Integration {
@@ -261,7 +255,7 @@ impl TorusStudy<'_> {
         let mut before = 0.0;
         for _ in 0..MAX_LOOKS {
             let signal = simulate(count(BEATS[1]))?;
-            let second = guess.tones_in(&signal, rate).and_then(|tones| tones.second);
+            let second = tones_in(&signal).and_then(|tones| tones.second);
             let now = second.map_or(0.0, |[_, amplitude]| amplitude);
             if (now - before).abs() <= SETTLED * now.max(LEAST) {
                 break;
@@ -271,12 +265,12 @@ impl TorusStudy<'_> {
         let signal = simulate(count(BEATS[0]))?;
         let (early, late) = signal.split_at(signal.len() / 2);
         let rotation = |half: &[f64]| {
-            let tones = guess.tones_in(half, rate)?;
+            let tones = tones_in(half)?;
             Some(tones.second?[0] / tones.first_hz)
         };
         let halves = rotation(early).zip(rotation(late));
         let error = halves.map(|(a, b)| (0.5 * (a - b).abs()).max(LEAST_ERROR));
-        let tones = guess.tones_in(&signal, rate);
+        let tones = tones_in(&signal);
         let mut point = TorusPoint {
             kind: TorusKind::Vanished,
             first_hz: tones.as_ref().map_or(first_hz, |tones| tones.first_hz),
@@ -384,47 +378,43 @@ struct Tones {
     doubled: bool,
 }
 
-/// The expected tones.
-struct Guess {
-    tones: [f64; 2],
+/// The tones in a signal near the expected ones, of which a drive sets the first; `None` without lines.
+fn tones_in(
+    signal: &[f64],
+    rate: f64,
+    [first, second]: [f64; 2],
     is_driven: bool,
-}
-
-impl Guess {
-    /// The tones in a signal; `None` without lines.
-    fn tones_in(&self, signal: &[f64], rate: f64) -> Option<Tones> {
-        let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, rate);
-        let spectrum = analyser.analyse(signal).ok()?;
-        let lines = spectrum.lines(&LineCriterion {
-            ratio_to_strongest: LEAST,
-            max_lines: 24,
-            ..LineCriterion::default()
-        });
-        let strongest = lines.first()?.amplitude;
-        let [first, second] = self.tones;
-        let is_first = |line: &&Line| (line.frequency - first).abs() < STEP * second;
-        let first_hz = if self.is_driven {
-            first
-        } else {
-            lines.iter().find(is_first)?.frequency
-        };
-        // The side lines of all harmonics of the first tone, and of the mean.
-        let side = lines.iter().find_map(|line| {
-            let off = line.frequency - first_hz * (line.frequency / first_hz).round();
-            let is_second = (off.abs() / second - 1.0).abs() < STEP;
-            is_second.then_some([off.abs(), line.amplitude / strongest])
-        });
-        let doubled = side.is_some_and(|[f2, _]| {
-            let bases = Bases::Two { f1: first_hz, f2 };
-            let uncertainty = FREQUENCY_UNCERTAINTY * spectrum.bin;
-            follow_lines(&lines, uncertainty, bases).doubling > 0
-        });
-        Some(Tones {
-            first_hz,
-            second: side,
-            doubled,
-        })
-    }
+) -> Option<Tones> {
+    let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, rate);
+    let spectrum = analyser.analyse(signal).ok()?;
+    let lines = spectrum.lines(&LineCriterion {
+        ratio_to_strongest: LEAST,
+        max_lines: 24,
+        ..LineCriterion::default()
+    });
+    let strongest = lines.first()?.amplitude;
+    let is_first = |line: &&Line| (line.frequency - first).abs() < STEP * second;
+    let first_hz = if is_driven {
+        first
+    } else {
+        lines.iter().find(is_first)?.frequency
+    };
+    // The side lines of all harmonics of the first tone, and of the mean.
+    let side = lines.iter().find_map(|line| {
+        let off = line.frequency - first_hz * (line.frequency / first_hz).round();
+        let is_second = (off.abs() / second - 1.0).abs() < STEP;
+        is_second.then_some([off.abs(), line.amplitude / strongest])
+    });
+    let doubled = side.is_some_and(|[f2, _]| {
+        let bases = Bases::Two { f1: first_hz, f2 };
+        let uncertainty = FREQUENCY_UNCERTAINTY * spectrum.bin;
+        follow_lines(&lines, uncertainty, bases).doubling > 0
+    });
+    Some(Tones {
+        first_hz,
+        second: side,
+        doubled,
+    })
 }
 
 #[cfg(test)]

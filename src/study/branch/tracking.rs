@@ -23,15 +23,6 @@ pub(super) struct Tracks {
 }
 
 impl Tracks {
-    /// The numbers after those of some modes.
-    pub fn after(tracked: &[Tracked]) -> Self {
-        let next = tracked.iter().map(|tracked| tracked.number + 1);
-        Self {
-            next: next.max().unwrap_or(0),
-            worst: 1.0,
-        }
-    }
-
     /// Gives each mode the number of the mode before it with the most similar shape. Modes without one get new
     /// numbers: at the start by ascending frequency, later where a pair of complex eigenvalues becomes two real ones
     /// or the reverse.

@@ -10,12 +10,12 @@ use cpu_time::ProcessTime;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::Cost;
 use super::motion::{Motion, REPEATS, Runner};
-use super::{Cost, Watch};
 use crate::chain_of_causes;
 use crate::joint::{Friction, FrictionTable};
-use crate::pipeline::message::{self, Frame, Header};
-use crate::pipeline::{Analyser, PipelineError, Simulation, Sink, SinkError, Source as _};
+use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::{Analyser, PipelineError, Simulation, Source as _};
 use crate::scene::{AnalysisSpec, Scene};
 use crate::study::StudyError;
 
@@ -40,64 +40,43 @@ pub enum Part {
     Recording,
 }
 
-/// Effects by the part of a run, and the value that switches off their keys: the name of each effect and its key.
-const EFFECTS: [(Part, &str, &[[&str; 2]]); 7] = [
-    (
-        Part::Motion,
-        "false",
-        &[
-            ["radial part of friction", "friction.radial"],
-            ["separation of nodes", "contact.unilateral"],
-            ["rotation term Omega x u", "rotation.convection"],
-            ["moving patch", "rotation.moves_patch"],
-        ],
-    ),
-    (
-        Part::Motion,
-        "absent",
-        &[
-            ["contact damping", "contact_damping"],
-            ["modal damping", "damping"],
-        ],
-    ),
-    (
-        Part::Motion,
-        "uniform",
-        &[["stiffness of nodes", "contact.stiffness_distribution"]],
-    ),
-    (Part::Motion, "through", &[["exact events", "time.events"]]),
-    (
-        Part::Companion,
-        "absent",
-        &[
-            ["Lyapunov exponents", "analysis.lyapunov"],
-            ["perturbed trajectory", "analysis.perturbed_trajectory"],
-        ],
-    ),
-    (
-        Part::Analysis,
-        "absent",
-        &[
-            ["spectrum", "analysis.spectrum"],
-            ["spectrogram", "analysis.spectrogram"],
-            ["delay and dimension", "analysis.delay"],
-            ["recurrence plot", "analysis.recurrence"],
-            ["recurrence quantification", "analysis.quantification"],
-            ["Poincare section", "analysis.section"],
-            ["0-1 test, exponent of samples", "analysis.chaos"],
-            ["type of motion", "analysis.regime"],
-        ],
-    ),
-    (
-        Part::Recording,
-        "0",
-        &[
-            ["pictures of the patch", "record.patch_rate_khz"],
-            ["pictures of the body", "record.body_rate_khz"],
-            ["energy and its audit", "record.energy_rate_khz"],
-        ],
-    ),
+/// The name of each effect and its key.
+const EFFECTS: [[&str; 2]; 21] = [
+    ["radial part of friction", "friction.radial"],
+    ["separation of nodes", "contact.unilateral"],
+    ["rotation term Omega x u", "rotation.convection"],
+    ["moving patch", "rotation.moves_patch"],
+    ["contact damping", "contact_damping"],
+    ["modal damping", "damping"],
+    ["stiffness of nodes", "contact.stiffness_distribution"],
+    ["exact events", "time.events"],
+    ["Lyapunov exponents", "analysis.lyapunov"],
+    ["perturbed trajectory", "analysis.perturbed_trajectory"],
+    ["spectrum", "analysis.spectrum"],
+    ["spectrogram", "analysis.spectrogram"],
+    ["delay and dimension", "analysis.delay"],
+    ["recurrence plot", "analysis.recurrence"],
+    ["recurrence quantification", "analysis.quantification"],
+    ["Poincare section", "analysis.section"],
+    ["0-1 test, exponent of samples", "analysis.chaos"],
+    ["type of motion", "analysis.regime"],
+    ["pictures of the patch", "record.patch_rate_khz"],
+    ["pictures of the body", "record.body_rate_khz"],
+    ["energy and its audit", "record.energy_rate_khz"],
 ];
+
+/// The part of a run that the key of an effect belongs to, and the value that switches the effect off.
+fn switch(key: &str) -> (Part, &'static str) {
+    match key {
+        "contact_damping" | "damping" => (Part::Motion, "absent"),
+        "contact.stiffness_distribution" => (Part::Motion, "uniform"),
+        "time.events" => (Part::Motion, "through"),
+        "analysis.lyapunov" | "analysis.perturbed_trajectory" => (Part::Companion, "absent"),
+        _ if key.starts_with("analysis.") => (Part::Analysis, "absent"),
+        _ if key.starts_with("record.") => (Part::Recording, "0"),
+        _ => (Part::Motion, "false"),
+    }
+}
 
 /// An effect that a scene has on, and its price.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -134,21 +113,20 @@ fn named(name: &str, key: &str) -> Effect {
 /// The effects that a scene has on.
 pub fn effects_of(scene: &Scene) -> Vec<Switched> {
     let mut effects = Vec::new();
-    for (part, off, rows) in EFFECTS {
-        for [name, key] in rows {
-            let mut effect = named(name, key);
-            match scene.with_overrides(&[(key, off)]) {
-                Ok(other) if is_same(&other, scene) => {}
-                Ok(mut other) => {
-                    other.duration = scene.duration;
-                    effects.push((part, effect, Some(other)));
-                }
-                // A small system has no such key.
-                Err(_) if matches!(part, Part::Motion | Part::Recording) => {}
-                Err(error) => {
-                    effect.unavailable = Some(error.to_string());
-                    effects.push((part, effect, None));
-                }
+    for [name, key] in EFFECTS {
+        let (part, off) = switch(key);
+        let mut effect = named(name, key);
+        match scene.with_overrides(&[(key, off)]) {
+            Ok(other) if is_same(&other, scene) => {}
+            Ok(mut other) => {
+                other.duration = scene.duration;
+                effects.push((part, effect, Some(other)));
+            }
+            // A small system has no such key.
+            Err(_) if matches!(part, Part::Motion | Part::Recording) => {}
+            Err(error) => {
+                effect.unavailable = Some(error.to_string());
+                effects.push((part, effect, None));
             }
         }
     }
@@ -192,24 +170,26 @@ fn without_memory(scene: &Scene) -> Option<Scene> {
 
 /// Measures the price of each effect.
 pub fn price(
-    scene: &Scene,
-    runner: &mut Runner,
+    runner: &mut Runner<'_>,
     mut run_all: Option<RunAll<'_>>,
     study: &mut Cost,
-    watch: &mut Watch<'_>,
 ) -> Result<(), StudyError> {
-    watch.begin("effects", 0.82);
-    let mut scene = scene.clone();
+    runner.begin("effects", 0.82);
+    let mut scene = runner.scene.clone();
     scene.duration = scene.duration.min(LONGEST);
     let plain = scene.clone().without_analyses();
-    let own = runner.motion(&plain, 0, watch)?;
-    let (header, frames) = frames(&plain, watch)?;
+    let own = runner.motion(&plain, 0)?;
+    let mut run = Simulation::new(&plain)?;
     let mut timer = Timer {
-        header,
-        frames,
+        header: run.header(""),
+        frames: Vec::new(),
         run_all: run_all.as_mut(),
     };
-    let mut time = |part| Ok::<_, StudyError>(timer.times(part, &[&scene], watch)?[0][0]);
+    while let Some(frame) = run.next_frame()? {
+        runner.check()?;
+        timer.frames.push(Arc::new(frame));
+    }
+    let mut time = |part| Ok::<_, StudyError>(timer.times(part, &[&scene], runner)?[0][0]);
     let [simulated, analysed] = [time(Part::Companion)?, time(Part::Analysis)?];
     let without_recording = simulated + analysed;
     let mut recording = named("the whole recording", "--save");
@@ -233,17 +213,17 @@ pub fn price(
     let effects = effects_of(&scene);
     let count = effects.len() as f64;
     for (k, (part, mut effect, without)) in effects.into_iter().enumerate() {
-        watch.begin("effects", 0.84 + 0.16 * k as f64 / count);
+        runner.begin("effects", 0.84 + 0.16 * k as f64 / count);
         if part == Part::Recording && timer.run_all.is_none() {
             continue;
         }
         if let Some(other) = without {
-            let times = timer.times(part, &[&scene, &other], watch)?;
+            let times = timer.times(part, &[&scene, &other], runner)?;
             let noise =
                 (times[0][1] - times[0][0] + times[1][1] - times[1][0]).max(NOISE * times[0][0]);
             effect.set_price(run_time, times[0][0] - times[1][0], noise);
             if part == Part::Motion {
-                let motion = runner.motion(&other.without_analyses(), 0, watch)?;
+                let motion = runner.motion(&other.without_analyses(), 0)?;
                 effect.change = Some(motion.difference(&own));
                 effect.without = Some(motion);
             }
@@ -275,9 +255,9 @@ impl Timer<'_, '_> {
         &mut self,
         part: Part,
         scene: &Scene,
-        watch: &mut Watch<'_>,
+        runner: &mut Runner<'_>,
     ) -> Result<f64, StudyError> {
-        watch.check()?;
+        runner.check()?;
         let mut simulation = match part {
             Part::Motion => Some(Simulation::new(&scene.clone().without_analyses())?),
             Part::Companion => Some(Simulation::new(scene)?),
@@ -286,16 +266,16 @@ impl Timer<'_, '_> {
         let began = ProcessTime::now();
         if let Some(simulation) = &mut simulation {
             while simulation.next_frame()?.is_some() {
-                watch.check()?;
+                runner.check()?;
             }
         } else if part == Part::Analysis {
-            analyse(&scene.analysis, &self.header, &self.frames)?;
+            self.analyse(&scene.analysis)?;
         } else if let Some(run_all) = &mut self.run_all {
             (**run_all)(scene).map_err(StudyError::Run)?;
         }
         let seconds = began.elapsed().as_secs_f64();
         // A run that was stopped on the way has no time.
-        watch.check()?;
+        runner.check()?;
         Ok(seconds / scene.duration)
     }
 
@@ -304,55 +284,30 @@ impl Timer<'_, '_> {
         &mut self,
         part: Part,
         scenes: &[&Scene],
-        watch: &mut Watch<'_>,
+        runner: &mut Runner<'_>,
     ) -> Result<Vec<[f64; 2]>, StudyError> {
         let mut shortest = vec![[f64::INFINITY; 2]; scenes.len()];
         for _ in 0..REPEATS {
             for ([first, second], scene) in shortest.iter_mut().zip(scenes) {
-                let time = self.once(part, scene, watch)?;
+                let time = self.once(part, scene, runner)?;
                 *second = time.max(*first).min(*second);
                 *first = time.min(*first);
             }
         }
         Ok(shortest)
     }
-}
 
-/// The header and the frames of a run.
-fn frames(scene: &Scene, watch: &mut Watch<'_>) -> Result<(Header, Vec<Arc<Frame>>), StudyError> {
-    let mut run = Simulation::new(scene)?;
-    let header = run.header("");
-    let mut frames = Vec::new();
-    while let Some(frame) = run.next_frame()? {
-        watch.check()?;
-        frames.push(Arc::new(frame));
+    /// Analyses the frames, which have neither tangent vectors nor a perturbed trajectory, and discards the results.
+    fn analyse(&self, spec: &AnalysisSpec) -> Result<(), PipelineError> {
+        let spec = AnalysisSpec {
+            exponents: None,
+            perturbed_trajectory: None,
+            ..spec.clone()
+        };
+        let mut analyser = Analyser::new(&spec, &self.header);
+        for frame in &self.frames {
+            analyser.push(frame, &mut Vec::<Record>::new())?;
+        }
+        Ok(analyser.finish(&mut Vec::<Record>::new())?)
     }
-    Ok((header, frames))
-}
-
-/// A sink that discards everything.
-struct NullSink;
-
-impl Sink for NullSink {
-    fn accept(&mut self, _: message::Record) -> Result<(), SinkError> {
-        Ok(())
-    }
-}
-
-/// Analyses the frames of a run, which has neither tangent vectors nor a perturbed trajectory.
-fn analyse(
-    spec: &AnalysisSpec,
-    header: &Header,
-    frames: &[Arc<Frame>],
-) -> Result<(), PipelineError> {
-    let spec = AnalysisSpec {
-        exponents: None,
-        perturbed_trajectory: None,
-        ..spec.clone()
-    };
-    let mut analyser = Analyser::new(&spec, header);
-    for frame in frames {
-        analyser.push(frame, &mut NullSink)?;
-    }
-    Ok(analyser.finish(&mut NullSink)?)
 }

@@ -17,7 +17,7 @@ mod tests;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{OnProgress, Stopped, StudyError};
+use super::{OnProgress, StudyError};
 use crate::scene::{FixedAt, LoadedJoint, Scene};
 
 pub use effects::{Effect, RunAll};
@@ -56,25 +56,6 @@ pub struct Cost {
     pub stopped: bool,
 }
 
-/// Progress of a study: the task, and the completed share of the whole.
-pub struct Watch<'a> {
-    progress: OnProgress<'a>,
-    task: &'static str,
-    share: f64,
-}
-
-impl Watch<'_> {
-    /// Begins a task at this share of the whole.
-    fn begin(&mut self, task: &'static str, share: f64) {
-        (self.task, self.share) = (task, share);
-    }
-
-    /// Reports the progress, often enough for an interrupt.
-    fn check(&mut self) -> Result<(), Stopped> {
-        (self.progress)(self.share, self.task)
-    }
-}
-
 /// Runs a cost study on the calling thread, so that times are comparable. `run_all` runs a scene with everything that
 /// it records, for the price of the recording; without it, there is none. If it is stopped, the result has what
 /// is complete.
@@ -86,15 +67,10 @@ pub fn cost(
     run_all: Option<RunAll<'_>>,
     progress: OnProgress<'_>,
 ) -> Result<Cost, StudyError> {
-    let mut watch = Watch {
-        progress,
-        task: "settling",
-        share: 0.0,
-    };
-    let mut runner = Runner::settle(scene, &mut watch)?;
-    watch.begin("reference", 0.05);
+    let mut runner = Runner::settle(scene, progress)?;
+    runner.begin("reference", 0.05);
     let finest = Settings::reference(scene).apply(scene)?;
-    let (reference, again) = runner.twice(&finest, &mut watch)?;
+    let (reference, again) = runner.twice(&finest)?;
     let mut study = Cost {
         fixed_at: scene
             .joint()
@@ -110,9 +86,9 @@ pub fn cost(
         choices: Vec::new(),
         stopped: false,
     };
-    let done = settings::vary(scene, &mut runner, &mut study, &mut watch)
-        .and_then(|()| settings::choose(scene, &mut runner, &mut study, &mut watch))
-        .and_then(|()| effects::price(scene, &mut runner, run_all, &mut study, &mut watch));
+    let done = settings::vary(&mut runner, &mut study)
+        .and_then(|()| settings::choose(&mut runner, &mut study))
+        .and_then(|()| effects::price(&mut runner, run_all, &mut study));
     match done {
         Err(StudyError::Stopped(_)) if !study.settings.is_empty() => study.stopped = true,
         done => done?,

@@ -4,15 +4,14 @@ use cpu_time::ProcessTime;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Watch;
 use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
 use crate::joint::fem::BodyModes;
 use crate::joint::{AssemblyError, BallOnBeam};
-use crate::pipeline::{Prepared, prepare};
+use crate::pipeline::prepare;
 use crate::scene::Scene;
-use crate::study::StudyError;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use crate::study::{OnProgress, Stopped, StudyError};
 
 /// Settling time of each run and its measurement, periods of the slowest mode.
 const SETTLING: f64 = 50.0;
@@ -89,41 +88,60 @@ impl Motion {
     }
 }
 
-/// Runs scenes from one settled state.
-pub struct Runner {
+/// Runs variants of a scene from one settled state, and reports the progress.
+pub struct Runner<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
     /// Settled state `[q | dq/dt]`, without the states of friction, which belong to the nodes.
     pub state: Vec<f64>,
     /// Settling time, s.
     pub settling: f64,
     /// Measurement time, s.
     pub measurement: f64,
+    progress: OnProgress<'a>,
+    /// The task, and the completed share of the whole.
+    task: (&'static str, f64),
 }
 
-impl Runner {
+impl<'a> Runner<'a> {
     /// Runs the scene from its kick until it has settled.
-    pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, StudyError> {
-        let scene = &scene.clone().without_analyses();
-        let system = prepare(scene)?.integrator.into_system();
-        let slowest = system.omega().iter().copied().filter(|omega| *omega > 0.0);
-        let period = std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(1e9);
+    pub fn settle(scene: &'a Scene, progress: OnProgress<'a>) -> Result<Self, StudyError> {
+        let plain = scene.clone().without_analyses();
+        let system = prepare(&plain)?.integrator.into_system();
+        let omega = system.omega().iter().copied();
+        let period = std::f64::consts::TAU / omega.filter(|w| *w > 0.0).fold(1e9, f64::min);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
         let mut runner = Self {
+            scene,
             state: Vec::new(),
             settling: whole(SETTLING * period),
             measurement: whole(MEASUREMENT * period),
+            progress,
+            task: ("settling", 0.0),
         };
         let plan = ResponsePlan {
             max_transient: MAX_TRANSIENT.max(2.0 * runner.settling),
             measurement_time: runner.measurement,
             ..runner.plan(0)
         };
-        let settled = runner.respond(scene, InitialState::Fresh, &plan, watch)?;
+        let settled = runner.respond(&plain, InitialState::Fresh, &plan)?;
         if settled.regime == Regime::Silent || settled.rms_velocity == 0.0 {
             return Err(StudyError::AtRest);
         }
         runner.state = settled.state;
         runner.state.truncate(2 * system.modes());
         Ok(runner)
+    }
+
+    /// Begins a task at this share of the whole.
+    pub fn begin(&mut self, task: &'static str, share: f64) {
+        self.task = (task, share);
+    }
+
+    /// Reports the progress, often enough for an interrupt.
+    pub fn check(&mut self) -> Result<(), Stopped> {
+        let (task, share) = self.task;
+        (self.progress)(share, task)
     }
 
     fn plan(&self, exponents: usize) -> ResponsePlan {
@@ -144,79 +162,67 @@ impl Runner {
         scene: &Scene,
         from: InitialState<'_>,
         plan: &ResponsePlan,
-        watch: &mut Watch<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        response(scene, from, plan, &mut |_, _| watch.check())
+        let (task, share) = self.task;
+        let mut progress = |_: f64, _: &str| (self.progress)(share, task);
+        response(scene, from, plan, &mut progress)
     }
 
     /// The motion of a scene from the settled state.
-    pub fn motion(
-        &mut self,
-        scene: &Scene,
-        exponents: usize,
-        watch: &mut Watch<'_>,
-    ) -> Result<Motion, StudyError> {
+    pub fn motion(&mut self, scene: &Scene, exponents: usize) -> Result<Motion, StudyError> {
         let (state, plan) = (self.state.clone(), self.plan(exponents));
-        let found = self.respond(scene, InitialState::State(&state), &plan, watch)?;
+        let found = self.respond(scene, InitialState::State(&state), &plan)?;
         Ok(Motion::of(&found))
     }
 
     /// Two successive measurements of the motion of a scene, the first with its largest exponent.
-    pub fn twice(
-        &mut self,
-        scene: &Scene,
-        watch: &mut Watch<'_>,
-    ) -> Result<(Motion, Motion), StudyError> {
+    pub fn twice(&mut self, scene: &Scene) -> Result<(Motion, Motion), StudyError> {
         let (state, plan) = (self.state.clone(), self.plan(1));
-        let first = self.respond(scene, InitialState::State(&state), &plan, watch)?;
+        let first = self.respond(scene, InitialState::State(&state), &plan)?;
         let plan = self.plan(0);
-        let next = self.respond(scene, InitialState::State(&first.state), &plan, watch)?;
+        let next = self.respond(scene, InitialState::State(&first.state), &plan)?;
         Ok((Motion::of(&first), Motion::of(&next)))
     }
 
     /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
-    pub fn time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<[f64; 2], StudyError> {
-        let Prepared {
-            mut integrator,
-            state,
-            ..
-        } = prepare(scene)?.starting_from(&self.state);
+    pub fn time(&mut self, scene: &Scene) -> Result<[f64; 2], StudyError> {
+        let mut run = prepare(scene)?.starting_from(&self.state);
         let simulated = TIMED * self.measurement;
-        let seconds = shortest(watch, || {
-            integrator.start(0.0, &state)?;
-            Ok(integrator.integrate_to(simulated)?)
+        let seconds = self.shortest(|| {
+            run.integrator.start(0.0, &run.state)?;
+            Ok(run.integrator.integrate_to(simulated)?)
         })?;
-        let rhs_evals = integrator.stats().rhs_evals as f64 / REPEATS as f64;
+        let rhs_evals = run.integrator.stats().rhs_evals as f64 / REPEATS as f64;
         Ok([seconds / simulated, rhs_evals / simulated])
     }
-}
 
-/// CPU time to compute the modes of a body, s. A system with these modes is then built in no time.
-pub fn modes_time(body: &BallOnBeam, watch: &mut Watch<'_>) -> Result<f64, StudyError> {
-    let BallOnBeam {
-        geometry,
-        material,
-        elements,
-        families,
-        ..
-    } = body;
-    shortest(watch, || {
-        let modes = BodyModes::solve(geometry, material, elements, families);
-        Ok(modes.map(drop).map_err(AssemblyError::from)?)
-    })
-}
-
-/// The shortest CPU time of some work, s.
-fn shortest(
-    watch: &mut Watch<'_>,
-    mut work: impl FnMut() -> Result<(), StudyError>,
-) -> Result<f64, StudyError> {
-    let mut shortest = f64::INFINITY;
-    for _ in 0..REPEATS {
-        watch.check()?;
-        let began = ProcessTime::now();
-        work()?;
-        shortest = shortest.min(began.elapsed().as_secs_f64());
+    /// CPU time to compute the modes of a body, s. A system with these modes is then built in no time.
+    pub fn modes_time(&mut self, body: &BallOnBeam) -> Result<f64, StudyError> {
+        let BallOnBeam {
+            geometry,
+            material,
+            elements,
+            families,
+            ..
+        } = body;
+        self.shortest(|| {
+            let modes = BodyModes::solve(geometry, material, elements, families);
+            Ok(modes.map(drop).map_err(AssemblyError::from)?)
+        })
     }
-    Ok(shortest)
+
+    /// The shortest CPU time of some work, s.
+    fn shortest(
+        &mut self,
+        mut work: impl FnMut() -> Result<(), StudyError>,
+    ) -> Result<f64, StudyError> {
+        let mut shortest = f64::INFINITY;
+        for _ in 0..REPEATS {
+            self.check()?;
+            let began = ProcessTime::now();
+            work()?;
+            shortest = shortest.min(began.elapsed().as_secs_f64());
+        }
+        Ok(shortest)
+    }
 }

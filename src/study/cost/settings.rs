@@ -4,8 +4,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::motion::{Motion, Runner, modes_time};
-use super::{Cost, Watch};
+use super::Cost;
+use super::motion::{Motion, Runner};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::MethodName;
@@ -42,23 +42,21 @@ impl Setting {
     /// All settings.
     pub const ALL: [Self; 3] = [Self::Tolerance, Self::Nodes, Self::ElementSize];
 
-    fn texts(self) -> [&'static str; 2] {
-        const PER_SECOND: &str = "CPU time, s per simulated s";
-        match self {
-            Self::Tolerance => ["tolerance", PER_SECOND],
-            Self::Nodes => ["contact nodes", PER_SECOND],
-            Self::ElementSize => ["element size, mm", "CPU time of the modes, s"],
-        }
-    }
-
     /// Name and unit.
     pub fn name(self) -> &'static str {
-        self.texts()[0]
+        match self {
+            Self::Tolerance => "tolerance",
+            Self::Nodes => "contact nodes",
+            Self::ElementSize => "element size, mm",
+        }
     }
 
     /// What is timed, and its unit.
     pub fn time(self) -> &'static str {
-        self.texts()[1]
+        match self {
+            Self::ElementSize => "CPU time of the modes, s",
+            Self::Tolerance | Self::Nodes => "CPU time, s per simulated s",
+        }
     }
 }
 
@@ -210,12 +208,8 @@ pub struct WorkPrecisionPoint {
 }
 
 /// Varies each setting of a scene.
-pub fn vary(
-    scene: &Scene,
-    runner: &mut Runner,
-    study: &mut Cost,
-    watch: &mut Watch<'_>,
-) -> Result<(), StudyError> {
+pub fn vary(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyError> {
+    let scene = runner.scene;
     let own = Settings::of(scene);
     let adaptive = MethodName::ALL
         .iter()
@@ -229,7 +223,7 @@ pub fn vary(
         let Some((&last, shown)) = values.split_last() else {
             continue;
         };
-        watch.begin(setting.name(), 0.1 + 0.5 * k as f64 / all.len() as f64);
+        runner.begin(setting.name(), 0.1 + 0.5 * k as f64 / all.len() as f64);
         let with = |method: &str, value| {
             let mut settings = Settings {
                 method: method.to_owned(),
@@ -240,11 +234,11 @@ pub fn vary(
             settings.apply(scene)
         };
         // All methods converge to one motion, of which the scene's own method gives the reference.
-        let reference = runner.motion(&with(&own.method, last)?, 0, watch)?;
+        let reference = runner.motion(&with(&own.method, last)?, 0)?;
         let mut points = Vec::new();
         for &value in shown {
             let varied = with(method, value)?;
-            points.push(point(setting, value, &varied, &reference, runner, watch)?);
+            points.push(point(setting, value, &varied, &reference, runner)?);
         }
         study.settings.push(WorkPrecision {
             setting,
@@ -261,14 +255,13 @@ fn point(
     value: f64,
     scene: &Scene,
     reference: &Motion,
-    runner: &mut Runner,
-    watch: &mut Watch<'_>,
+    runner: &mut Runner<'_>,
 ) -> Result<WorkPrecisionPoint, StudyError> {
     let mut point = WorkPrecisionPoint {
         value,
         ..WorkPrecisionPoint::default()
     };
-    match runner.motion(scene, 0, watch) {
+    match runner.motion(scene, 0) {
         Err(StudyError::Stopped(stopped)) => return Err(stopped.into()),
         // A tolerance that is too loose for the method, or too few elements for the modes.
         Err(error) => {
@@ -280,9 +273,9 @@ fn point(
             point.regime = Some(motion.regime);
         }
     }
-    [point.cpu_s, point.rhs_evals_per_s] = runner.time(scene, watch)?;
+    [point.cpu_s, point.rhs_evals_per_s] = runner.time(scene)?;
     if setting == Setting::ElementSize {
-        point.cpu_s = modes_time(scene.ball_on_beam()?, watch)?;
+        point.cpu_s = runner.modes_time(scene.ball_on_beam()?)?;
     }
     Ok(point)
 }
@@ -325,20 +318,16 @@ pub struct Choice {
 }
 
 /// Chooses settings for each target.
-pub fn choose(
-    scene: &Scene,
-    runner: &mut Runner,
-    study: &mut Cost,
-    watch: &mut Watch<'_>,
-) -> Result<(), StudyError> {
+pub fn choose(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyError> {
+    let scene = runner.scene;
     let scatter = study.scatter.unwrap_or(0.0);
     for (k, target) in TARGETS.into_iter().enumerate() {
-        watch.begin("verification", 0.6 + 0.07 * k as f64);
+        runner.begin("verification", 0.6 + 0.07 * k as f64);
         // Finer settings do not reduce the scatter of the averages.
         let reachable = target.max(2.0 * scatter);
         let mut settings = cheapest(scene, &study.settings, SHARE * reachable);
         let mut found = loop {
-            let choice = verified(scene, runner, target, Origin::Cheapest, &settings, watch)?;
+            let choice = verified(runner, target, Origin::Cheapest, &settings)?;
             match settings.finer(scene) {
                 Some(finer) if choice.error > reachable && finer.finer(scene).is_some() => {
                     settings = finer;
@@ -347,7 +336,7 @@ pub fn choose(
             }
         };
         let rule = by_rule(scene, target);
-        let mut of_rule = verified(scene, runner, target, Origin::Accuracy, &rule, watch)?;
+        let mut of_rule = verified(runner, target, Origin::Accuracy, &rule)?;
         for choice in [&mut found, &mut of_rule] {
             choice.is_met &= scatter <= target;
         }
@@ -389,18 +378,17 @@ fn cheapest(scene: &Scene, sets: &[WorkPrecision], error: f64) -> Settings {
 
 /// Runs settings, and the next finer level of everything, and compares them.
 pub fn verified(
-    scene: &Scene,
-    runner: &mut Runner,
+    runner: &mut Runner<'_>,
     target: f64,
     origin: Origin,
     settings: &Settings,
-    watch: &mut Watch<'_>,
 ) -> Result<Choice, StudyError> {
+    let scene = runner.scene;
     let coarse = settings.apply(scene)?;
     let finer = settings.finer(scene).unwrap_or_else(|| settings.clone());
-    let motion = runner.motion(&coarse, 1, watch)?;
-    let reference = runner.motion(&finer.apply(scene)?, 1, watch)?;
-    let [cpu_s_per_s, _] = runner.time(&coarse, watch)?;
+    let motion = runner.motion(&coarse, 1)?;
+    let reference = runner.motion(&finer.apply(scene)?, 1)?;
+    let [cpu_s_per_s, _] = runner.time(&coarse)?;
     let error = motion.difference(&reference);
     Ok(Choice {
         target,

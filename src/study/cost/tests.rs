@@ -1,31 +1,20 @@
 use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
+use crate::study::Stopped;
 use crate::study::response::{InitialState, ResponsePlan, response};
-
-/// A watch that never stops.
-fn unwatched<'a>(progress: OnProgress<'a>) -> Watch<'a> {
-    Watch {
-        progress,
-        task: "",
-        share: 0.0,
-    }
-}
 
 #[test]
 fn the_error_falls_with_the_tolerance() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let mut go_on = |_: f64, _: &str| Ok(());
-    let watch = &mut unwatched(&mut go_on);
-    let mut runner = Runner::settle(&scene, watch).unwrap();
+    let mut runner = Runner::settle(&scene, &mut go_on).unwrap();
     let mut motion = |tolerance: f64| {
         let settings = Settings {
             tolerance,
             ..Settings::of(&scene)
         };
-        runner
-            .motion(&settings.apply(&scene).unwrap(), 0, watch)
-            .unwrap()
+        runner.motion(&settings.apply(&scene).unwrap(), 0).unwrap()
     };
     let reference = motion(1e-9);
     let errors = [1e-3, 1e-4, 1e-5, 1e-6].map(|tolerance| motion(tolerance).difference(&reference));
@@ -63,21 +52,12 @@ fn a_small_system_is_studied() {
 fn the_verified_error_is_that_of_a_finer_run() {
     let scene = Scene::load("impact-oscillator").unwrap();
     let mut go_on = |_: f64, _: &str| Ok(());
-    let watch = &mut unwatched(&mut go_on);
-    let mut runner = Runner::settle(&scene, watch).unwrap();
+    let mut runner = Runner::settle(&scene, &mut go_on).unwrap();
     let settings = Settings {
         tolerance: 1e-6,
         ..Settings::of(&scene)
     };
-    let choice = verified(
-        &scene,
-        &mut runner,
-        1e-2,
-        Origin::Cheapest,
-        &settings,
-        watch,
-    )
-    .unwrap();
+    let choice = verified(&mut runner, 1e-2, Origin::Cheapest, &settings).unwrap();
     let measure = |tolerance: &str| {
         let set = [("time.tolerance", tolerance)];
         let scene = scene.with_overrides(&set).unwrap().without_analyses();
@@ -186,18 +166,17 @@ fn the_accuracy_rule_holds_in_every_scene() {
     for preset in PRESETS {
         let scene = preset.scene().unwrap();
         let mut go_on = |_: f64, _: &str| Ok(());
-        let watch = &mut unwatched(&mut go_on);
-        let mut runner = match Runner::settle(&scene, watch) {
+        let mut runner = match Runner::settle(&scene, &mut go_on) {
             Err(StudyError::AtRest) => continue,
             found => found.unwrap(),
         };
         let finest = Settings::reference(&scene).apply(&scene).unwrap();
-        let (reference, again) = runner.twice(&finest, watch).unwrap();
+        let (reference, again) = runner.twice(&finest).unwrap();
         let scatter = again.difference(&reference);
         for target in TARGETS {
             let settings = by_rule(&scene, target);
             let origin = Origin::Accuracy;
-            let choice = verified(&scene, &mut runner, target, origin, &settings, watch).unwrap();
+            let choice = verified(&mut runner, target, origin, &settings).unwrap();
             let bound = if reference.has_lines() {
                 target
             } else {

@@ -17,8 +17,7 @@ use crate::dynamics::{
     System,
 };
 
-use super::OnProgress;
-use super::pool::PollTimer;
+use super::{OnProgress, POLL};
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 use crate::report::Measured;
@@ -210,7 +209,7 @@ const FIRST: f64 = 16.0;
 
 /// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
 /// the goal is reached, after a settling time. An average never contains a change of attractor: it starts again
-/// there, see [`LyapunovStudy::segments`]. `progress` is called every 50 ms.
+/// there, see [`LyapunovStudy::segments`].
 ///
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
@@ -236,8 +235,6 @@ pub fn lyapunov(
         start,
         samples: 0,
         progress,
-        timer: PollTimer::default(),
-        largest: None,
         needed: plan.times()[0],
         running: Vec::new(),
         detector: None,
@@ -253,29 +250,24 @@ pub fn lyapunov(
     };
     let simulated = run.time() - start;
     run.update_segments();
-    let StudyRun {
-        mut running,
-        trace,
-        segments,
-        ..
-    } = run;
-    let last = segments.last().map(|segment| segment.spectrum.clone());
-    let mut spectrum = last.unwrap_or_else(|| integrator.exponents().unwrap_or_default());
+    let last = run.segments.last().map(|segment| segment.spectrum.clone());
+    let mut spectrum = last.unwrap_or_else(|| run.integrator.exponents().unwrap_or_default());
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
         spectrum.resolution = f64::INFINITY;
     }
-    keep(&mut running, &spectrum);
-    let mean_trace = trace.and_then(|trace| trace.mean());
+    keep(&mut run.running, &spectrum);
+    let is_one = !spectrum.exponents.is_empty() && run.segments.len() == 1;
+    let mean_trace = run.trace.filter(|_| is_one);
     Ok(LyapunovStudy {
-        mean_trace: mean_trace.filter(|_| !spectrum.exponents.is_empty() && segments.len() == 1),
-        motion: integrator.motion(),
+        mean_trace: mean_trace.and_then(|trace| trace.mean()),
+        motion: run.integrator.motion(),
         spectrum,
-        running,
-        segments,
+        running: run.running,
+        segments: run.segments,
         ending,
         settled,
-        stats: since(integrator.stats(), before),
+        stats: since(run.integrator.stats(), before),
         simulated,
         busy_seconds: began.elapsed().as_secs_f64(),
     })
@@ -345,9 +337,6 @@ struct StudyRun<'a, 's> {
     /// State at the last sample.
     z: Vec<f64>,
     progress: OnProgress<'a>,
-    timer: PollTimer,
-    /// Current estimate of the largest exponent.
-    largest: Option<Exponent>,
     /// Estimated total averaging time, s.
     needed: f64,
     running: Vec<RunningExponents>,
@@ -379,7 +368,7 @@ impl StudyRun<'_, '_> {
         for sample in 0..(plan.settle / plan.sample_interval).ceil() as u64 {
             self.advance()?;
             let share = (sample + 1) as f64 * plan.sample_interval / (plan.settle + self.needed);
-            stopped = self.timer.is_due()
+            stopped = self.samples % POLL == 1
                 && (self.progress)(share, "aligning the tangent vectors").is_err();
             if stopped {
                 break;
@@ -391,7 +380,7 @@ impl StudyRun<'_, '_> {
 
     /// The task, with the largest exponent so far.
     fn averaging(&self) -> String {
-        let largest = self.largest.as_ref();
+        let largest = self.running.last().and_then(|last| last.exponents.first());
         let largest = largest.map(|largest| Measured::from(largest).unit("1/s"));
         largest.map_or("averaging".to_owned(), |largest| {
             format!("averaging, largest exponent {largest}")
@@ -430,7 +419,7 @@ impl StudyRun<'_, '_> {
                 });
             }
             let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
-            let is_due = ending.is_some() || self.timer.is_due();
+            let is_due = ending.is_some() || self.samples % POLL == 1;
             let task = is_due.then(|| self.averaging());
             if task.is_some_and(|task| (self.progress)(share, &task).is_err()) {
                 ending = ending.or(Some(Ending::Stopped));
@@ -453,7 +442,6 @@ impl StudyRun<'_, '_> {
             _ => (time - spectrum.time).max(0.0),
         };
         let averaged = time - self.begun;
-        self.largest = spectrum.exponents.first().copied();
         keep(&mut self.running, spectrum);
         self.needed = self.begun + self.plan.needed(spectrum, averaged);
         let motion = self.integrator.motion();

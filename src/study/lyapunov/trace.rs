@@ -44,16 +44,10 @@ impl MeanTrace {
         };
         let n = sys.tangent_dim();
         let status = Some(status).filter(|status| !status.is_empty());
-        let Self {
-            record,
-            force,
-            vectors,
-            product,
-            ..
-        } = self;
+        let (force, record) = (&mut self.force, &mut self.record);
         Differentiable::force_recorded(derivative, status, t, z, force, record);
-        derivative.product(status, record, vectors, n, product);
-        let rows = product.chunks_exact(n).enumerate();
+        derivative.product(status, record, &self.vectors, n, &mut self.product);
+        let rows = self.product.chunks_exact(n).enumerate();
         let trace: f64 = rows.map(|(row, product)| product[sys.modes() + row]).sum();
         self.sum += trace + self.linear;
         self.count += 1;

@@ -192,11 +192,6 @@ impl Evidence {
         let found = self.responses.iter().filter(|(tilt, _)| within(*tilt));
         found.map(|(tilt, response)| (*tilt, response)).collect()
     }
-
-    /// All responses, in ascending order of tilt.
-    pub fn all(&self) -> Vec<(f64, &SettledResponse)> {
-        self.between(f64::NEG_INFINITY, f64::INFINITY)
-    }
 }
 
 /// Compares every claim with the simulation results.
@@ -205,7 +200,7 @@ pub fn compare(evidence: &Evidence) -> Vec<Finding> {
         let points: Vec<_> = match (&claim.tilts_deg, claim.range_deg) {
             (Some(tilts), _) => tilts.iter().flat_map(|&t| evidence.between(t, t)).collect(),
             (None, Some([from, to])) => evidence.between(from, to),
-            (None, None) => evidence.all(),
+            (None, None) => evidence.between(f64::NEG_INFINITY, f64::INFINITY),
         };
         let comparison = claim.criterion.compare(claim.tolerance, &points, evidence);
         Finding {

@@ -59,34 +59,16 @@ pub(super) enum Criterion {
     RecurrencePeriod { s: f64, kind: RecurrenceKind },
     /// The recurrence plot has no period.
     NoRecurrencePeriod {},
-    /// Form of the Poincare section.
-    Section(SectionForm),
+    /// Form of the Poincare section: `points`, a few; `circle`, one closed curve; or `scattered`.
+    Section(String),
     /// The largest Lyapunov exponent is nearly zero.
     ExponentZero {},
     /// Number of positive Lyapunov exponents.
     ExponentsPositive(usize),
     /// Order of the regimes with increasing tilt.
     Order(Vec<String>),
-    /// Number of base frequencies of each type of motion.
-    BaseFrequencies {
-        periodic: usize,
-        #[serde(rename = "quasi-periodic")]
-        quasi_periodic: usize,
-        chaotic: usize,
-    },
-}
-
-/// Form of a Poincare section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, strum::Display)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "lowercase")]
-pub(super) enum SectionForm {
-    /// A few points.
-    Points,
-    /// One closed curve.
-    Circle,
-    /// Neither points nor closed curves.
-    Scattered,
+    /// Number of base frequencies of a periodic, a quasi-periodic and a chaotic motion.
+    BaseFrequencies([usize; 3]),
 }
 
 /// A comparison without its claim.
@@ -207,10 +189,9 @@ impl Criterion {
             Self::Dimension(is) => dimension(is, delay),
             Self::RecurrencePeriod { s, kind } => recurrence_period(s, kind, within, points),
             Self::NoRecurrencePeriod {} => no_recurrence_period(points),
-            Self::Section(form) => Comparison::of_points(form, points, |response| {
-                let found = section_form(response);
-                let text = found.map_or_else(nothing, |found| found.to_string());
-                Some((found == Some(form), text))
+            Self::Section(ref form) => Comparison::of_points(form, points, |response| {
+                let found = section_form(response).map_or_else(nothing, str::to_owned);
+                Some((found == *form, found))
             }),
             Self::ExponentZero {} => Comparison::of_points("nearly zero", points, |response| {
                 let largest = largest(response)?;
@@ -219,11 +200,7 @@ impl Criterion {
             }),
             Self::ExponentsPositive(count) => exponents_positive(count, points),
             Self::Order(ref regimes) => order(regimes, points),
-            Self::BaseFrequencies {
-                periodic,
-                quasi_periodic,
-                chaotic,
-            } => base_frequencies([periodic, quasi_periodic, chaotic], points),
+            Self::BaseFrequencies(counts) => base_frequencies(counts, points),
         }
     }
 }
@@ -429,14 +406,14 @@ fn milliseconds(period: f64) -> String {
 }
 
 /// Form of the Poincare section of a response; `None` if it has too few points.
-fn section_form(response: &SettledResponse) -> Option<SectionForm> {
+fn section_form(response: &SettledResponse) -> Option<&'static str> {
     let points: Vec<&[f64]> = response.section.iter().map(|point| &point[..]).collect();
     match section_shape(&points, 2.0 * response.amplitude) {
         SectionShape::TooFew => None,
-        SectionShape::Points(_) => Some(SectionForm::Points),
+        SectionShape::Points(_) => Some("points"),
         _ => Some(match response.curves {
-            Some(curves) if curves.count == 1 => SectionForm::Circle,
-            _ => SectionForm::Scattered,
+            Some(curves) if curves.count == 1 => "circle",
+            _ => "scattered",
         }),
     }
 }

@@ -54,26 +54,15 @@ const MAX_FREQUENCY: f64 = 20e3;
 
 /// Probe samples of the measurement window.
 pub(super) struct Samples {
-    rate: f64,
-    displacement: Vec<f64>,
-    velocity: Vec<f64>,
+    /// Sample rate, Hz.
+    pub rate: f64,
+    /// Displacement of the probe, m.
+    pub displacement: Vec<f64>,
+    /// Its velocity, m/s.
+    pub velocity: Vec<f64>,
 }
 
 impl Samples {
-    /// Creates an empty buffer for `count` samples at `rate` (Hz).
-    pub fn new(rate: f64, count: usize) -> Self {
-        Self {
-            rate,
-            displacement: Vec::with_capacity(count),
-            velocity: Vec::with_capacity(count),
-        }
-    }
-
-    pub fn push(&mut self, [displacement, velocity]: [f64; 2]) {
-        self.displacement.push(displacement);
-        self.velocity.push(velocity);
-    }
-
     /// The fields of a response that follow from the samples; the others are left empty. `lag` is that of the section, s. A
     /// displacement amplitude below `silence` (m) counts as silent. `previous` are the base frequencies of the motion
     /// from which this one continues.

@@ -26,9 +26,8 @@ use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
 use crate::pipeline::ChangeDetector;
 use crate::scene::Scene;
 
-use super::pool::PollTimer;
 use super::subject::Trial;
-use super::{OnProgress, StabilityAt, StudyError, stability};
+use super::{OnProgress, POLL, StabilityAt, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
 pub(super) use measure::{recurrence_periods, thinned};
@@ -150,9 +149,7 @@ pub(super) fn respond(
     };
     if let Some(z) = state {
         // Accumulated quantities at the end, such as work, restart from zero.
-        trial.prepared.state.fill(0.0);
-        let common = z.len().min(trial.prepared.state.len());
-        trial.prepared.state[..common].copy_from_slice(&z[..common]);
+        trial.prepared = trial.prepared.starting_from(z);
     }
     let mut run = Run::new(trial, plan, progress)?;
     let settled = run.settle()?;
@@ -202,7 +199,6 @@ pub(super) struct Run<'a> {
     z: Vec<f64>,
     samples: u64,
     progress: OnProgress<'a>,
-    timer: PollTimer,
     expected: f64,
     plan: &'a ResponsePlan,
 }
@@ -228,14 +224,8 @@ impl<'a> Run<'a> {
         progress: OnProgress<'a>,
     ) -> Result<Self, StudyError> {
         let prepared = trial.prepared;
-        let slowest = prepared
-            .integrator
-            .system()
-            .omega()
-            .iter()
-            .copied()
-            .filter(|w| *w > 0.0);
-        let slowest = slowest.fold(f64::INFINITY, f64::min).min(f64::MAX);
+        let omega = prepared.integrator.system().omega().iter().copied();
+        let slowest = omega.filter(|w| *w > 0.0).fold(f64::MAX, f64::min);
         let mut run = Self {
             period: trial.period.unwrap_or(std::f64::consts::TAU / slowest),
             drive_period: trial.drive_period,
@@ -246,7 +236,6 @@ impl<'a> Run<'a> {
             z: prepared.state,
             samples: 0,
             progress,
-            timer: PollTimer::default(),
             expected: plan.min_transient + plan.measurement_time,
             plan,
         };
@@ -273,7 +262,7 @@ impl<'a> Run<'a> {
         if self.plan.max_rhs_evals.is_some_and(|max| rhs_evals > max) {
             return Err(StudyError::TooManyEvaluations { rhs_evals, time });
         }
-        if self.timer.is_due() {
+        if self.samples % POLL == 1 {
             (self.progress)(time / self.expected.max(time), "settled response")?;
         }
         Ok(())
@@ -416,7 +405,11 @@ impl<'a> Run<'a> {
     fn sample_window(&mut self, transient: f64, window: f64) -> Result<Measured, StudyError> {
         self.expected = self.time() + window;
         let count = (window * self.rate).round().max(1.0) as usize;
-        let mut samples = Samples::new(self.rate, count);
+        let mut samples = Samples {
+            rate: self.rate,
+            displacement: Vec::with_capacity(count),
+            velocity: Vec::with_capacity(count),
+        };
         let mut detector = self.detector();
         let interval = 1.0 / self.rate;
         let changes = ChangeDetector::new(&self.integrator, self.time(), interval);
@@ -429,7 +422,8 @@ impl<'a> Run<'a> {
                 changes.push(&self.integrator, &self.z);
             }
             let displacement = self.displacement();
-            samples.push([displacement, self.velocity()]);
+            samples.displacement.push(displacement);
+            samples.velocity.push(self.velocity());
             detector.push(self.energies());
             largest = largest.max(displacement.abs());
         }

@@ -16,10 +16,12 @@ pub fn measured(
     rate: f64,
     displacement: &[f64],
 ) -> Result<SettledResponse, AnalysisError> {
-    let mut samples = Samples::new(rate, displacement.len());
-    for pair in displacement.windows(2) {
-        samples.push([pair[0], (pair[1] - pair[0]) * rate]);
-    }
+    let pairs = || displacement.windows(2);
+    let samples = Samples {
+        rate,
+        displacement: pairs().map(|pair| pair[0]).collect(),
+        velocity: pairs().map(|pair| (pair[1] - pair[0]) * rate).collect(),
+    };
     samples.response(section_lag(scene), SILENCE, Bases::None)
 }
 

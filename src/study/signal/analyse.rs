@@ -88,7 +88,10 @@ pub fn analyse_signal(
     progress(0.0, "tonal events")?;
     let silent_below = silence(&signal);
     let silence = silent_below.map(|_| SkipReason::Silent);
-    let sound = sound(&signal, search.faint, silence.is_some())?;
+    let mut sound = MeasuredSound::of(&signal, search.faint)?;
+    if let Some(sound) = sound.as_mut().filter(|_| silence.is_some()) {
+        sound.tonal = TonalEvents::default();
+    }
     let Selected {
         stretch,
         part,
@@ -144,7 +147,6 @@ pub fn analyse_signal(
     let kantz = divergence(DivergenceMethod::Kantz { radius })?;
     progress(0.92, "0-1 test")?;
     let zero_one = steady.try_map(|found| test_zero_one(newest, found.choice.lag))?;
-    progress(1.0, "done")?;
     Ok(SignalAnalysis {
         facts: SignalStatistics::of(&signal),
         stretch,
@@ -195,19 +197,6 @@ fn silence(signal: &Signal) -> Option<f64> {
     let step = steps.filter(|step| *step > 0.0).fold(high - low, f64::min);
     let is_dither = signal.unit == "FS" && high - low <= (2.5 * step).min(MAX_DITHER);
     (low == high || is_dither).then_some(2.0 * step)
-}
-
-/// Events and levels of a sound; no events if it is silent.
-fn sound(
-    signal: &Signal,
-    is_faint: bool,
-    is_silent: bool,
-) -> Result<Option<MeasuredSound>, AnalysisError> {
-    let mut sound = MeasuredSound::of(signal, is_faint)?;
-    if let Some(sound) = sound.as_mut().filter(|_| is_silent) {
-        sound.tonal = TonalEvents::default();
-    }
-    Ok(sound)
 }
 
 /// Why averages over the divergence of trajectories are meaningless; `None` if they are not.

@@ -7,9 +7,8 @@ use crate::analysis::{
     poincare::Direction,
 };
 use crate::scene::{
-    AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec,
-    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec,
-    ThresholdSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
+    RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
 };
 
 /// Evaluations of a window along the whole signal.
@@ -30,67 +29,52 @@ const REGIME_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 /// the signal; delay and dimension from the report.
 pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     let fit = Fit::new(report);
-    let embedding = report.embedding.get().ok();
-    let recurrence = embedding.zip(report.recurrence.get().ok());
-    // A filtered stretch has another mean than the signal.
-    let level = match (&report.part, report.section.get()) {
-        (None, Ok(section)) => section.level,
-        _ => report.facts.mean,
-    };
-    AnalysisSpec {
-        budget: AnalysisBudget::default(),
+    let samples = report.signal.samples.len();
+    let spectrogram = spectrogram_window(samples, fit.period * fit.rate) as f64 / fit.rate;
+    let mut spec = AnalysisSpec {
         spectrum: Some(SpectrumSpec {
             window: fit.window(SPECTRUM_PERIODS * fit.period),
             every: fit.every(EVALUATIONS),
             rest: None,
         }),
-        spectrogram: Some(fit.spectrogram()),
-        delay: embedding.map(|embedding| fit.delay(embedding)),
-        recurrence: recurrence.map(|(embedding, recurrence)| RecurrenceSpec {
-            window: fit.window(PLOT_PERIODS * fit.period),
-            every: fit.every(EVALUATIONS),
-            size: 288,
-            embedding: embedding_spec(embedding),
-            criterion: criterion(recurrence),
+        spectrogram: Some(SpectrogramSpec {
+            window: fit.window(spectrogram),
+            every: fit.every(2.0 * EVALUATIONS),
+            max_frequency: highest_frequency(report),
         }),
-        quantification: recurrence
-            .map(|(embedding, recurrence)| fit.quantification(embedding, recurrence)),
-        section: embedding.map(|embedding| SectionSpec {
-            every: fit.duration / EVALUATIONS,
-            surface: SectionSurface::Delay {
-                lag: Some(embedding.lag_s),
-                level,
-            },
-            direction: Direction::Rising,
-        }),
-        chaos: embedding.map(|embedding| fit.chaos(embedding)),
         regime: Some(RegimeSpec {
             window: fit.window(fit.long(REGIME_PERIODS, REGIME_SAMPLES)),
             every: fit.every(EVALUATIONS / 4.0),
             silence: 0.0,
         }),
-        exponents: None,
-        perturbed_trajectory: None,
+        ..AnalysisSpec::default()
+    };
+    if let Ok(embedding) = report.embedding.get() {
+        fit.add_embedded(report, embedding, &mut spec);
+        if let Ok(recurrence) = report.recurrence.get() {
+            fit.add_recurrence(embedding, recurrence, &mut spec);
+        }
     }
+    spec
 }
 
-/// The signal that the windows are fitted to; times in s.
-struct Fit<'a> {
-    report: &'a SignalAnalysis,
+/// What the windows are fitted to.
+struct Fit {
+    /// Sample rate of the signal, Hz.
     rate: f64,
+    /// Duration of the signal, s.
     duration: f64,
     /// Dominant period, s.
     period: f64,
 }
 
-impl<'a> Fit<'a> {
-    fn new(report: &'a SignalAnalysis) -> Self {
+impl Fit {
+    fn new(report: &SignalAnalysis) -> Self {
         let rate = report.signal.rate;
         let event = report.event().map(|event| event.frequency_hz);
         let embedding = report.embedding.get().ok();
         let lag = embedding.map(|embedding| embedding.choice.lag);
         Self {
-            report,
             rate,
             duration: report.signal.duration(),
             period: period_of(event, &report.tones.lines, lag, rate) / rate,
@@ -113,74 +97,79 @@ impl<'a> Fit<'a> {
         (periods * self.period).clamp(fewest, most)
     }
 
-    /// Window of the divergence of nearby trajectories, s.
-    fn divergence_window(&self) -> f64 {
-        self.window(self.long(CHAOS_PERIODS, CHAOS_SAMPLES))
-    }
-
-    /// Samples in this window.
-    fn divergence_samples(&self) -> usize {
-        (self.divergence_window() * self.rate) as usize
-    }
-
-    fn spectrogram(&self) -> SpectrogramSpec {
-        let samples = self.report.signal.samples.len();
-        let window = spectrogram_window(samples, self.period * self.rate) as f64 / self.rate;
-        SpectrogramSpec {
-            window: self.window(window),
-            every: self.every(2.0 * EVALUATIONS),
-            max_frequency: highest_frequency(self.report),
-        }
-    }
-
-    fn delay(&self, embedding: &DelayEmbedding) -> DelaySpec {
-        let lag = embedding.lag_s;
-        DelaySpec {
-            window: self.divergence_window(),
+    /// Adds the analyses of the delay embedding, its section and the divergence of nearby trajectories.
+    fn add_embedded(
+        &self,
+        report: &SignalAnalysis,
+        embedding: &DelayEmbedding,
+        spec: &mut AnalysisSpec,
+    ) {
+        let (choice, lag) = (&embedding.choice, embedding.lag_s);
+        let window = self.window(self.long(CHAOS_PERIODS, CHAOS_SAMPLES));
+        let samples = (window * self.rate) as usize;
+        let rules =
+            DivergenceSearch::for_delay(choice.lag, choice.dimension, choice.theiler, samples);
+        // A filtered stretch has another mean than the signal.
+        let level = match (&report.part, report.section.get()) {
+            (None, Ok(section)) => section.level,
+            _ => report.facts.mean,
+        };
+        let lag_limit = samples as f64 / self.rate / 25.0;
+        spec.delay = Some(DelaySpec {
+            window,
             every: self.every(EVALUATIONS / 10.0),
-            largest_lag: (4.0 * lag)
-                .min(self.divergence_samples() as f64 / self.rate / 25.0)
-                .max(lag),
+            largest_lag: (4.0 * lag).min(lag_limit).max(lag),
             largest_dimension: 10,
             bins: 32,
             false_share: 0.01,
-        }
-    }
-
-    fn quantification(
-        &self,
-        embedding: &DelayEmbedding,
-        recurrence: &RecurrenceAnalysis,
-    ) -> QuantificationSpec {
-        let step = recurrence.stride_samples as f64 / self.rate;
-        QuantificationSpec {
-            window: self.window(1000.0 * step),
-            every: self.every(EVALUATIONS),
-            step,
-            embedding: embedding_spec(embedding),
-            criterion: criterion(recurrence),
-            theiler: embedding.lag_s,
-            least_diagonal: 2,
-            least_vertical: 2,
-        }
-    }
-
-    fn chaos(&self, embedding: &DelayEmbedding) -> ChaosSpec {
-        let choice = &embedding.choice;
-        let rules = DivergenceSearch::for_delay(
-            choice.lag,
-            choice.dimension,
-            choice.theiler,
-            self.divergence_samples(),
-        );
-        ChaosSpec {
-            window: self.divergence_window(),
+        });
+        spec.section = Some(SectionSpec {
+            every: self.duration / EVALUATIONS,
+            surface: SectionSurface::Delay {
+                lag: Some(lag),
+                level,
+            },
+            direction: Direction::Rising,
+        });
+        spec.chaos = Some(ChaosSpec {
+            window,
             every: self.every(EVALUATIONS / 5.0),
             embedding: embedding_spec(embedding),
             theiler: embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,
             method: DivergenceMethod::Rosenstein,
-        }
+        });
+    }
+
+    /// Adds the recurrence plot and its quantification.
+    fn add_recurrence(
+        &self,
+        embedding: &DelayEmbedding,
+        recurrence: &RecurrenceAnalysis,
+        spec: &mut AnalysisSpec,
+    ) {
+        let step = recurrence.stride_samples as f64 / self.rate;
+        let criterion = ThresholdSpec {
+            norm: recurrence.rule.norm,
+            threshold: recurrence.rule.threshold,
+        };
+        spec.recurrence = Some(RecurrenceSpec {
+            window: self.window(PLOT_PERIODS * self.period),
+            every: self.every(EVALUATIONS),
+            size: 288,
+            embedding: embedding_spec(embedding),
+            criterion,
+        });
+        spec.quantification = Some(QuantificationSpec {
+            window: self.window(1000.0 * step),
+            every: self.every(EVALUATIONS),
+            step,
+            embedding: embedding_spec(embedding),
+            criterion,
+            theiler: embedding.lag_s,
+            least_diagonal: 2,
+            least_vertical: 2,
+        });
     }
 }
 
@@ -188,13 +177,6 @@ fn embedding_spec(embedding: &DelayEmbedding) -> EmbeddingSpec {
     EmbeddingSpec {
         lag: Some(embedding.lag_s),
         dimension: Some(embedding.choice.dimension),
-    }
-}
-
-fn criterion(recurrence: &RecurrenceAnalysis) -> ThresholdSpec {
-    ThresholdSpec {
-        norm: recurrence.rule.norm,
-        threshold: recurrence.rule.threshold,
     }
 }
 

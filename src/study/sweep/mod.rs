@@ -14,12 +14,11 @@ mod table_tests;
 pub(super) mod tests;
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::pool::{ResultSender, run_jobs};
+use super::pool::{Emit, run_jobs};
 use super::response::{InitialState, ResponsePlan, SettledResponse};
 use super::subject::{SceneSubject, Subject};
 use super::{OnProgress, StudyError};
@@ -103,16 +102,7 @@ pub fn sweep_subject<E: From<StudyError>>(
     let known: HashMap<usize, &SweepPoint> = known.collect();
     let planned = chains.iter().flatten();
     let mut done = planned.filter(|k| known.contains_key(k)).count();
-    let threads = threads.clamp(1, chains.len().max(1));
-    // Fraction done of the current point of each thread, as the bits of an `f64`.
-    let shares: Vec<AtomicU64> = (0..threads).map(|_| AtomicU64::new(0)).collect();
-    let share = |done: usize| {
-        let begun = shares
-            .iter()
-            .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
-        (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
-    };
-    let run = |chain: &[usize], share: &AtomicU64, sender: &ResultSender<'_, SweepPoint>| {
+    let run = |chain: &[usize], emit: Emit<'_, _>| {
         let mut before: Option<SettledResponse> = None;
         for &index in chain {
             if let Some(known) = known.get(&index) {
@@ -123,32 +113,30 @@ pub fn sweep_subject<E: From<StudyError>>(
             let from = before
                 .as_ref()
                 .map_or(InitialState::Fresh, InitialState::After);
-            let found = subject.response(&place.values, from, plan, &mut |part, _| {
-                share.store(part.to_bits(), Ordering::Relaxed);
-                sender.check()
-            });
+            let mut check = |_: f64, _: &str| emit(None);
+            let found = subject.response(&place.values, from, plan, &mut check);
             let outcome = match found {
                 Err(StudyError::Stopped(_)) => return,
                 // A failed run is kept as a point.
                 found => found.map_err(|error| chain_of_causes(&error)),
             };
             before = outcome.as_ref().ok().cloned();
-            share.store(0, Ordering::Relaxed);
-            if sender.send(SweepPoint { place, outcome }).is_err() {
+            if emit(Some(SweepPoint { place, outcome })).is_err() {
                 return;
             }
         }
     };
-    let job = |thread: usize, chain: usize, sender: &ResultSender<'_, _>| {
-        subject.enter(&mut || run(&chains[chain], &shares[thread], sender));
+    let job = |chain: usize, emit: Emit<'_, _>| {
+        subject.enter(&mut || run(&chains[chain], emit));
     };
     run_jobs(chains.len(), threads, job, |event| {
         if let Some(point) = event {
             done += 1;
             on_point(point)?;
         }
+        let share = done as f64 / all.max(1) as f64;
         let task = format!("{done} of {all} points");
-        Ok(progress(share(done).min(1.0), &task).map_err(StudyError::from)?)
+        Ok(progress(share, &task).map_err(StudyError::from)?)
     })
 }
 

@@ -138,16 +138,12 @@ impl Grid<'_> {
         let mut chains: Vec<Vec<usize>> = Vec::new();
         for (number, start) in self.starts.iter().enumerate() {
             let all = number * self.points_per_start()..(number + 1) * self.points_per_start();
-            match start {
-                Start::Fresh => chains.extend(all.map(|index| vec![index])),
-                Start::Upward | Start::Downward => {
-                    for from in all.step_by(row.max(1)) {
-                        let chain = from..from + row;
-                        chains.push(match start {
-                            Start::Downward => chain.rev().collect(),
-                            _ => chain.collect(),
-                        });
-                    }
+            for from in all.step_by(row.max(1)) {
+                let chain = from..from + row;
+                match start {
+                    Start::Fresh => chains.extend(chain.map(|index| vec![index])),
+                    Start::Upward => chains.push(chain.collect()),
+                    Start::Downward => chains.push(chain.rev().collect()),
                 }
             }
         }

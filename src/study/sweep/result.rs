@@ -134,25 +134,19 @@ impl Report for SweepResult {
                 self.points_total
             )));
         }
-        for RegimeInterval {
-            start,
-            from,
-            to,
-            regime,
-        } in &self.regime_intervals
-        {
+        for interval in &self.regime_intervals {
+            let (start, from, to) = (interval.start, interval.from, interval.to);
             let to = if from == to {
                 String::new()
             } else {
                 format!(" to {to}")
             };
+            let regime = &interval.regime;
             blocks.push(Block::text(format!("{start:>4}  {from}{to}: {regime}")));
         }
         for transition in &self.transitions {
             if let Some(doubling) = &transition.doubling {
-                let Transition {
-                    start, from, to, ..
-                } = transition;
+                let (start, from, to) = (transition.start, transition.from, transition.to);
                 blocks.push(Block::text(format!(
                     "{start:>4}  between {from} and {to}: {doubling}"
                 )));

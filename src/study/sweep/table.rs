@@ -20,9 +20,6 @@ use crate::foreign::table::read_batches;
 use crate::foreign::{one_line, open_file, without_panic};
 use crate::study::{StudyError, table};
 
-/// [`IDENTITY`] of the first version of the format.
-const FIRST_IDENTITY: &str = "squeakscope sweep";
-
 /// Number of points in a batch of a finished table.
 const BATCH: usize = 1024;
 
@@ -78,6 +75,16 @@ pub enum TableError {
         /// The error of the operating system.
         source: io::Error,
     },
+}
+
+impl TableError {
+    /// The file is not a valid table, for this reason.
+    pub fn invalid(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Invalid {
+            path: path.to_owned(),
+            reason: reason.into(),
+        }
+    }
 }
 
 /// Writer of a table that grows: an Arrow stream, point by point.
@@ -181,36 +188,24 @@ pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Resu
 pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
     // The Arrow library panics on some damaged files.
     without_panic(|| read_points(path)).unwrap_or_else(|| {
-        Err(TableError::Invalid {
-            path: path.to_owned(),
-            reason: "it is damaged; restore a copy, or choose another --out".to_owned(),
-        })
+        let reason = "it is damaged; restore a copy, or choose another --out";
+        Err(TableError::invalid(path, reason))
     })
 }
 
 fn read_points(path: &Path) -> Result<SweepTable, TableError> {
-    let foreign = |reason: String| TableError::Invalid {
-        path: path.to_owned(),
-        reason,
-    };
+    let foreign = |reason: &str| TableError::invalid(path, reason);
     let (file, length) = open_file(path).map_err(|source| TableError::Read {
         path: path.to_owned(),
         source,
     })?;
     if length == 0 {
-        return Err(foreign(
-            "it is empty; remove it, or choose another --out".to_owned(),
-        ));
+        return Err(foreign("it is empty; remove it, or choose another --out"));
     }
-    let (schema, batches) = read_batches(file).map_err(|fault| foreign(fault.to_string()))?;
+    let (schema, batches) = read_batches(file).map_err(|fault| foreign(&fault.to_string()))?;
     let identity = schema.metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| {
-        let reason = if schema.metadata().contains_key(FIRST_IDENTITY) {
-            "it has the format of an earlier version; repeat the sweep with another --out"
-        } else {
-            "its metadata has no sweep plan"
-        };
-        foreign(reason.to_owned())
+        foreign("its metadata has no sweep plan of this version; choose another --out")
     })?;
     let mut found = SweepTable {
         identity,
@@ -222,7 +217,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             found.truncated = true;
             break;
         };
-        let read = points(&batch).map_err(|reason| foreign(one_line(reason)))?;
+        let read = points(&batch).map_err(|reason| foreign(&one_line(reason)))?;
         found.points.extend(read);
     }
     Ok(found)
@@ -247,10 +242,10 @@ impl SweepTable {
         });
         match misplaced {
             None => Ok(()),
-            Some(point) => Err(TableError::Invalid {
-                path: path.to_owned(),
-                reason: format!("its point {} does not match the plan", point.place.index),
-            }),
+            Some(point) => {
+                let reason = format!("its point {} does not match the plan", point.place.index);
+                Err(TableError::invalid(path, reason))
+            }
         }
     }
 }

@@ -116,18 +116,6 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
 }
 
 #[test]
-fn a_table_of_the_first_format_is_rejected() {
-    let (plan, _) = swept();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("sweep.arrow");
-    let first = crate::study::table::note("squeakscope sweep", &plan.identity());
-    let schema = arrow_schema::Schema::empty().with_metadata(first);
-    crate::study::table::write(&path, &schema.into(), &[]).unwrap();
-    let refused = read_table(&path).unwrap_err().to_string();
-    assert!(refused.contains("earlier version"), "{refused}");
-}
-
-#[test]
 fn columns_of_one_value_come_first_and_state_their_units() {
     let (plan, _) = swept();
     let schema = super::row::schema(&plan).unwrap();

@@ -30,16 +30,19 @@ pub enum BifurcationKind {
 
 /// A strong resonance of a Neimark-Sacker point: a rotation number close to 1/2, 1/3 or 1/4, at which the theory of the
 /// torus does not hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 pub enum Resonance {
     /// Rotation number 1/2.
     #[serde(rename = "1:2")]
+    #[strum(serialize = "1:2")]
     OneToTwo,
     /// Rotation number 1/3.
     #[serde(rename = "1:3")]
+    #[strum(serialize = "1:3")]
     OneToThree,
     /// Rotation number 1/4.
     #[serde(rename = "1:4")]
+    #[strum(serialize = "1:4")]
     OneToFour,
 }
 
