@@ -35,8 +35,8 @@ pub(super) struct JointBody {
     count_every: Option<u64>,
     energy_every: Option<u64>,
     audit: Audit,
-    /// See [`Frame::unlocated_since`].
-    unlocated_since: Option<f64>,
+    /// Whether a step has passed over its events.
+    has_unlocated_events: bool,
 }
 
 /// Reference values of the energy audit, J.
@@ -91,7 +91,7 @@ impl JointBody {
             count_every: stride(scene.sample_rate, scene.record.patch_rate),
             energy_every,
             audit: Audit::default(),
-            unlocated_since: None,
+            has_unlocated_events: false,
         };
         body.begin_at(&z);
         Ok((body, integrator, z))
@@ -291,11 +291,10 @@ impl JointBody {
         frame: &mut Frame,
     ) {
         let Motion { integrator, z, .. } = motion;
-        if self.unlocated_since.is_none() {
-            let located = integrator.stats().steps_without_event_location == 0;
-            self.unlocated_since = (!located).then_some(time);
+        if integrator.stats().steps_without_event_location > 0 && !self.has_unlocated_events {
+            self.has_unlocated_events = true;
+            frame.unlocated_since = Some(time);
         }
-        frame.unlocated_since = self.unlocated_since;
         frame.transitions += self.transitions(&z[..self.joint.modes()]);
         let is_due = |every: Option<u64>| every.is_some_and(|every| index.is_multiple_of(every));
         let counts = is_due(self.count_every);

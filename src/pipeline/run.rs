@@ -115,9 +115,8 @@ pub fn drive(
     });
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
-        sink.accept(Record::Summary(Arc::new(summary.clone())))
-            .map_err(PipelineError::Sink)?;
-        sink.finish().map_err(PipelineError::Sink)?;
+        sink.accept(Record::Summary(Arc::new(summary.clone())))?;
+        sink.finish()?;
         Ok(summary)
     });
     if finish.is_err() {
@@ -159,7 +158,7 @@ fn analyse(
         analyser.push(&frame, &mut record_sender)?;
         if let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64()) {
             analyser.set_rate_divisor(budget.divisor());
-            record_sender.accept(warning).map_err(PipelineError::Sink)?;
+            record_sender.accept(warning)?;
         }
         let measured = health.measure(
             &frame,
@@ -167,12 +166,10 @@ fn analyse(
             record_sender.waiting(),
             record_sender.drops(),
         );
-        record_sender
-            .accept(Record::Health(measured))
-            .map_err(PipelineError::Sink)?;
+        record_sender.accept(Record::Health(measured))?;
     }
     analyser.finish(&mut record_sender)?;
-    record_sender.flush().map_err(PipelineError::Sink)?;
+    record_sender.flush()?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
     summary.analysis_rate = budget.rate();
@@ -186,7 +183,7 @@ fn record(
 ) -> Result<(), PipelineError> {
     let mut taken = sink.accept(header);
     loop {
-        taken.map_err(PipelineError::Sink)?;
+        taken?;
         taken = match records.recv_timeout(IDLE) {
             Ok(record) => sink.accept(record),
             Err(RecvTimeoutError::Timeout) => sink.idle(),

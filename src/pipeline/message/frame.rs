@@ -206,7 +206,7 @@ pub struct Frame {
     /// Contact transitions in this frame: for a joint, simulated nodes that separate or close between samples; for a
     /// small system, events.
     pub transitions: u64,
-    /// Time since which some steps have not located their events, s; `None` if all did.
+    /// Time since which some steps do not locate their events, s, in the frame in which the first of them is.
     pub unlocated_since: Option<f64>,
     /// Lyapunov exponents due in this frame, in time order; empty unless requested.
     pub exponents: Vec<Exponents>,

@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use super::clock::samples;
 use super::stage::{Context, Stage};
 use crate::analysis::{AnalysisError, sliding::SlidingWindow};
-use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
 /// A window of `C` channels that is due.
@@ -94,7 +93,7 @@ where
     A: FnMut(Window<'_, C>, &mut Context) -> Result<R, AnalysisError> + Send,
     R: IntoIterator<Item = Record>,
 {
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError> {
         if !self.complete {
             self.sliding.min_spacing = frame.apart() / self.step;
             self.sliding.divisor = context.rate_divisor;
@@ -107,7 +106,7 @@ where
                 let window = Window {
                     channels: view.channels,
                     seen,
-                    time: context.newest(seen),
+                    time: context.clock.time(seen as f64 - 1.0),
                     frame,
                 };
                 let records = analyse(window, context)?;
