@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::PipelineError;
+use super::computed::sliding_speed;
 use super::loading::{LoadingClock, check_reach, set_loading};
 use super::message::{
     ContactSample, EnergySample, Frame, JointInfo, ModeInfo, NodeState, PatchGeometry,
@@ -122,8 +123,6 @@ impl JointBody {
         // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);
-        let velocity = turning.sliding_velocity(self.clock.now.tilt);
-        let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [_, largest_load] = tilted.load_span();
         let mut pressed = self.ball.clone();
         pressed.set_load(largest_load);
@@ -147,7 +146,7 @@ impl JointBody {
             load_span: tilted.load_span(),
             ball_radius: self.ball.ball_radius(),
             patch_radius: pressed.patch_radius(),
-            sliding_speed: speed,
+            sliding_speed: sliding_speed(&turning, self.clock.now.tilt),
         }
     }
 
@@ -166,7 +165,7 @@ impl JointBody {
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
         self.apply_jumps(time, motion)?;
-        if self.clock.is_due(sample) {
+        if self.clock.last_update(sample) == sample {
             self.apply_loading(time, motion)?;
         }
         Ok(())

@@ -43,12 +43,6 @@ impl Default for Monitor<'_> {
     }
 }
 
-impl Monitor<'_> {
-    fn stopping(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
 /// Simulates a scene to its end, or until the stop flag is set, and sends the records to a sink.
 ///
 /// `command` is the command line, for the header. Simulation, analysis and recording have one thread each, and the
@@ -131,7 +125,7 @@ fn simulate(
     frames: Sender<Frame>,
     monitor: Monitor<'_>,
 ) -> Result<bool, PipelineError> {
-    while !monitor.stopping() {
+    while !monitor.stop.load(Ordering::Relaxed) {
         let Some(frame) = source.next_frame()? else {
             break;
         };

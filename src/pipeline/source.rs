@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::PipelineError;
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
+use super::message::{AnalysisKind, Frame, Header};
 use crate::scene::{AnalysisSpec, SectionSurface, StateCoordinate};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
@@ -55,12 +55,9 @@ pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
 }
 
 /// The coordinates of section points, for a header.
-pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2] {
-    match spec.section.as_ref().map(|section| &section.surface) {
-        Some(SectionSurface::State { shown, .. }) => shown.map(|coordinate| match coordinate {
-            StateCoordinate::Q(mode) => SectionCoordinate::Q(mode),
-            StateCoordinate::Qdot(mode) => SectionCoordinate::Qdot(mode),
-        }),
-        Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
+pub(super) fn section_coordinates(spec: &AnalysisSpec) -> Option<[StateCoordinate; 2]> {
+    match spec.section.as_ref()?.surface {
+        SectionSurface::State { shown, .. } => Some(shown),
+        SectionSurface::Delay { .. } => None,
     }
 }

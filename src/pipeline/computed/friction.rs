@@ -15,12 +15,6 @@ use crate::pipeline::message::{
 /// to thirty times the frequency up to which the state of the scene follows.
 const FASTER: f64 = 1e3;
 
-/// Sliding speed at a tilt (rad), m/s.
-pub fn speed(ball: &BallJoint, tilt: f64) -> f64 {
-    let velocity = ball.sliding_velocity(tilt);
-    velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
 /// Adds the readings of Eq. (5): as in the scene, and with the two slope factors exchanged.
 pub fn exchanged(
     computed: &mut MechanismPrediction,

@@ -34,6 +34,12 @@ fn friction_curves(
     }
 }
 
+/// Sliding speed of a joint at a tilt (rad), m/s.
+pub(super) fn sliding_speed(ball: &BallJoint, tilt: f64) -> f64 {
+    let velocity = ball.sliding_velocity(tilt);
+    velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
 /// The linearised modes of a joint, with their names.
 fn linear_modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
     let families = ball.family_labels();
@@ -56,12 +62,11 @@ pub(super) fn for_joint(
         return Ok(None);
     };
     let tilt = tilted.loading(0.0).tilt;
-    let sliding_speed = friction::speed(ball, tilt);
     let mut computed = MechanismPrediction {
         modes: linear_modes(ball, joint)?,
         natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
         tilt: Some(tilt),
-        sliding_speed,
+        sliding_speed: sliding_speed(ball, tilt),
         ..without_modes(mechanism, scene)
     };
     match (mechanism, &tilted.spec.friction) {

@@ -301,17 +301,6 @@ impl Frame {
         self.displacement.is_empty()
     }
 
-    /// Minimum number of samples between the ends of two windows of an analysis that is only displayed; 0 for
-    /// all windows that the scene requests.
-    pub fn apart(&self) -> u64 {
-        self.shown.map_or(0, |shown| shown.apart)
-    }
-
-    /// Wall time in which the frame is to be played, s: its simulated time, unless a live run is slower or faster.
-    pub fn playback_time(&self) -> f64 {
-        (self.end() - self.t0) / self.shown.map_or(1.0, |shown| shown.speed)
-    }
-
     /// Time of sample `k`, s.
     pub fn time(&self, k: usize) -> f64 {
         self.t0 + k as f64 * self.dt

@@ -29,12 +29,8 @@ pub struct NamedLines {
 }
 
 impl NamedLines {
-    /// Extracts and names the lines of a spectrum.
-    pub fn of(spectrum: &Spectrum) -> Self {
-        Self::following(spectrum, Bases::None)
-    }
-
-    /// The same; the names of an earlier spectrum with these bases are kept as far as possible.
+    /// Extracts and names the lines of a spectrum. The names of an earlier spectrum with the bases `previous` are kept as
+    /// far as possible.
     pub fn following(spectrum: &Spectrum, previous: Bases) -> Self {
         let mut lines = spectrum.lines(&LineCriterion {
             max_lines: NAMED,

@@ -7,7 +7,7 @@ use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_m
 use crate::analysis::{
     regime::{RegimeSearch, Verdict, classify},
     sliding::History,
-    tones::SpectrumAnalyser,
+    tones::{Bases, SpectrumAnalyser},
 };
 use crate::pipeline::message::{Exponents, Frame, Header, JointInfo, Record, Subject, Summary};
 use crate::scene::SpectrumSpec;
@@ -107,8 +107,8 @@ impl SummaryStage {
         summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
-            let named = spectrum.map(|spectrum| NamedLines::of(&spectrum).peaks_above(self.rest));
-            summary.peaks = named.unwrap_or_default();
+            let lines = spectrum.map(|spectrum| NamedLines::following(&spectrum, Bases::None));
+            summary.peaks = lines.map_or_else(|_| Vec::new(), |lines| lines.peaks_above(self.rest));
         }
         let verdict = self.classified();
         if summary.at_rest {

@@ -46,7 +46,7 @@ pub fn sliding(window: f64, every: f64, rate: f64) -> SlidingWindow<1> {
 }
 
 /// Calls `analyse`, which returns records, for each window of the signals that `input` extracts from the frames. In a live run,
-/// windows whose ends are too close ([`Frame::apart`]) are skipped, and with a budget those for which there
+/// windows whose ends are too close ([`DisplayRates::apart`](crate::pipeline::message::DisplayRates::apart)) are skipped, and with a budget those for which there
 /// is no time ([`Context::rate_divisor`]), unless the stage is [complete](Windowed::complete).
 pub struct Windowed<const C: usize, I, A> {
     sliding: SlidingWindow<C>,
@@ -95,7 +95,7 @@ where
 {
     fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError> {
         if !self.complete {
-            self.sliding.min_spacing = frame.apart() / self.step;
+            self.sliding.min_spacing = frame.shown.map_or(0, |shown| shown.apart) / self.step;
             self.sliding.divisor = context.rate_divisor;
         }
         let channels = (self.input)(frame);
