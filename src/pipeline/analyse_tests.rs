@@ -131,7 +131,7 @@ fn threads_do_not_change_the_records_or_their_order() {
         },
         ..spec
     });
-    for (spec, groups) in [(chosen, 5), (given, 9)] {
+    for (spec, groups) in [(chosen, 4), (given, 8)] {
         assert_eq!(stages(&spec, &header()).len(), groups);
         let one = texts_on(1, &spec, &frames);
         for kind in [

@@ -68,13 +68,9 @@ impl SensitivityTracker {
         let Some(perturbed) = &mut self.perturbed else {
             return Ok(());
         };
-        let k = frame.len() - 1;
         let samples = frame.perturbed.get_or_insert_default();
         samples.floor = self.floor;
         if let Some((state, distance)) = perturbed.sample(integrator, time, z)? {
-            if samples.distance.is_empty() {
-                samples.first = k;
-            }
             let [displacement, velocity] = probe(state);
             samples.displacement.push(displacement);
             samples.velocity.push(velocity);

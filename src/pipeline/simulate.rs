@@ -81,7 +81,7 @@ impl Simulation {
                     integrator, state, ..
                 } = prepare(scene)?;
                 let body = Body::Small(SmallBody::new(small, scene.sample_rate));
-                (body, integrator, state, computed::for_small(scene))
+                (body, integrator, state, computed::for_small(scene, small))
             }
         };
         let mut integrator = with_tangents(scene, integrator)?;

@@ -50,8 +50,8 @@ pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
             spec.perturbed_trajectory.is_some(),
         ),
     ];
-    let on = kinds.into_iter().filter(|(_, on)| *on);
-    on.map(|(kind, _)| kind).collect()
+    let kinds = kinds.into_iter();
+    kinds.filter_map(|(kind, on)| on.then_some(kind)).collect()
 }
 
 /// The coordinates of section points, for a header.

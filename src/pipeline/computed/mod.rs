@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::error::PipelineError;
 use super::message::{Coupling, MechanismPrediction, PredictedCurves};
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
-use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
+use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
 /// Number of intervals of a computed curve.
@@ -108,12 +108,8 @@ fn without_modes(mechanism: Mechanism, scene: &Scene) -> MechanismPrediction {
 }
 
 /// Prediction for a scene with a small system; `None` if the scene has no mechanism.
-pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
-    let mechanism = scene.mechanism?;
-    let SystemSpec::Small(small) = &scene.subject else {
-        return None;
-    };
-    let mut computed = without_modes(mechanism, scene);
+pub(super) fn for_small(scene: &Scene, small: &SmallSystem) -> Option<Arc<MechanismPrediction>> {
+    let mut computed = without_modes(scene.mechanism?, scene);
     match small {
         SmallSystem::MassOnBelt(system) => {
             computed.sliding_speed = system.belt;

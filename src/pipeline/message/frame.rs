@@ -151,11 +151,9 @@ impl Exponents {
     }
 }
 
-/// The perturbed trajectory at the samples of a frame.
+/// The perturbed trajectory at the last samples of a frame: at all of them, unless it starts in the frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PerturbedSamples {
-    /// Index of the first sample of the frame with a perturbed trajectory; the vectors start there.
-    pub first: usize,
     /// Displacement of its probe, m.
     pub displacement: Vec<f64>,
     /// Velocity of its probe, m/s.

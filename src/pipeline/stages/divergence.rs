@@ -78,8 +78,9 @@ impl Stage for DivergenceStage {
         let Some(perturbed) = &frame.perturbed else {
             return Ok(());
         };
+        let first = frame.len() - perturbed.distance.len();
         for (k, distance) in perturbed.distance.iter().enumerate() {
-            let time = frame.time(perturbed.first + k);
+            let time = frame.time(first + k);
             let start = *self.start.get_or_insert(time);
             self.squares += distance * distance;
             self.count += 1;
@@ -138,7 +139,6 @@ mod tests {
                 dt: 1.0 / RATE,
                 displacement: vec![0.0; frame],
                 perturbed: Some(PerturbedSamples {
-                    first: samples.start - begin,
                     displacement: vec![0.0; distance.len()],
                     velocity: vec![0.0; distance.len()],
                     distance,

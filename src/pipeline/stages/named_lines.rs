@@ -71,11 +71,6 @@ impl NamedLines {
     }
 }
 
-/// Whether a vibration is at rest: its peak velocity is below `rest` (m/s). It then has no lines.
-pub fn is_at_rest(velocity: &[f64], rest: f64) -> bool {
-    peak_magnitude(velocity) < rest
-}
-
 /// The largest magnitude of a slice.
 pub fn peak_magnitude(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, x| x.abs().max(m))

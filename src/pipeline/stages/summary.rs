@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
+use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
     regime::{RegimeSearch, Verdict, classify},
     sliding::History,
@@ -104,7 +104,7 @@ impl SummaryStage {
             last.map(|samples| &samples[samples.len().saturating_sub(self.window)..]);
         summary.peak_velocity = peak_magnitude(velocity);
         summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.quiet;
-        summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
+        summary.at_rest = !velocity.is_empty() && summary.peak_velocity < self.rest;
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
             let lines = spectrum.map(|spectrum| NamedLines::following(&spectrum, Bases::None));

@@ -387,7 +387,6 @@ impl Signal {
             geometry,
             transitions: 120,
             perturbed: Some(PerturbedSamples {
-                first: 0,
                 displacement: beside(&self.displacement),
                 velocity: beside(&self.velocity),
                 distance: vec![1e-3; FRAME],
