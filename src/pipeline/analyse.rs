@@ -117,8 +117,10 @@ impl Analyser {
             sink.accept(Record::Narration { time, observation })?;
         }
         let lesson = self.lesson.as_mut();
-        let mut records = lesson.map_or_else(Vec::new, |lesson| lesson.finish(time));
-        records.drain(..).try_for_each(|record| sink.accept(record))
+        let records = lesson.map_or_else(Vec::new, |lesson| lesson.finish(time));
+        records
+            .into_iter()
+            .try_for_each(|record| sink.accept(record))
     }
 
     /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,

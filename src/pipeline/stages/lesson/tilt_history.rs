@@ -1,5 +1,6 @@
 //! The strongest spectral line over a tilt that rises and falls.
 
+use crate::analysis::stats::range;
 use crate::pipeline::message::{TiltDirection, TiltLoop, TiltedTone, ToneChange};
 
 /// Two lines are the same if their frequencies differ by at most this fraction.
@@ -94,29 +95,15 @@ impl TiltHistory {
 
     /// The smallest and the largest tilt (rad) at which the lines differ between rise and fall.
     fn differing_tilts(&self) -> Option<[f64; 2]> {
-        let up: Vec<_> = self
-            .observed
-            .iter()
-            .filter(|h| h.way == TiltDirection::Up)
-            .collect();
-        let down = self
-            .observed
-            .iter()
-            .filter(|h| h.way == TiltDirection::Down);
-        let differing = down.filter(|down| {
-            let nearest = up.iter().min_by(|a, b| {
-                (a.tilt - down.tilt)
-                    .abs()
-                    .total_cmp(&(b.tilt - down.tilt).abs())
-            });
+        let is_up = |line: &&TiltedTone| line.way == TiltDirection::Up;
+        let (up, down): (Vec<&TiltedTone>, Vec<_>) = self.observed.iter().partition(is_up);
+        let differing = down.into_iter().filter(|down| {
+            let off = |up: &TiltedTone| (up.tilt - down.tilt).abs();
+            let nearest = up.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             nearest.is_some_and(|up| !same(up.frequency, down.frequency))
         });
-        differing
-            .map(|observed| observed.tilt)
-            .fold(None, |span, tilt| {
-                let [low, high] = span.unwrap_or([tilt; 2]);
-                Some([low.min(tilt), high.max(tilt)])
-            })
+        let [low, high] = range(differing.map(|line| line.tilt));
+        (low <= high).then_some([low, high])
     }
 
     /// Summary for a lesson.
