@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::error::AnalyseError;
-use super::message::{Frame, Header, Record, Summary};
-use super::sink::Sink;
-use super::stages::{StageGroup, stages};
+use super::PipelineError;
+use super::message::{Frame, Header, Observation, Record, Summary};
+use super::sink::{Sink, SinkError};
+use super::stages::{Clock, LessonStage, StageGroup, SummaryStage, stages};
 use crate::scene::AnalysisSpec;
 
 /// The requested analyses.
@@ -17,10 +17,13 @@ use crate::scene::AnalysisSpec;
 /// time, on the threads of the current thread pool; neither the records nor their order depend on the number of
 /// these threads.
 pub struct Analyser {
-    /// The last one observes the records of the others.
+    clock: Clock,
+    /// Analyses that do not depend on those of other groups.
     groups: Vec<StageGroup>,
-    /// Whether it has warned that steps have passed over events.
-    has_warned: bool,
+    /// Observes the records of the groups.
+    lesson: Option<LessonStage>,
+    /// Observes the records of the groups, too. Every run has a summary.
+    summary: SummaryStage,
 }
 
 /// Memory of an analysis per sample of its window, bytes: four copies of the window while it slides, and its
@@ -48,8 +51,10 @@ impl Analyser {
     /// Sets up the analyses of the run described by `header`.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {
         Self {
+            clock: Clock::new(header.sample_rate),
             groups: stages(spec, header),
-            has_warned: false,
+            lesson: LessonStage::new(spec, header),
+            summary: SummaryStage::new(spec.spectrum.as_ref(), header),
         }
     }
 
@@ -64,64 +69,68 @@ impl Analyser {
     /// analyses up to its last sample.
     ///
     /// # Errors
-    /// [`AnalyseError`]; the run cannot continue after it.
-    pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        for group in &mut self.groups {
-            group.context.clock.advance(frame)?;
-        }
-        let mut send = |record| sink.accept(record).map_err(AnalyseError::Sink);
+    /// [`PipelineError`], of an analysis or of the sink; the run cannot continue after it.
+    pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), PipelineError> {
         // Before they are analysed, so that a fault of an analysis loses no samples.
         for text in frame.events.iter().cloned() {
             let time = frame.t0;
-            send(Record::Event { time, text })?;
+            sink.accept(Record::Event { time, text })?;
         }
-        send(Record::Samples(Arc::clone(frame)))?;
-        if let Some(time) = frame.unlocated_since.filter(|_| !self.has_warned) {
-            self.has_warned = true;
+        sink.accept(Record::Samples(Arc::clone(frame)))?;
+        if let Some(time) = frame.unlocated_since {
             let text = format!(
                 "from {:.3} ms on, contact nodes separate and close too often to stop at each event: \
                  some steps integrate over their events, as all steps do with time.events = \"through\"; \
                  error control still applies to these steps",
                 1e3 * time
             );
-            send(Record::Warning { time, text })?;
+            sink.accept(Record::Warning { time, text })?;
         }
-        let Some((last, independent)) = self.groups.split_last_mut() else {
-            return Ok(());
-        };
-        let results: Vec<_> = independent
+        self.clock.advance(frame);
+        let results: Vec<_> = self
+            .groups
             .par_iter_mut()
-            .map(|group| group.analyse(frame, &[]))
+            .map(|group| group.analyse(frame))
             .collect();
-        let mut records = Vec::new();
+        let exponents = frame.exponents.iter().cloned().map(Arc::new);
+        let mut records: Vec<Record> = exponents.map(Record::Exponents).collect();
         for result in results {
             records.extend(result?);
         }
-        records.extend(last.analyse(frame, &records)?);
-        records.into_iter().try_for_each(send)
+        self.summary.push(frame, &records);
+        if let Some(lesson) = &mut self.lesson {
+            lesson.push(frame, &mut records);
+        }
+        records
+            .into_iter()
+            .try_for_each(|record| Ok(sink.accept(record)?))
     }
 
     /// Emits the remaining results after the last frame.
     ///
     /// # Errors
-    /// [`AnalyseError`].
-    pub fn finish(&mut self, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        let mut records = self.groups.iter_mut().flat_map(StageGroup::finish);
-        records.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
+    /// [`SinkError`].
+    pub fn finish(&mut self, sink: &mut dyn Sink) -> Result<(), SinkError> {
+        let time = self.clock.newest();
+        if let Some(exponents) = self.summary.decided_exponents() {
+            let observation = Observation::Exponents(Arc::new(exponents.clone()));
+            sink.accept(Record::Narration { time, observation })?;
+        }
+        let lesson = self.lesson.as_mut();
+        let records = lesson.map_or_else(Vec::new, |lesson| lesson.finish(time));
+        records
+            .into_iter()
+            .try_for_each(|record| sink.accept(record))
     }
 
     /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,
     /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
     /// and the distance of the perturbed trajectory. All other fields have default values.
     pub fn summary(&self) -> Summary {
-        let mut summary = Summary::default();
-        for group in &self.groups {
-            summary.simulated = group.context.clock.elapsed();
-            for stage in &group.stages {
-                stage.summarise(&mut summary);
-            }
+        Summary {
+            simulated: self.clock.elapsed(),
+            ..self.summary.summary()
         }
-        summary
     }
 }
 

@@ -47,24 +47,16 @@ impl Budget {
 
     /// Adds a frame whose analyses took `busy` seconds. Returns a warning if the divisor changes.
     pub fn follow(&mut self, frame: &Frame, busy: f64) -> Option<Record> {
-        self.add(
-            frame.end(),
-            frame.end() - frame.t0,
-            frame.playback_time(),
-            busy,
-        )
-    }
-
-    /// Adds `simulated` seconds until `time` (s), to be played in `playback` seconds, whose analyses took `busy`
-    /// seconds.
-    fn add(&mut self, time: f64, simulated: f64, playback: f64, busy: f64) -> Option<Record> {
+        let time = frame.end();
+        let simulated = time - frame.t0;
         if self.kind == AnalysisBudget::Complete {
             return None;
         }
         self.total += simulated;
         self.weighted += simulated / self.divisor as f64;
         self.simulated += simulated;
-        self.playback += playback;
+        // A live run is played more slowly or faster.
+        self.playback += simulated / frame.shown.map_or(1.0, |shown| shown.speed);
         self.busy += busy;
         if self.simulated < INTERVAL {
             return None;
@@ -103,7 +95,7 @@ mod tests {
 
     use super::*;
     use crate::analysis::recurrence::RecurrenceImage;
-    use crate::pipeline::message::Summary;
+    use crate::pipeline::message::{DisplayRates, Summary};
     use crate::pipeline::{Monitor, run};
     use crate::scene::{AnalysisSpec, Scene};
 
@@ -111,7 +103,15 @@ mod tests {
     fn follow_at(speed: f64, budget: &mut Budget, loads: &[f64]) -> Vec<u64> {
         let divisor = |(k, load): (usize, &f64)| {
             let busy = 10e-3 * load / budget.divisor() as f64;
-            budget.add(10e-3 * (k + 1) as f64, 10e-3, 10e-3 / speed, busy);
+            let (_, shown) = DisplayRates::at_speed(speed, 1e5);
+            let frame = Frame {
+                t0: 10e-3 * k as f64,
+                dt: 1e-5,
+                displacement: vec![0.0; 1000],
+                shown: Some(shown),
+                ..Frame::default()
+            };
+            budget.follow(&frame, busy);
             budget.divisor()
         };
         loads.iter().enumerate().map(divisor).collect()

@@ -34,12 +34,12 @@ pub enum PipelineError {
     /// The integration failed.
     #[error("the simulation failed")]
     Dynamics(#[from] DynamicsError),
-    /// An analysis failed.
-    #[error("an analysis failed")]
-    Analysis(#[from] AnalyseError),
+    /// A window is too short for its analysis.
+    #[error("an analysis of the probe signal failed")]
+    Analysis(#[from] AnalysisError),
     /// A sink could not store a record.
     #[error("the recording failed")]
-    Sink(#[source] SinkError),
+    Sink(#[from] SinkError),
     /// The windows of the analyses do not fit into memory.
     #[error(
         "the analysis windows need about {megabytes} MB, which the system does not grant; choose shorter \
@@ -67,32 +67,4 @@ pub enum PipelineError {
         /// Message of the panic.
         message: String,
     },
-}
-
-/// Error of the analysis thread.
-#[derive(Debug, thiserror::Error)]
-pub enum AnalyseError {
-    /// A frame does not start where the one before it ended.
-    #[error(
-        "frame {index} starts at {found} s with a sample spacing of {dt} s, but sample {sample} of the run \
-         is expected at {due} s; frames must be contiguous and have the sample rate of the header"
-    )]
-    Gap {
-        /// Index of the frame.
-        index: u64,
-        /// Start time of the frame, s.
-        found: f64,
-        /// Sample spacing of the frame, s.
-        dt: f64,
-        /// Index of the expected first sample, counted from the first sample of the run.
-        sample: u64,
-        /// Time of that sample, s.
-        due: f64,
-    },
-    /// A window of the scene is too short for its analysis.
-    #[error("analysis of the probe signal: {0}")]
-    Signal(#[from] AnalysisError),
-    /// The sink did not accept a record.
-    #[error("cannot store a record: {0}")]
-    Sink(#[source] SinkError),
 }

@@ -9,8 +9,6 @@ use crate::dynamics::SolverStats;
 pub(super) struct HealthMeter {
     stats: SolverStats,
     busy_seconds: f64,
-    /// Simulated time so far, s.
-    simulated: f64,
     /// Largest relative residual in the last frame with energy samples; `None` before the first one after the
     /// start.
     audit: Option<f64>,
@@ -59,13 +57,12 @@ impl HealthMeter {
         };
         self.stats = frame.stats;
         self.busy_seconds = frame.busy_seconds;
-        self.simulated += span;
         health
     }
 
     /// Adds performance and accuracy to the summary of a run. The analyses add the results.
     pub fn complete_summary(&self, summary: &mut Summary) {
-        summary.real_time_factor = factor(self.simulated, self.busy_seconds);
+        summary.real_time_factor = factor(summary.simulated, self.busy_seconds);
         summary.audit = self.audit;
     }
 }

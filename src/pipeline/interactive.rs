@@ -48,12 +48,9 @@ impl RunHandle {
     /// # Errors
     /// [`TooManyKicks`].
     pub fn send(&self, command: RunCommand) -> Result<(), TooManyKicks> {
-        let waits_for_frame = matches!(command, RunCommand::Set(..) | RunCommand::Kick { .. });
         lock(&self.pending).add(command)?;
-        if !waits_for_frame {
-            // If the channel is full, a wake-up is already pending.
-            let _ = self.wake.try_send(());
-        }
+        // If the channel is full, a wake-up is already pending.
+        let _ = self.wake.try_send(());
         Ok(())
     }
 
@@ -82,7 +79,6 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A simulation that can be controlled while it runs.
 pub struct InteractiveSource {
     source: Simulation,
-    rate: f64,
     pending: Arc<Mutex<PendingCommands>>,
     wake: Receiver<()>,
     status: Arc<Mutex<RunStatus>>,
@@ -104,22 +100,23 @@ impl InteractiveSource {
     /// Makes a simulation interactive. It starts at the playback speed `speed` (simulated seconds per second).
     pub fn new(mut source: Simulation, speed: f64) -> (Self, RunHandle) {
         source.run_until_stopped();
-        let rate = source.scene().sample_rate;
         let (wake, woken) = bounded(1);
-        let pending = Arc::<Mutex<PendingCommands>>::default();
         let time = source.time();
-        let status = Arc::new(Mutex::new(RunStatus {
-            speed,
-            measured_speed: None,
-            paused: false,
-            time,
-        }));
+        let handle = RunHandle {
+            pending: Arc::default(),
+            wake,
+            status: Arc::new(Mutex::new(RunStatus {
+                speed,
+                measured_speed: None,
+                paused: false,
+                time,
+            })),
+        };
         let mut run = Self {
             source,
-            rate,
-            pending: Arc::clone(&pending),
+            pending: Arc::clone(&handle.pending),
             wake: woken,
-            status: Arc::clone(&status),
+            status: Arc::clone(&handle.status),
             anchor: (Instant::now(), time),
             measured: (Instant::now(), time),
             step: false,
@@ -128,24 +125,14 @@ impl InteractiveSource {
             kicks: Vec::new(),
         };
         run.set_speed(speed);
-        let handle = RunHandle {
-            pending,
-            wake,
-            status,
-        };
         (run, handle)
     }
 
     fn set_speed(&mut self, speed: f64) {
         self.restart_clock();
         lock(&self.status).speed = speed;
-        let (samples, shown) = DisplayRates::at_speed(speed, self.rate);
+        let (samples, shown) = DisplayRates::at_speed(speed, self.source.scene().sample_rate);
         self.source.set_frame_length(samples, shown);
-    }
-
-    fn set_paused(&mut self, paused: bool) {
-        self.restart_clock();
-        lock(&self.status).paused = paused;
     }
 
     /// Restarts the clock at the present wall time and the simulated time that is due now. Repeated changes
@@ -183,7 +170,8 @@ impl InteractiveSource {
             self.describe(format!("playback speed {} ms/s", trimmed(1e3 * speed, 4)));
         }
         if let Some(pause) = control.pause.filter(|pause| *pause != status.paused) {
-            self.set_paused(pause);
+            self.restart_clock();
+            lock(&self.status).paused = pause;
             self.describe(if pause { "paused" } else { "resumed" }.to_owned());
         }
         if control.step {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::PipelineError;
+use super::computed::sliding_speed;
 use super::loading::{LoadingClock, check_reach, set_loading};
 use super::message::{
     ContactSample, EnergySample, Frame, JointInfo, ModeInfo, NodeState, PatchGeometry,
@@ -35,8 +36,8 @@ pub(super) struct JointBody {
     count_every: Option<u64>,
     energy_every: Option<u64>,
     audit: Audit,
-    /// See [`Frame::unlocated_since`].
-    unlocated_since: Option<f64>,
+    /// Whether a step has passed over its events.
+    has_unlocated_events: bool,
 }
 
 /// Reference values of the energy audit, J.
@@ -91,7 +92,7 @@ impl JointBody {
             count_every: stride(scene.sample_rate, scene.record.patch_rate),
             energy_every,
             audit: Audit::default(),
-            unlocated_since: None,
+            has_unlocated_events: false,
         };
         body.begin_at(&z);
         Ok((body, integrator, z))
@@ -122,8 +123,6 @@ impl JointBody {
         // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);
-        let velocity = turning.sliding_velocity(self.clock.now.tilt);
-        let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [_, largest_load] = tilted.load_span();
         let mut pressed = self.ball.clone();
         pressed.set_load(largest_load);
@@ -147,7 +146,7 @@ impl JointBody {
             load_span: tilted.load_span(),
             ball_radius: self.ball.ball_radius(),
             patch_radius: pressed.patch_radius(),
-            sliding_speed: speed,
+            sliding_speed: sliding_speed(&turning, self.clock.now.tilt),
         }
     }
 
@@ -166,7 +165,7 @@ impl JointBody {
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
         self.apply_jumps(time, motion)?;
-        if self.clock.is_due(sample) {
+        if self.clock.last_update(sample) == sample {
             self.apply_loading(time, motion)?;
         }
         Ok(())
@@ -291,11 +290,10 @@ impl JointBody {
         frame: &mut Frame,
     ) {
         let Motion { integrator, z, .. } = motion;
-        if self.unlocated_since.is_none() {
-            let located = integrator.stats().steps_without_event_location == 0;
-            self.unlocated_since = (!located).then_some(time);
+        if integrator.stats().steps_without_event_location > 0 && !self.has_unlocated_events {
+            self.has_unlocated_events = true;
+            frame.unlocated_since = Some(time);
         }
-        frame.unlocated_since = self.unlocated_since;
         frame.transitions += self.transitions(&z[..self.joint.modes()]);
         let is_due = |every: Option<u64>| every.is_some_and(|every| index.is_multiple_of(every));
         let counts = is_due(self.count_every);

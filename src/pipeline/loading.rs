@@ -37,11 +37,6 @@ impl LoadingClock {
         self.jumps.pop_if(|jump| *jump <= time)
     }
 
-    /// Whether the loading is updated at a sample: at a multiple of the samples of a frame of the scene.
-    pub fn is_due(&self, sample: u64) -> bool {
-        sample.is_multiple_of(self.every)
-    }
-
     /// The last sample, up to the given one, at which a gradual change is applied.
     pub fn last_update(&self, sample: u64) -> u64 {
         sample - sample % self.every

@@ -33,7 +33,7 @@ mod stages;
 mod stop_tests;
 
 pub use analyse::Analyser;
-pub use error::{AnalyseError, PipelineError};
+pub use error::PipelineError;
 pub use motion_changes::ChangeDetector;
 pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, RunState, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare};

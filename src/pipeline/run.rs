@@ -43,12 +43,6 @@ impl Default for Monitor<'_> {
     }
 }
 
-impl Monitor<'_> {
-    fn stopping(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
 /// Simulates a scene to its end, or until the stop flag is set, and sends the records to a sink.
 ///
 /// `command` is the command line, for the header. Simulation, analysis and recording have one thread each, and the
@@ -115,9 +109,8 @@ pub fn drive(
     });
     let finish = outcome.and_then(|mut summary| {
         summary.wall = began.elapsed().as_secs_f64();
-        sink.accept(Record::Summary(Arc::new(summary.clone())))
-            .map_err(PipelineError::Sink)?;
-        sink.finish().map_err(PipelineError::Sink)?;
+        sink.accept(Record::Summary(Arc::new(summary.clone())))?;
+        sink.finish()?;
         Ok(summary)
     });
     if finish.is_err() {
@@ -132,7 +125,7 @@ fn simulate(
     frames: Sender<Frame>,
     monitor: Monitor<'_>,
 ) -> Result<bool, PipelineError> {
-    while !monitor.stopping() {
+    while !monitor.stop.load(Ordering::Relaxed) {
         let Some(frame) = source.next_frame()? else {
             break;
         };
@@ -159,7 +152,7 @@ fn analyse(
         analyser.push(&frame, &mut record_sender)?;
         if let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64()) {
             analyser.set_rate_divisor(budget.divisor());
-            record_sender.accept(warning).map_err(PipelineError::Sink)?;
+            record_sender.accept(warning)?;
         }
         let measured = health.measure(
             &frame,
@@ -167,12 +160,10 @@ fn analyse(
             record_sender.waiting(),
             record_sender.drops(),
         );
-        record_sender
-            .accept(Record::Health(measured))
-            .map_err(PipelineError::Sink)?;
+        record_sender.accept(Record::Health(measured))?;
     }
     analyser.finish(&mut record_sender)?;
-    record_sender.flush().map_err(PipelineError::Sink)?;
+    record_sender.flush()?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
     summary.analysis_rate = budget.rate();
@@ -186,7 +177,7 @@ fn record(
 ) -> Result<(), PipelineError> {
     let mut taken = sink.accept(header);
     loop {
-        taken.map_err(PipelineError::Sink)?;
+        taken?;
         taken = match records.recv_timeout(IDLE) {
             Ok(record) => sink.accept(record),
             Err(RecvTimeoutError::Timeout) => sink.idle(),

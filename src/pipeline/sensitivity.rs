@@ -32,17 +32,6 @@ struct ExponentSchedule {
     every: u64,
 }
 
-/// The sample at which the simulation has arrived.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reached<'a> {
-    /// Index, counted from the start of the run.
-    pub index: u64,
-    /// Time, s.
-    pub time: f64,
-    /// State.
-    pub z: &'a [f64],
-}
-
 impl SensitivityTracker {
     /// Sets up the analyses that a scene requests.
     pub fn new(scene: &Scene) -> Self {
@@ -64,30 +53,24 @@ impl SensitivityTracker {
         }
     }
 
-    /// Advances to a sample that is already in the frame and adds the results to the frame. `probe` maps a
-    /// state to displacement (m) and velocity (m/s).
+    /// Advances to the sample with an index at a time (s) and in a state `z`, which is already in the frame, and adds the
+    /// results to the frame. `probe` maps a state to displacement (m) and velocity (m/s).
     pub fn follow(
         &mut self,
         integrator: &mut Integrator<'_>,
-        reached: Reached<'_>,
+        (index, time): (u64, f64),
+        z: &[f64],
         probe: impl Fn(&[f64]) -> [f64; 2],
         frame: &mut Frame,
     ) -> Result<(), DynamicsError> {
-        if let Some(due) = self.exponents {
-            frame
-                .exponents
-                .extend(self.exponents(due, integrator, reached));
-        }
+        let exponents = self.exponents(integrator, (index, time), z);
+        frame.exponents.extend(exponents);
         let Some(perturbed) = &mut self.perturbed else {
             return Ok(());
         };
-        let k = frame.len() - 1;
         let samples = frame.perturbed.get_or_insert_default();
         samples.floor = self.floor;
-        if let Some((state, distance)) = perturbed.sample(integrator, reached.time, reached.z)? {
-            if samples.distance.is_empty() {
-                samples.first = k;
-            }
+        if let Some((state, distance)) = perturbed.sample(integrator, time, z)? {
             let [displacement, velocity] = probe(state);
             samples.displacement.push(displacement);
             samples.velocity.push(velocity);
@@ -104,26 +87,26 @@ impl SensitivityTracker {
     /// Follows the exponents to a sample; returns them if they are due.
     fn exponents(
         &mut self,
-        due: ExponentSchedule,
         integrator: &mut Integrator<'_>,
-        reached: Reached<'_>,
+        (index, time): (u64, f64),
+        z: &[f64],
     ) -> Option<Exponents> {
-        let since = reached.index.checked_sub(due.from)?;
+        let due = self.exponents?;
+        let since = index.checked_sub(due.from)?;
         if self.detector.is_none() {
             integrator.reset_growth();
-            let detector = ChangeDetector::new(integrator, reached.time, self.interval);
-            self.detector = Some(detector);
+            self.detector = Some(ChangeDetector::new(integrator, time, self.interval));
             return None;
         }
         let detector = self.detector.as_mut()?;
-        detector.push(integrator, reached.z);
+        detector.push(integrator, z);
         if since % due.every != 0 {
             return None;
         }
         let segments = detector.segments(integrator);
         let spectrum = segments.last()?.spectrum.clone();
         (spectrum.time > 0.0).then(|| Exponents {
-            time: reached.time,
+            time,
             spectrum,
             motion: integrator.motion(),
             omega_1: integrator

@@ -1,7 +1,7 @@
 //! The simulation of a scene: from its start to frames.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use super::computed;
@@ -9,12 +9,12 @@ use super::joint_body::JointBody;
 use super::message::{DisplayRates, Frame, Header, MechanismPrediction, Subject};
 use super::pending::RunState;
 use super::prepare::{kick, prepare};
-use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
+use super::sensitivity::{SensitivityTracker, with_tangents};
 use super::small_body::SmallBody;
 use super::source::{Source, kinds, section_coordinates};
 use super::{PipelineError, Prepared};
 use crate::dynamics::{DynamicsError, Integrator, System};
-use crate::scene::{AnalysisSpec, Control, Loading, Parameter, Scene, SystemSpec};
+use crate::scene::{AnalysisSpec, Loading, Parameter, Scene, SystemSpec};
 
 /// A running simulation of a scene. Its numbers can be changed on the way.
 pub struct Simulation {
@@ -32,8 +32,6 @@ pub struct Simulation {
     shown: Option<DisplayRates>,
     frames: u64,
     busy_seconds: f64,
-    /// Numbers that commands can change, computed for the first header.
-    controls: OnceLock<Vec<Control>>,
     /// Numbers that commands have changed.
     changed: Arc<Vec<(Parameter, f64)>>,
 }
@@ -83,7 +81,7 @@ impl Simulation {
                     integrator, state, ..
                 } = prepare(scene)?;
                 let body = Body::Small(SmallBody::new(small, scene.sample_rate));
-                (body, integrator, state, computed::for_small(scene))
+                (body, integrator, state, computed::for_small(scene, small))
             }
         };
         let mut integrator = with_tangents(scene, integrator)?;
@@ -102,7 +100,6 @@ impl Simulation {
             shown: None,
             frames: 0,
             busy_seconds: 0.0,
-            controls: OnceLock::new(),
             changed: Arc::default(),
         })
     }
@@ -309,10 +306,7 @@ impl Source for Simulation {
             Body::Joint(body) => Subject::Joint(body.info(scene)),
             Body::Small(body) => Subject::Small(body.info.clone()),
         };
-        let controls = self.is_endless.then(|| {
-            let controls = self.controls.get_or_init(|| scene.live_controls());
-            controls.clone()
-        });
+        let controls = self.is_endless.then(|| scene.live_controls());
         let mut header = Header {
             scene: scene.name.clone(),
             title: scene.title.clone(),
@@ -385,9 +379,8 @@ impl Source for Simulation {
                 z,
                 sensitivity,
             } = motion;
-            let reached = Reached { index, time, z };
             let observe = |z: &[f64]| body.observe(z);
-            sensitivity.follow(integrator, reached, observe, &mut frame)?;
+            sensitivity.follow(integrator, (index, time), z, observe, &mut frame)?;
         }
         // A stopped run yields fewer samples than planned.
         if frame.is_empty() {

@@ -6,7 +6,7 @@ use super::message::Record;
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Delivery to a sink: which records it must receive when it is slower than the analysis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Delivery {
     /// Every record. The sender waits.
     #[default]
@@ -82,15 +82,9 @@ impl Sink for Tee {
     }
 
     fn delivery(&self) -> Delivery {
-        let everything = self
-            .sinks
-            .iter()
-            .any(|sink| sink.delivery() == Delivery::Everything);
-        if everything {
-            Delivery::Everything
-        } else {
-            Delivery::LatestPictures
-        }
+        // A sink that must receive everything decides.
+        let deliveries = self.sinks.iter().map(|sink| sink.delivery());
+        deliveries.min().unwrap_or_default()
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {

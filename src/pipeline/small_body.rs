@@ -8,7 +8,6 @@ use super::prepare::{boxed, small_probe};
 use super::simulate::Motion;
 use crate::dynamics::Integrator;
 use crate::scene::SmallSystem;
-use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
 /// have many harmonics.
@@ -81,38 +80,26 @@ impl SmallBody {
 
 /// Description of a small system sampled at `rate` (Hz).
 fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
+    use StatusKind::{Free, Held, Other};
+    // The statuses in the order of their numbers.
     let (omegas, statuses, transition) = match small {
         SmallSystem::ImpactOscillator(system) => (
             vec![system.omega, system.drive_omega],
-            names([
-                (ImpactOscillator::FLYING, "flying", StatusKind::Free),
-                (
-                    ImpactOscillator::RESTING,
-                    "resting on the wall",
-                    StatusKind::Held,
-                ),
-            ]),
+            vec![("flying", Free), ("resting on the wall", Held)],
             "impacts",
         ),
         SmallSystem::MassOnBelt(system) => (
             vec![system.omega],
-            names([
-                (MassOnBelt::SLOWER, "slower than the belt", StatusKind::Free),
-                (MassOnBelt::STICKING, "sticks", StatusKind::Held),
-                (
-                    MassOnBelt::FASTER,
-                    "faster than the belt",
-                    StatusKind::Other,
-                ),
-            ]),
+            vec![
+                ("slower than the belt", Free),
+                ("sticks", Held),
+                ("faster than the belt", Other),
+            ],
             "changes between sticking and sliding",
         ),
         SmallSystem::TwoModesOnBelt(system) => (
             system.omega.to_vec(),
-            names([
-                (TwoModesOnBelt::TOUCHING, "in contact", StatusKind::Held),
-                (TwoModesOnBelt::SEPARATED, "separated", StatusKind::Free),
-            ]),
+            vec![("in contact", Held), ("separated", Free)],
             "contacts and separations",
         ),
         SmallSystem::DampedContact(system) => (
@@ -121,30 +108,19 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
                 system.drive_omega,
                 system.contact_stiffness.sqrt(),
             ],
-            names([
-                (DampedContact::FREE, "separated", StatusKind::Free),
-                (DampedContact::TOUCHING, "in contact", StatusKind::Held),
-            ]),
+            vec![("separated", Free), ("in contact", Held)],
             "contacts and separations",
         ),
     };
     let highest = omegas.iter().copied().fold(0.0, f64::max) / TAU;
     SmallInfo {
-        words: small.description().to_owned(),
+        words: small.description(),
         frequency_hz: omegas[0] / TAU,
         highest_frequency: (HARMONICS * highest).min(0.5 * rate),
-        statuses,
-        transition: transition.to_owned(),
+        statuses: statuses
+            .into_iter()
+            .map(|(label, kind)| StatusInfo { label, kind })
+            .collect(),
+        transition,
     }
-}
-
-/// The statuses in the order of their numbers.
-fn names<const N: usize>(statuses: [(u8, &str, StatusKind); N]) -> Vec<StatusInfo> {
-    let mut statuses = statuses.to_vec();
-    statuses.sort_by_key(|(number, ..)| *number);
-    let info = |(_, label, kind): (u8, &str, StatusKind)| StatusInfo {
-        label: label.to_owned(),
-        kind,
-    };
-    statuses.into_iter().map(info).collect()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::PipelineError;
-use super::message::{AnalysisKind, Frame, Header, SectionCoordinate};
+use super::message::{AnalysisKind, Frame, Header};
 use crate::scene::{AnalysisSpec, SectionSurface, StateCoordinate};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
@@ -50,17 +50,14 @@ pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
             spec.perturbed_trajectory.is_some(),
         ),
     ];
-    let on = kinds.into_iter().filter(|(_, on)| *on);
-    on.map(|(kind, _)| kind).collect()
+    let kinds = kinds.into_iter();
+    kinds.filter_map(|(kind, on)| on.then_some(kind)).collect()
 }
 
 /// The coordinates of section points, for a header.
-pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2] {
-    match spec.section.as_ref().map(|section| &section.surface) {
-        Some(SectionSurface::State { shown, .. }) => shown.map(|coordinate| match coordinate {
-            StateCoordinate::Q(mode) => SectionCoordinate::Q(mode),
-            StateCoordinate::Qdot(mode) => SectionCoordinate::Qdot(mode),
-        }),
-        Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
+pub(super) fn section_coordinates(spec: &AnalysisSpec) -> Option<[StateCoordinate; 2]> {
+    match spec.section.as_ref()?.surface {
+        SectionSurface::State { shown, .. } => Some(shown),
+        SectionSurface::Delay { .. } => None,
     }
 }

@@ -10,7 +10,8 @@ use super::figure::{Layer, Panel};
 use super::run::{letter, range_shown, units};
 use super::unit::Unit;
 use crate::analysis::{poincare::return_map, stats::range};
-use crate::pipeline::message::{Header, SectionCoordinate, Subject};
+use crate::pipeline::message::{Header, Subject};
+use crate::scene::StateCoordinate;
 
 /// Width of the axes over the range of the intersections.
 const MARGIN: f64 = 1.2;
@@ -104,19 +105,17 @@ impl SectionAxes {
             Subject::Joint(_) | Subject::Small(_) => [0.0, 1e-12],
             Subject::Signal(signal) => range_shown(signal.span),
         };
-        Self::new(header.section.map(|coordinate| {
-            let (name, unit) = match coordinate {
-                SectionCoordinate::Delayed(0) => (format!("{letter}(t)"), unit),
-                SectionCoordinate::Delayed(1) => (format!("{letter}(t + τ)"), unit),
-                SectionCoordinate::Delayed(n) => (format!("{letter}(t + {n}τ)"), unit),
+        let names = match header.section {
+            None => [format!("{letter}(t)"), format!("{letter}(t + 2τ)")].map(|name| (name, unit)),
+            Some(shown) => shown.map(|coordinate| match coordinate {
                 // The modal coordinate of a mass of 1 kg is the displacement.
-                SectionCoordinate::Q(_) if small => ("x".to_owned(), "m"),
-                SectionCoordinate::Qdot(_) if small => ("dx/dt".to_owned(), "m/s"),
-                SectionCoordinate::Q(index) => (format!("q, {}", mode(index)), "√kg m"),
-                SectionCoordinate::Qdot(index) => (format!("dq/dt, {}", mode(index)), "√kg m/s"),
-            };
-            Coordinate::new(name, unit, span)
-        }))
+                StateCoordinate::Q(_) if small => ("x".to_owned(), "m"),
+                StateCoordinate::Qdot(_) if small => ("dx/dt".to_owned(), "m/s"),
+                StateCoordinate::Q(index) => (format!("q, {}", mode(index)), "√kg m"),
+                StateCoordinate::Qdot(index) => (format!("dq/dt, {}", mode(index)), "√kg m/s"),
+            }),
+        };
+        Self::new(names.map(|(name, unit)| Coordinate::new(name, unit, span)))
     }
 
     fn new(coordinates: [Coordinate; 2]) -> Self {

@@ -58,7 +58,8 @@ impl PerturbedTrajectory {
         };
         let every = frame.shown.map_or(1, |shown| shown.every);
         let second = perturbed.displacement.iter().zip(&perturbed.velocity);
-        for (k, (&u, &v)) in (perturbed.first..).zip(second) {
+        let first = frame.len() - perturbed.distance.len();
+        for (k, (&u, &v)) in (first..).zip(second) {
             if k % every == 0 {
                 rec.row(paths::PERTURBED_DISPLACEMENT, frame.time(k), [1e6 * u]);
             }

@@ -45,7 +45,7 @@ impl SmallFrames {
             let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
             rec.start(path, &style);
         }
-        let labels = || small.statuses.iter().map(|status| status.label.as_str());
+        let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()
             .with_values(labels())
             .with_labels(labels())
@@ -78,7 +78,7 @@ impl SmallFrames {
         if times.is_empty() {
             return;
         }
-        let labels = changed.iter().map(|status| status.label.as_str());
+        let labels = changed.iter().map(|status| status.label);
         let band = StateChange::new().with_state(labels);
         rec.send_rows(paths::STATUS, &times, band.columns_of_unit_batches());
         for path in [paths::DISPLACEMENT, paths::VELOCITY] {

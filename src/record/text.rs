@@ -268,7 +268,7 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
                 None => "; no energy audit".to_owned(),
             },
         ),
-        Subject::Small(ref small) => (&*small.transition, String::new()),
+        Subject::Small(ref small) => (small.transition, String::new()),
         Subject::Signal(_) => ("", String::new()),
     };
     let words = match header.subject {

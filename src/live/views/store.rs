@@ -7,9 +7,10 @@ use serde_json::{Map, Value, json};
 
 use super::encode::Message;
 use crate::pipeline::message::{
-    Frame, Header, JointInfo, PatchGeometry, PatchSnapshot, Record, SectionCoordinate, Subject,
+    Frame, Header, JointInfo, PatchGeometry, PatchSnapshot, Record, Subject,
 };
 use crate::plot::{LessonPictures, Panel};
+use crate::scene::StateCoordinate;
 
 /// Samples kept: 41 ms at 200 kHz, twice the trail of the phase portrait.
 const SAMPLES: usize = 1 << 13;
@@ -310,7 +311,10 @@ impl State {
         set("highest_frequency_hz", json!(self.highest_frequency));
         set("level_range_db", json!(LEVELS));
         set("silence_m_per_s", json!(header.silence()));
-        let names = header.section.map(|at| section_label(header, at));
+        let names = header.section.map_or_else(
+            || ["y(t)", "y(t + 2τ)"].map(str::to_owned),
+            |shown| shown.map(|at| section_label(header, at)),
+        );
         set("section", json!(names));
         set("parameters", json!(parameters(header)));
         let lesson = header.computed.as_ref();
@@ -429,18 +433,15 @@ fn patch_axes(direction: [f64; 3], azimuth: f64) -> [[f64; 3]; 2] {
     [[rx, ry, rz], up]
 }
 
-/// Label of a coordinate of the Poincaré section; `y` is the displacement of the probe.
-fn section_label(header: &Header, at: SectionCoordinate) -> String {
+/// Label of a coordinate of the Poincaré section.
+fn section_label(header: &Header, at: StateCoordinate) -> String {
     let mode = |index: usize| {
         let mode = header.joint().and_then(|joint| joint.modes.get(index));
         mode.map_or_else(String::new, |mode| format!(", {}", mode.label))
     };
     match at {
-        SectionCoordinate::Delayed(0) => "y(t)".to_owned(),
-        SectionCoordinate::Delayed(1) => "y(t + τ)".to_owned(),
-        SectionCoordinate::Delayed(n) => format!("y(t + {n}τ)"),
-        SectionCoordinate::Q(index) => format!("q{}", mode(index)),
-        SectionCoordinate::Qdot(index) => format!("dq/dt{}", mode(index)),
+        StateCoordinate::Q(index) => format!("q{}", mode(index)),
+        StateCoordinate::Qdot(index) => format!("dq/dt{}", mode(index)),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{POINTS, friction_curves, linear_modes};
+use crate::analysis::stats::range;
 use crate::joint::{
     BallJoint, DynamicFriction, Friction, FrictionLaw, FrictionTable, NamedMode, Stribeck,
 };
@@ -14,12 +15,6 @@ use crate::pipeline::message::{
 /// Factor on the rate of a state that follows the speed at all frequencies of the body: within `1e-3` of the slope up
 /// to thirty times the frequency up to which the state of the scene follows.
 const FASTER: f64 = 1e3;
-
-/// Sliding speed at a tilt (rad), m/s.
-pub fn speed(ball: &BallJoint, tilt: f64) -> f64 {
-    let velocity = ball.sliding_velocity(tilt);
-    velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
 
 /// Adds the readings of Eq. (5): as in the scene, and with the two slope factors exchanged.
 pub fn exchanged(
@@ -103,16 +98,12 @@ pub fn measured(computed: &mut MechanismPrediction, law: &FrictionTable) {
     };
     let within = (1..points.len()).contains(&after);
     let near = after.saturating_sub(1).max(1)..=(after + 1).min(points.len() - 1);
-    let slopes = near.map(secant);
-    let range = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], slope| {
-        [low.min(slope), high.max(slope)]
-    });
     computed.table = Some(TableReading {
         points: points.len(),
         speeds: [points[0][0], points[points.len() - 1][0]],
         mu: mu(speed),
         slope: ratio.value + speed * ratio.slope,
-        secants: within.then_some(range),
+        secants: within.then(|| range(near.map(secant))),
     });
     let mut picture = friction_curves(speed, &[&mu], &["curve through the points"]);
     picture.title = "Friction curve; dots: measured points and steady sliding";

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::error::PipelineError;
 use super::message::{Coupling, MechanismPrediction, PredictedCurves};
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
-use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
+use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
 /// Number of intervals of a computed curve.
@@ -32,6 +32,12 @@ fn friction_curves(
         curves: laws.iter().map(curve).collect(),
         marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
+}
+
+/// Sliding speed of a joint at a tilt (rad), m/s.
+pub(super) fn sliding_speed(ball: &BallJoint, tilt: f64) -> f64 {
+    let velocity = ball.sliding_velocity(tilt);
+    velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// The linearised modes of a joint, with their names.
@@ -56,12 +62,11 @@ pub(super) fn for_joint(
         return Ok(None);
     };
     let tilt = tilted.loading(0.0).tilt;
-    let sliding_speed = friction::speed(ball, tilt);
     let mut computed = MechanismPrediction {
         modes: linear_modes(ball, joint)?,
         natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
         tilt: Some(tilt),
-        sliding_speed,
+        sliding_speed: sliding_speed(ball, tilt),
         ..without_modes(mechanism, scene)
     };
     match (mechanism, &tilted.spec.friction) {
@@ -103,12 +108,8 @@ fn without_modes(mechanism: Mechanism, scene: &Scene) -> MechanismPrediction {
 }
 
 /// Prediction for a scene with a small system; `None` if the scene has no mechanism.
-pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
-    let mechanism = scene.mechanism?;
-    let SystemSpec::Small(small) = &scene.subject else {
-        return None;
-    };
-    let mut computed = without_modes(mechanism, scene);
+pub(super) fn for_small(scene: &Scene, small: &SmallSystem) -> Option<Arc<MechanismPrediction>> {
+    let mut computed = without_modes(scene.mechanism?, scene);
     match small {
         SmallSystem::MassOnBelt(system) => {
             computed.sliding_speed = system.belt;

@@ -1,12 +1,12 @@
 //! Prediction for a joint that turns to and fro: where its modes grow in each pass.
 
-use super::POINTS;
-use super::friction::speed;
-use super::linear_modes;
+use super::{POINTS, linear_modes, sliding_speed};
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::loading::set_loading;
-use crate::pipeline::message::{MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass};
+use crate::pipeline::message::{
+    MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass, fastest,
+};
 use crate::scene::LoadedJoint;
 
 /// Bisections of an interval that contains a limit of stability.
@@ -36,11 +36,8 @@ pub fn passes(
         Ok(Instant {
             time,
             tilt: now.tilt,
-            growth: modes
-                .iter()
-                .map(|mode| mode.growth)
-                .fold(f64::MIN, f64::max),
-            speed: speed(&ball, now.tilt),
+            growth: fastest(&modes).unwrap_or(f64::MIN),
+            speed: sliding_speed(&ball, now.tilt),
         })
     };
     let times = (0..=POINTS).map(|k| duration * k as f64 / POINTS as f64);

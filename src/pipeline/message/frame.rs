@@ -151,11 +151,9 @@ impl Exponents {
     }
 }
 
-/// The perturbed trajectory at the samples of a frame.
+/// The perturbed trajectory at the last samples of a frame: at all of them, unless it starts in the frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PerturbedSamples {
-    /// Index of the first sample of the frame with a perturbed trajectory; the vectors start there.
-    pub first: usize,
     /// Displacement of its probe, m.
     pub displacement: Vec<f64>,
     /// Velocity of its probe, m/s.
@@ -206,7 +204,7 @@ pub struct Frame {
     /// Contact transitions in this frame: for a joint, simulated nodes that separate or close between samples; for a
     /// small system, events.
     pub transitions: u64,
-    /// Time since which some steps have not located their events, s; `None` if all did.
+    /// Time since which some steps do not locate their events, s, in the frame in which the first of them is.
     pub unlocated_since: Option<f64>,
     /// Lyapunov exponents due in this frame, in time order; empty unless requested.
     pub exponents: Vec<Exponents>,
@@ -299,17 +297,6 @@ impl Frame {
     /// Whether the frame contains no sample.
     pub fn is_empty(&self) -> bool {
         self.displacement.is_empty()
-    }
-
-    /// Minimum number of samples between the ends of two windows of an analysis that is only displayed; 0 for
-    /// all windows that the scene requests.
-    pub fn apart(&self) -> u64 {
-        self.shown.map_or(0, |shown| shown.apart)
-    }
-
-    /// Wall time in which the frame is to be played, s: its simulated time, unless a live run is slower or faster.
-    pub fn playback_time(&self) -> f64 {
-        (self.end() - self.t0) / self.shown.map_or(1.0, |shown| shown.speed)
     }
 
     /// Time of sample `k`, s.

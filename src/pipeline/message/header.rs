@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::computed::MechanismPrediction;
 use crate::analysis::{events::TonalEvent, levels::LevelReference};
 use crate::fem::SurfaceMesh;
-use crate::scene::{Control, Parameter};
+use crate::scene::{Control, Parameter, StateCoordinate};
 
 /// A mode, for labels.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,8 +41,9 @@ pub struct Header {
     pub controls: Vec<Control>,
     /// Analyses whose records follow.
     pub analyses: Vec<AnalysisKind>,
-    /// Coordinates of a [`SectionPoint`](super::SectionPoint).
-    pub section: [SectionCoordinate; 2],
+    /// Coordinates of a [`SectionPoint`](super::SectionPoint); `None` for the displacement `y` of the probe as in Fig. 10,
+    /// `(y(t), y(t + 2 tau))`.
+    pub section: Option<[StateCoordinate; 2]>,
     /// Peak velocity below which a vibration is at rest, m/s: neither its lines nor its type are named. 0 for a
     /// signal from a file.
     pub rest_speed: f64,
@@ -134,22 +135,6 @@ pub enum AnalysisKind {
     PerturbedTrajectory,
 }
 
-/// A coordinate of a point of the Poincare section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SectionCoordinate {
-    /// Displacement at the given number of delays after `y(t)`, m: 2 means `y(t + 2 tau)`.
-    Delayed(usize),
-    /// Modal coordinate of the mode with this index, sqrt(kg) m.
-    Q(usize),
-    /// Modal velocity of the mode with this index, sqrt(kg) m/s.
-    Qdot(usize),
-}
-
-impl SectionCoordinate {
-    /// Coordinates of the section of Fig. 10, `(y(t), y(t + 2 tau))`.
-    pub const DELAYED: [Self; 2] = [Self::Delayed(0), Self::Delayed(2)];
-}
-
 /// Subject of an analysis: the source of the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Subject {
@@ -221,7 +206,7 @@ impl JointInfo {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallInfo {
     /// The system in a few words: `an impact oscillator`.
-    pub words: String,
+    pub words: &'static str,
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
     /// Upper limit of frequency axes, Hz.
@@ -229,14 +214,14 @@ pub struct SmallInfo {
     /// Possible states, indexed by [`Frame::status`](super::Frame::status).
     pub statuses: Vec<StatusInfo>,
     /// Meaning of a transition: `impacts`.
-    pub transition: String,
+    pub transition: &'static str,
 }
 
 /// A discrete state of a small system, within which a smooth law holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusInfo {
     /// Name: `sticks`.
-    pub label: String,
+    pub label: &'static str,
     /// Kind, which determines the colour.
     pub kind: StatusKind,
 }

@@ -19,8 +19,8 @@ pub use frame::{
     PatchSnapshot, PerturbedSamples,
 };
 pub use header::{
-    AnalysisKind, Header, JointInfo, ModeInfo, SILENCE_RATIO, SectionCoordinate, SignalInfo,
-    SmallInfo, StatusInfo, StatusKind, Subject,
+    AnalysisKind, Header, JointInfo, ModeInfo, SILENCE_RATIO, SignalInfo, SmallInfo, StatusInfo,
+    StatusKind, Subject,
 };
 pub use lesson::{
     Growth, Lesson, LevelSample, Measurements, NodeShares, SecondToneLevel, SmallFrequency,

@@ -64,8 +64,6 @@ pub enum Record {
     Delay {
         /// End of the window, s.
         time: f64,
-        /// Length of the window, s.
-        window: f64,
         /// Sample spacing, s.
         dt: f64,
         /// The choice and the curves on which it is based.
@@ -75,8 +73,6 @@ pub enum Record {
     Quantification {
         /// End of the window, s.
         time: f64,
-        /// Length of the window, s.
-        window: f64,
         /// Spacing of the states, s: it converts lengths of lines to durations.
         dt: f64,
         /// Threshold distance, m; `None` if each state has its own.
@@ -98,8 +94,6 @@ pub enum Record {
     Chaos {
         /// End of the window, s.
         time: f64,
-        /// Length of the window, s.
-        window: f64,
         /// Sample spacing, s.
         dt: f64,
         /// Mean logarithmic distance of nearby states, and its linear part.

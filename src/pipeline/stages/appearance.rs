@@ -39,6 +39,8 @@
 //! including chaos, varies by at most 0.1.
 
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
+use super::stage::Context;
+use super::windowed::Window;
 use crate::analysis::{
     AnalysisError,
     tones::{Bases, SpectrumAnalyser},
@@ -103,22 +105,6 @@ impl Limits {
     }
 }
 
-/// The most recent samples, at most [`AppearanceClassifier::MEMORY`] long.
-pub struct RecentSamples<'a> {
-    /// Time of the last sample, s.
-    pub time: f64,
-    /// The operating point of the joint now.
-    pub now: OperatingPoint,
-    /// Base frequencies of the lines in a longer window, whose names are kept; `None` to name the lines again.
-    pub bases: Bases,
-    /// Broadband share in a longer window, in which lines that are close together do not form a floor; 1 without such a window.
-    pub floor: f64,
-    /// Velocity of the probe, m/s.
-    pub velocity: &'a [f64],
-    /// Displacement of the probe, m.
-    pub displacement: &'a [f64],
-}
-
 /// Classifier of the appearance of a signal: decides whether a change is reported, and how.
 pub struct AppearanceClassifier {
     /// Sample rate, Hz.
@@ -174,28 +160,34 @@ impl AppearanceClassifier {
         }
     }
 
-    /// Evaluates the samples up to now. Returns the vibration if it is to be reported.
+    /// Evaluates velocity (m/s) and displacement (m) of the probe in a window, at most [`Self::MEMORY`] long, at the
+    /// operating point `now`. Returns the vibration if it is to be reported. The lines keep the names of those of the
+    /// displayed spectrum in `context`, and lines that are close together form no floor if its longer window resolves them.
     ///
     /// # Errors
     /// If there are too few samples for a spectrum.
     pub fn classify(
         &mut self,
-        recent: &RecentSamples<'_>,
+        window: &Window<'_, 2>,
+        now: OperatingPoint,
+        context: &Context,
     ) -> Result<Option<Vibration>, AnalysisError> {
-        let envelope = Envelope::of(recent.velocity, self.rate);
-        let change = self.change(&envelope, recent.now.sliding_speed);
+        let [velocity, displacement] = window.channels;
+        let envelope = Envelope::of(velocity, self.rate);
+        let change = self.change(&envelope, now.sliding_speed);
         if change.is_some() {
-            self.last_change = recent.time;
+            self.last_change = window.time;
         }
-        let calm = ((recent.time - self.last_change).max(Self::FIRST) * self.rate).round();
-        let count = recent.velocity.len().min(calm as usize);
-        let velocity = &recent.velocity[recent.velocity.len() - count..];
-        let previous = match recent.bases {
+        let calm = ((window.time - self.last_change).max(Self::FIRST) * self.rate).round();
+        let count = velocity.len().min(calm as usize);
+        let [velocity, displacement] =
+            [velocity, displacement].map(|samples| &samples[samples.len() - count..]);
+        let previous = match context.bases {
             Bases::None => self.bases,
             longer => longer,
         };
         let mut spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, previous);
-        spectrum_lines.floor = spectrum_lines.floor.min(recent.floor);
+        spectrum_lines.floor = spectrum_lines.floor.min(context.floor);
         let appearance = change.unwrap_or_else(|| self.tones(&spectrum_lines, count));
         self.bases = spectrum_lines.naming.bases;
         let (lines, bases) = match appearance {
@@ -207,7 +199,7 @@ impl AppearanceClassifier {
             Bases::One { f1 } | Bases::Modulated { f1, .. } => (Some(f1), None),
             Bases::Two { f1, f2 } => (Some(f1), Some(f2)),
         };
-        Ok(self.is_due(appearance, recent.time).then(|| Vibration {
+        Ok(self.is_due(appearance, window.time).then(|| Vibration {
             appearance,
             growth_rate: envelope.growth / SEGMENT,
             lines,
@@ -218,8 +210,8 @@ impl AppearanceClassifier {
             broadband_share: spectrum_lines.floor,
             peak_speed: peak_magnitude(velocity),
             backward_speed: 0.0 - velocity.iter().copied().fold(0.0, f64::min),
-            half_range: half_range(&recent.displacement[recent.displacement.len() - count..]),
-            now: recent.now,
+            half_range: half_range(displacement),
+            now,
         }))
     }
 
@@ -320,6 +312,7 @@ impl Envelope {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pipeline::message::Frame;
     use crate::pipeline::stages::synthetic_tests::{Motion, RATE, SLIDING_SPEED};
 
     const STEADY: OperatingPoint = OperatingPoint {
@@ -328,6 +321,21 @@ mod tests {
         rotation_factor: None,
         sliding_speed: SLIDING_SPEED,
     };
+
+    fn classify(
+        classifier: &mut AppearanceClassifier,
+        motion: &Motion,
+        time: f64,
+    ) -> Option<Vibration> {
+        let window = Window {
+            channels: [&motion.velocity, &motion.displacement],
+            seen: 0,
+            time,
+            frame: &Frame::default(),
+        };
+        let vibration = classifier.classify(&window, STEADY, &Context::new(RATE));
+        vibration.unwrap()
+    }
 
     /// The reported appearance of a tone with an exponential envelope that ends at `speed`.
     fn report(
@@ -338,15 +346,7 @@ mod tests {
     ) -> Option<Appearance> {
         let motion =
             Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]).with_growth(rate);
-        let recent = RecentSamples {
-            bases: Bases::None,
-            floor: 1.0,
-            time,
-            now: STEADY,
-            velocity: &motion.velocity,
-            displacement: &motion.displacement,
-        };
-        let seen = classifier.classify(&recent).unwrap();
+        let seen = classify(classifier, &motion, time);
         seen.map(|vibration| vibration.appearance)
     }
 
@@ -401,16 +401,8 @@ mod tests {
             (1.1 * floor, Appearance::Silent),
         ] {
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]);
-            let recent = RecentSamples {
-                bases: Bases::None,
-                floor: 1.0,
-                time: 0.0,
-                now: STEADY,
-                velocity: &motion.velocity,
-                displacement: &motion.displacement,
-            };
             let mut classifier = AppearanceClassifier::new(RATE, floor);
-            let seen = classifier.classify(&recent).unwrap().unwrap();
+            let seen = classify(&mut classifier, &motion, 0.0).unwrap();
             assert_eq!(seen.appearance, expected);
             assert_eq!(seen.lines.is_empty(), expected == Appearance::AtRest);
         }
@@ -420,15 +412,7 @@ mod tests {
     fn a_short_start_is_not_classified() {
         let motion = Motion::tones(AppearanceClassifier::FIRST, &[(4117.0, 1e-3, 0.0)]);
         let mut classifier = AppearanceClassifier::new(RATE, 0.0);
-        let recent = RecentSamples {
-            bases: Bases::None,
-            floor: 1.0,
-            time: 0.0,
-            now: STEADY,
-            velocity: &motion.velocity,
-            displacement: &motion.displacement,
-        };
-        assert_eq!(classifier.classify(&recent), Ok(None));
+        assert_eq!(classify(&mut classifier, &motion, 0.0), None);
     }
 
     #[test]
@@ -440,15 +424,7 @@ mod tests {
             tones.extend([(3873.0, 9e-3), (7985.9, 10e-3), (12_098.8, 5e-3)].map(weak));
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &tones);
             let mut classifier = AppearanceClassifier::new(RATE, 0.0);
-            let recent = RecentSamples {
-                bases: Bases::None,
-                floor: 1.0,
-                time: 0.0,
-                now: STEADY,
-                velocity: &motion.velocity,
-                displacement: &motion.displacement,
-            };
-            let seen = classifier.classify(&recent).unwrap().unwrap();
+            let seen = classify(&mut classifier, &motion, 0.0).unwrap();
             assert_eq!(seen.appearance, appearance, "{seen:?}");
         }
     }

@@ -43,7 +43,6 @@ pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Sta
         };
         Ok(Some(Record::Chaos {
             time: window.time,
-            window: signal.len() as f64 / rate,
             dt: 1.0 / rate,
             divergence: Arc::new(divergence),
             zero_one: Arc::new(zero_one),

@@ -1,9 +1,9 @@
 //! Sample indices and times.
 
-use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::Frame;
 
 /// Time of every sample of the run from its index. Rounding errors do not accumulate.
+#[derive(Clone, Copy)]
 pub struct Clock {
     dt: f64,
     origin: Option<f64>,
@@ -20,34 +20,20 @@ impl Clock {
         }
     }
 
-    /// Counts the samples of the next frame, which starts where the last one ended, to 1 % of a sample spacing.
-    pub fn advance(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
-        let origin = *self.origin.get_or_insert(frame.t0);
-        let due = origin + self.seen as f64 * self.dt;
-        let (late, off) = (frame.t0 - due, frame.dt - self.dt);
-        let slack = 0.01 * self.dt;
-        // A NaN fails this comparison.
-        if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
-            self.seen += frame.len() as u64;
-            return Ok(());
-        }
-        Err(AnalyseError::Gap {
-            index: frame.index,
-            found: frame.t0,
-            dt: frame.dt,
-            sample: self.seen,
-            due,
-        })
-    }
-
-    /// Number of samples analysed so far.
-    pub fn seen(&self) -> u64 {
-        self.seen
+    /// Counts the samples of the next frame, which starts where the last one ended.
+    pub fn advance(&mut self, frame: &Frame) {
+        self.origin.get_or_insert(frame.t0);
+        self.seen += frame.len() as u64;
     }
 
     /// Time of the sample with the (possibly fractional) index `k` of the run, s.
     pub fn time(&self, k: f64) -> f64 {
         self.origin.unwrap_or(0.0) + k * self.dt
+    }
+
+    /// Time of the newest sample, s.
+    pub fn newest(&self) -> f64 {
+        self.time(self.seen as f64 - 1.0)
     }
 
     /// Simulated time so far, s.

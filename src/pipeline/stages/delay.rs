@@ -28,7 +28,6 @@ pub fn delay(spec: &DelaySpec, rate: f64) -> impl Stage + use<> {
         context.choices.note(window.seen, &choice);
         Ok(Some(Record::Delay {
             time: window.time,
-            window: signal.len() as f64 / rate,
             dt: 1.0 / rate,
             choice: Arc::new(choice),
         }))

@@ -8,11 +8,8 @@
 
 use super::clock::samples;
 use super::stage::{Context, Stage};
-use crate::analysis::stats::LineFit;
-use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{
-    DivergenceFit, Frame, Observation, Record, Summary, TrajectoryDivergence,
-};
+use crate::analysis::{AnalysisError, stats::LineFit};
+use crate::pipeline::message::{DivergenceFit, Frame, Observation, Record, TrajectoryDivergence};
 use crate::scene::PerturbedTrajectorySpec;
 
 /// Distance relative to the norm of the motion at which exponential growth ends.
@@ -30,7 +27,6 @@ pub struct DivergenceStage {
     start: Option<f64>,
     saturated: Option<f64>,
     line: LineFit,
-    last: Option<TrajectoryDivergence>,
 }
 
 impl DivergenceStage {
@@ -44,7 +40,6 @@ impl DivergenceStage {
             start: None,
             saturated: None,
             line: LineFit::default(),
-            last: None,
         }
     }
 
@@ -63,7 +58,7 @@ impl DivergenceStage {
                 self.line.clear();
             }
         }
-        let divergence = TrajectoryDivergence {
+        TrajectoryDivergence {
             time,
             start,
             distance,
@@ -74,19 +69,18 @@ impl DivergenceStage {
                 intercept: fit.intercept,
             }),
             saturated: self.saturated,
-        };
-        self.last = Some(divergence);
-        divergence
+        }
     }
 }
 
 impl Stage for DivergenceStage {
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError> {
         let Some(perturbed) = &frame.perturbed else {
             return Ok(());
         };
+        let first = frame.len() - perturbed.distance.len();
         for (k, distance) in perturbed.distance.iter().enumerate() {
-            let time = frame.time(perturbed.first + k);
+            let time = frame.time(first + k);
             let start = *self.start.get_or_insert(time);
             self.squares += distance * distance;
             self.count += 1;
@@ -95,24 +89,22 @@ impl Stage for DivergenceStage {
             }
             let before = self.saturated;
             let divergence = self.evaluate(start, time, perturbed.floor);
-            let found = Record::TrajectoryDivergence(divergence);
-            context.records.push(found);
-            if before.is_none() && divergence.saturated.is_some() {
+            context
+                .records
+                .push(Record::TrajectoryDivergence(divergence));
+            if let (None, Some(saturated)) = (before, divergence.saturated) {
                 let line = divergence.line.filter(DivergenceFit::grows);
                 let observation = Observation::Separated {
                     initial_distance: self.spec.distance,
-                    after: divergence.saturated.unwrap_or(divergence.time) - divergence.start,
+                    after: saturated - start,
                     e_fold_time: line.map(|line| 1.0 / line.rate),
                 };
-                let found = Record::Narration { time, observation };
-                context.records.push(found);
+                context
+                    .records
+                    .push(Record::Narration { time, observation });
             }
         }
         Ok(())
-    }
-
-    fn summarise(&self, summary: &mut Summary) {
-        summary.divergence = self.last;
     }
 }
 
@@ -147,7 +139,6 @@ mod tests {
                 dt: 1.0 / RATE,
                 displacement: vec![0.0; frame],
                 perturbed: Some(PerturbedSamples {
-                    first: samples.start - begin,
                     displacement: vec![0.0; distance.len()],
                     velocity: vec![0.0; distance.len()],
                     distance,

@@ -6,8 +6,6 @@ mod choices;
 mod clock;
 mod delay;
 mod divergence;
-mod exponents;
-mod group;
 mod lesson;
 mod named_lines;
 mod narration;
@@ -23,27 +21,22 @@ mod summary;
 pub(super) mod synthetic_tests;
 mod windowed;
 
-pub use group::StageGroup;
-#[cfg(test)]
-pub(super) use stage::Context;
+pub use clock::Clock;
+pub use lesson::LessonStage;
+pub use stage::{Context, Stage, StageGroup};
+pub use summary::SummaryStage;
 
 use divergence::DivergenceStage;
-use exponents::ExponentsStage;
-use lesson::LessonStage;
-pub use stage::Stage;
-use summary::SummaryStage;
 
 use super::message::Header;
 use crate::scene::{AnalysisSpec, EmbeddingSpec, SectionSurface};
 
-/// The groups of stages of a run, in the order of their records. Each stage observes the records of the stages before it in
-/// its group, and those of the last group observe the records of all others, which do not depend on each other.
+/// The groups of stages of a run, in the order of their records. Groups do not depend on each other.
 pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
     let joint = header.joint();
     let rest = header.rest_speed;
-    let summary = SummaryStage::new(spec.spectrum.as_ref(), header);
     let tones = [
         boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate, rest)),
         // Only a sliding joint is described, with the names of the lines of the spectrum.
@@ -69,14 +62,9 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
         boxed(&spec.chaos, |spec| chaos::chaos(spec, delay, rate)),
     ];
     let regime = boxed(&spec.regime, |spec| regime::regime(spec, rate));
-    let last = [
-        boxed(&spec.exponents, |_| ExponentsStage::default()),
-        boxed(&spec.perturbed_trajectory, |spec| {
-            DivergenceStage::new(*spec, rate)
-        }),
-        LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
-        Some(Box::new(summary) as Box<dyn Stage>),
-    ];
+    let divergence = boxed(&spec.perturbed_trajectory, |spec| {
+        DivergenceStage::new(*spec, rate)
+    });
     let mut groups: Vec<Vec<_>> = vec![tones.into_iter().flatten().collect()];
     groups.push(spectrogram.into_iter().collect());
     if needs_choice(spec) {
@@ -85,9 +73,12 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
         groups.extend(unfolded.into_iter().flatten().map(|stage| vec![stage]))
     }
     groups.push(regime.into_iter().collect());
-    groups.push(last.into_iter().flatten().collect());
+    groups.push(divergence.into_iter().collect());
     groups.retain(|stages| !stages.is_empty());
-    let group = |stages| StageGroup::new(stages, rate);
+    let group = |stages| StageGroup {
+        context: Context::new(rate),
+        stages,
+    };
     groups.into_iter().map(group).collect()
 }
 

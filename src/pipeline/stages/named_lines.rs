@@ -29,12 +29,8 @@ pub struct NamedLines {
 }
 
 impl NamedLines {
-    /// Extracts and names the lines of a spectrum.
-    pub fn of(spectrum: &Spectrum) -> Self {
-        Self::following(spectrum, Bases::None)
-    }
-
-    /// The same; the names of an earlier spectrum with these bases are kept as far as possible.
+    /// Extracts and names the lines of a spectrum. The names of an earlier spectrum with the bases `previous` are kept as
+    /// far as possible.
     pub fn following(spectrum: &Spectrum, previous: Bases) -> Self {
         let mut lines = spectrum.lines(&LineCriterion {
             max_lines: NAMED,
@@ -73,11 +69,6 @@ impl NamedLines {
         peaks.retain(|line| line.amplitude >= rest);
         peaks
     }
-}
-
-/// Whether a vibration is at rest: its peak velocity is below `rest` (m/s). It then has no lines.
-pub fn is_at_rest(velocity: &[f64], rest: f64) -> bool {
-    peak_magnitude(velocity) < rest
 }
 
 /// The largest magnitude of a slice.

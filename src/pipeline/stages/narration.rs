@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::appearance::{AppearanceClassifier, RecentSamples};
+use super::appearance::AppearanceClassifier;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed};
@@ -35,18 +35,9 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
         sliding,
         velocity_and_displacement,
         move |window, context| {
-            let [velocity, displacement] = window.channels;
-            let time = window.time;
-            let seen = classifier.classify(&RecentSamples {
-                time,
-                now: now(window.frame),
-                bases: context.bases,
-                floor: context.floor,
-                velocity,
-                displacement,
-            })?;
+            let seen = classifier.classify(&window, now(window.frame), context)?;
             Ok(seen.map(|vibration| Record::Narration {
-                time,
+                time: window.time,
                 observation: Observation::Vibration(Box::new(vibration)),
             }))
         },

@@ -42,8 +42,14 @@ pub fn quantification(
         theiler: samples(spec.theiler, states_per_second, 1),
     };
     let (least_diagonal, least_vertical) = (spec.least_diagonal, spec.least_vertical);
-    let mut subsampler = Subsampler::new(step);
-    let input = input(move |frame| [Cow::Owned(subsampler.of(&frame.displacement))]);
+    // Number of samples to skip before the next state.
+    let mut skip = 0;
+    let input = input(move |frame| {
+        let samples = &frame.displacement;
+        let kept: Vec<f64> = samples.iter().skip(skip).step_by(step).copied().collect();
+        skip = skip + kept.len() * step - samples.len();
+        [Cow::Owned(kept)]
+    });
     let measures = Windowed::new(sliding, input, move |window, context| {
         let Some(embedding) = unfolding.at(window.seen, &context.choices) else {
             return Ok(None);
@@ -61,7 +67,6 @@ pub fn quantification(
         let counts = recurrences.counts();
         Ok(Some(Record::Quantification {
             time: window.time,
-            window: states as f64 * dt,
             dt,
             threshold: recurrences.distance(),
             measures: counts.measures(least_diagonal, least_vertical, RateBase::Counted),
@@ -74,45 +79,4 @@ pub fn quantification(
 /// A delay (samples) in whole steps, at least one.
 fn steps(lag: usize, step: usize) -> usize {
     ((lag + step / 2) / step).max(1)
-}
-
-/// Subsampler of a stream: keeps every n-th sample, including the first one.
-struct Subsampler {
-    step: usize,
-    /// Number of samples to skip before the next one.
-    skip: usize,
-}
-
-impl Subsampler {
-    /// Keeps every `step`-th sample; `step` is at least 1.
-    pub fn new(step: usize) -> Self {
-        Self { step, skip: 0 }
-    }
-
-    /// The kept samples of the next block.
-    pub fn of(&mut self, samples: &[f64]) -> Vec<f64> {
-        let rest = samples.iter().skip(self.skip);
-        let kept: Vec<f64> = rest.step_by(self.step).copied().collect();
-        self.skip = self.skip + kept.len() * self.step - samples.len();
-        kept
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_result_does_not_depend_on_the_blocks() {
-        let stream: Vec<f64> = (0..100).map(f64::from).collect();
-        let expected: Vec<f64> = (0..100).step_by(7).map(f64::from).collect();
-        for piece in [1, 3, 7, 8, 100] {
-            let mut subsampler = Subsampler::new(7);
-            let mut kept = Vec::new();
-            for piece in stream.chunks(piece) {
-                kept.extend(subsampler.of(piece));
-            }
-            assert_eq!(kept, expected, "pieces of {piece}");
-        }
-    }
 }

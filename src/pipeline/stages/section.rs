@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::choices::{DelayChoices, StageEmbedding};
+use super::choices::StageEmbedding;
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed, displacement, input};
 use crate::analysis::{poincare::SectionFinder, sliding::SlidingWindow};
@@ -27,9 +27,8 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
                 dimension: Some(DIMENSION),
             };
             let unfolding = StageEmbedding::new(&embedding, delay, rate);
-            let lag = move |seen, choices: &DelayChoices| Some(unfolding.at(seen, choices)?.lag);
             let finder = move |lag| SectionFinder::delay(lag, DIMENSION, level, direction);
-            Box::new(passages(hop, displacement, (lag, finder), [0, 2]))
+            Box::new(passages(hop, displacement, Some(unfolding), finder, [0, 2]))
         }
         SectionSurface::State {
             normal_q,
@@ -40,8 +39,7 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
             let coordinates =
                 input(move |frame| plane_coordinates(frame, [&normal_q, &normal_qdot], shown));
             let finder = move |_| SectionFinder::first_of(3, offset, direction);
-            let lag = |_, _: &DelayChoices| Some(0);
-            Box::new(passages(hop, coordinates, (lag, finder), [1, 2]))
+            Box::new(passages(hop, coordinates, None, finder, [1, 2]))
         }
     }
 }
@@ -70,19 +68,15 @@ fn plane_coordinates(
     channels.map(Cow::Owned)
 }
 
-/// The section points of a stream of `C` channels, emitted every `hop` samples, with the coordinates `shown`. `lag_at` gives the
-/// delay (samples) after a number of samples, 0 for a section without delay, and `finder` a finder for it.
-fn passages<const C: usize, I, L, F>(
+/// The section points of a stream of `C` channels, emitted every `hop` samples, with the coordinates `shown`. `unfolding` gives
+/// the delay, which is 0 without it, and `finder` a finder for a delay (samples).
+fn passages<const C: usize>(
     hop: f64,
-    input: I,
-    (lag_at, finder): (L, F),
+    input: impl for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
+    unfolding: Option<StageEmbedding>,
+    finder: impl Fn(usize) -> SectionFinder + Send,
     shown: [usize; 2],
-) -> impl Stage
-where
-    I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
-    L: Fn(u64, &DelayChoices) -> Option<usize> + Send,
-    F: Fn(usize) -> SectionFinder + Send,
-{
+) -> impl Stage {
     // Long enough for the new samples at each instant.
     let length = hop.max(1.0).ceil() as usize;
     let sliding = SlidingWindow::new(length, hop).with_min_length(1);
@@ -92,7 +86,11 @@ where
     let mut running: Option<(SectionFinder, usize, u64)> = None;
     let passages = Windowed::new(sliding, input, move |window, context| {
         let first = std::mem::replace(&mut taken, window.seen);
-        let Some(lag) = lag_at(window.seen, &context.choices) else {
+        let lag = match unfolding {
+            Some(unfolding) => unfolding.at(window.seen, &context.choices).map(|at| at.lag),
+            None => Some(0),
+        };
+        let Some(lag) = lag else {
             return Ok(None);
         };
         let current = match running.take() {

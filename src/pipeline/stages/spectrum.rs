@@ -2,7 +2,7 @@
 
 use super::appearance::AppearanceClassifier;
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, is_at_rest};
+use super::named_lines::{LINE_WINDOW, NamedLines, peak_magnitude};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{sliding::SlidingWindow, tones::SpectrumAnalyser};
@@ -30,7 +30,8 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         } else {
             1.0
         };
-        let peaks = if is_at_rest(velocity, rest) {
+        // A vibration at rest has no lines.
+        let peaks = if peak_magnitude(velocity) < rest {
             Vec::new()
         } else {
             named.peaks_above(rest)

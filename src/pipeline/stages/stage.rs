@@ -1,27 +1,17 @@
-//! Trait of the analysis stages, and their shared state.
+//! Analyses that run one after the other on the same thread, and the state that they share.
 
 use super::choices::DelayChoices;
 use super::clock::Clock;
-use crate::analysis::tones::Bases;
-use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{Frame, Record, Summary};
+use crate::analysis::{AnalysisError, tones::Bases};
+use crate::pipeline::message::{Frame, Record};
 
-/// An analysis stage. It processes the frames of a run one by one.
+/// An analysis of the frames of a run, one by one.
 pub trait Stage: Send {
     /// Processes the next frame, and adds records to the context.
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError>;
-
-    /// Observes a record of an earlier stage; ignored by default.
-    fn observe(&mut self, _record: &Record) {}
-
-    /// Adds the remaining records after the last frame; none by default.
-    fn finish(&mut self, _context: &mut Context) {}
-
-    /// Adds the results of the stage to the summary of the run; none by default.
-    fn summarise(&self, _summary: &mut Summary) {}
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError>;
 }
 
-/// The context of a stage: state shared by the stages.
+/// The context of a stage: state shared by the stages of a group.
 pub struct Context {
     /// Times of the samples.
     pub clock: Clock,
@@ -49,9 +39,24 @@ impl Context {
             records: Vec::new(),
         }
     }
+}
 
-    /// Time of the newest of `seen` samples, s.
-    pub fn newest(&self, seen: u64) -> f64 {
-        self.clock.time(seen as f64 - 1.0)
+/// A group of stages with a common context.
+pub struct StageGroup {
+    /// State shared by the stages.
+    pub context: Context,
+    /// The stages, each after those whose choices it uses.
+    pub stages: Vec<Box<dyn Stage>>,
+}
+
+impl StageGroup {
+    /// The records of the next frame.
+    pub fn analyse(&mut self, frame: &Frame) -> Result<Vec<Record>, AnalysisError> {
+        let Self { context, stages } = self;
+        context.clock.advance(frame);
+        stages
+            .iter_mut()
+            .try_for_each(|stage| stage.push(frame, context))?;
+        Ok(std::mem::take(&mut context.records))
     }
 }

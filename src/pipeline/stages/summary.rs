@@ -3,16 +3,13 @@
 use std::sync::Arc;
 
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
-use super::stage::{Context, Stage};
+use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
     regime::{RegimeSearch, Verdict, classify},
     sliding::History,
-    tones::SpectrumAnalyser,
+    tones::{Bases, SpectrumAnalyser},
 };
-use crate::dynamics::SolverStats;
-use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{Frame, Header, JointInfo, Record, Subject, Summary};
+use crate::pipeline::message::{Exponents, Frame, Header, JointInfo, Record, Subject, Summary};
 use crate::scene::SpectrumSpec;
 
 /// Ratio of peak velocity to sliding speed below which a vibration is quiet. A vibration that friction sustains grows to
@@ -26,22 +23,20 @@ const DEFAULT_WINDOW: f64 = 20e-3;
 const CLASSIFIED_WINDOW: f64 = 40e-3;
 const SILENCE: f64 = 0.3e-9;
 
-/// Keeps the last window and the counters. Present in every run, since each run has a summary.
+/// Keeps the last window, the counters and the last results of other stages.
 pub struct SummaryStage {
     /// Velocity and displacement.
     last: History<2>,
     /// Number of their newest samples in the last window.
     window: usize,
-    /// The last classification that the scene requests.
-    verdict: Option<Arc<Verdict>>,
     is_signal: bool,
     rate: f64,
     /// Peak velocity below which the vibration is at rest, m/s.
     rest: f64,
     /// Peak velocity below which it is quiet, m/s.
     quiet: f64,
-    stats: SolverStats,
-    transitions: u64,
+    /// Counters, and the last results that the scene requests.
+    so_far: Summary,
 }
 
 impl SummaryStage {
@@ -54,23 +49,19 @@ impl SummaryStage {
         Self {
             last: History::new(window.max(samples(CLASSIFIED_WINDOW, rate, 1))),
             window,
-            verdict: None,
             is_signal: matches!(header.subject, Subject::Signal(_)),
             rate,
             rest: header.rest_speed,
             quiet: header.silence().max(QUIET_RATIO * sliding),
-            stats: SolverStats::default(),
-            transitions: 0,
+            so_far: Summary::default(),
         }
     }
-}
 
-impl SummaryStage {
     /// Classifies the last displacement if the scene has not done so. The verdict on a signal from a file is not that of a
     /// run.
     fn classified(&self) -> Option<Arc<Verdict>> {
-        if self.verdict.is_some() || self.is_signal {
-            return self.verdict.clone();
+        if self.so_far.verdict.is_some() || self.is_signal {
+            return self.so_far.verdict.clone();
         }
         let search = RegimeSearch {
             sample_rate: self.rate,
@@ -82,44 +73,48 @@ impl SummaryStage {
         let latest = &displacement[displacement.len() - latest..];
         classify(latest, &search).ok().map(Arc::new)
     }
-}
 
-impl Stage for SummaryStage {
-    fn observe(&mut self, record: &Record) {
-        if let Record::Regime { verdict, .. } = record {
-            self.verdict = Some(Arc::clone(verdict));
+    /// Adds a frame and the records of the other stages for it.
+    pub fn push(&mut self, frame: &Frame, records: &[Record]) {
+        self.last.push([&frame.velocity, &frame.displacement]);
+        self.so_far.stats = frame.stats;
+        self.so_far.transitions += frame.transitions;
+        for record in records {
+            match record {
+                Record::Regime { verdict, .. } => self.so_far.verdict = Some(Arc::clone(verdict)),
+                Record::Exponents(found) => self.so_far.exponents = Some(found.as_ref().clone()),
+                Record::TrajectoryDivergence(found) => self.so_far.divergence = Some(*found),
+                _ => {}
+            }
         }
     }
 
-    fn push(&mut self, frame: &Frame, _context: &mut Context) -> Result<(), AnalyseError> {
-        self.last.push([&frame.velocity, &frame.displacement]);
-        self.stats = frame.stats;
-        self.transitions += frame.transitions;
-        Ok(())
+    /// The last exponents, if they decide on an attractor.
+    pub fn decided_exponents(&self) -> Option<&Exponents> {
+        let exponents = self.so_far.exponents.as_ref();
+        exponents.filter(|exponents| exponents.attractor().is_decided())
     }
 
-    /// Adds type of motion, spectral lines, amplitude, peak velocity, solver statistics and transitions. A run too short
-    /// for a spectrum has no lines, and neither has a vibration at rest.
-    fn summarise(&self, summary: &mut Summary) {
+    /// Type of motion, spectral lines, amplitude, peak velocity, and what is known so far. A run too short for a spectrum
+    /// has no lines, and neither has a vibration at rest.
+    pub fn summary(&self) -> Summary {
+        let mut summary = self.so_far.clone();
         let last = self.last.view().channels;
         let [velocity, displacement] =
             last.map(|samples| &samples[samples.len().saturating_sub(self.window)..]);
         summary.peak_velocity = peak_magnitude(velocity);
         summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.quiet;
-        summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
+        summary.at_rest = !velocity.is_empty() && summary.peak_velocity < self.rest;
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
-            let named = spectrum.map(|spectrum| NamedLines::of(&spectrum).peaks_above(self.rest));
-            summary.peaks = named.unwrap_or_default();
+            let lines = spectrum.map(|spectrum| NamedLines::following(&spectrum, Bases::None));
+            summary.peaks = lines.map_or_else(|_| Vec::new(), |lines| lines.peaks_above(self.rest));
         }
-        // The stage of the exponents comes before.
-        let exponents = summary.exponents.as_ref();
-        let attractor = exponents.map(|exponents| exponents.attractor());
         let verdict = self.classified();
         if summary.at_rest {
             summary.motion = Some("at rest".to_owned());
-        } else if let Some(attractor) = attractor.filter(|attractor| attractor.is_decided()) {
-            summary.motion = Some(attractor.to_string());
+        } else if let Some(exponents) = self.decided_exponents() {
+            summary.motion = Some(exponents.attractor().to_string());
         } else if let Some(verdict) = &verdict {
             summary.motion_confidence = verdict.decided_confidence();
             summary.motion = Some(match summary.motion_confidence {
@@ -129,7 +124,6 @@ impl Stage for SummaryStage {
         }
         summary.verdict = verdict;
         summary.amplitude = half_range(displacement);
-        summary.stats = self.stats;
-        summary.transitions = self.transitions;
+        summary
     }
 }

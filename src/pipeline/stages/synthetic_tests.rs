@@ -8,7 +8,7 @@ use crate::analysis::{
     poincare::Direction,
     recurrence::{Norm, Threshold},
 };
-use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
+use crate::pipeline::message::{Frame, Header, JointInfo, Subject, SurfaceMesh};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
     RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
@@ -210,7 +210,7 @@ pub fn header() -> Header {
         endless: false,
         controls: Vec::new(),
         analyses: Vec::new(),
-        section: SectionCoordinate::DELAYED,
+        section: None,
         rest_speed: 0.0,
         subject: Subject::Joint(JointInfo {
             body: String::new(),

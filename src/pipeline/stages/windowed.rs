@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use super::clock::samples;
 use super::stage::{Context, Stage};
 use crate::analysis::{AnalysisError, sliding::SlidingWindow};
-use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
 /// A window of `C` channels that is due.
@@ -47,7 +46,7 @@ pub fn sliding(window: f64, every: f64, rate: f64) -> SlidingWindow<1> {
 }
 
 /// Calls `analyse`, which returns records, for each window of the signals that `input` extracts from the frames. In a live run,
-/// windows whose ends are too close ([`Frame::apart`]) are skipped, and with a budget those for which there
+/// windows whose ends are too close ([`DisplayRates::apart`](crate::pipeline::message::DisplayRates::apart)) are skipped, and with a budget those for which there
 /// is no time ([`Context::rate_divisor`]), unless the stage is [complete](Windowed::complete).
 pub struct Windowed<const C: usize, I, A> {
     sliding: SlidingWindow<C>,
@@ -94,9 +93,9 @@ where
     A: FnMut(Window<'_, C>, &mut Context) -> Result<R, AnalysisError> + Send,
     R: IntoIterator<Item = Record>,
 {
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
+    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError> {
         if !self.complete {
-            self.sliding.min_spacing = frame.apart() / self.step;
+            self.sliding.min_spacing = frame.shown.map_or(0, |shown| shown.apart) / self.step;
             self.sliding.divisor = context.rate_divisor;
         }
         let channels = (self.input)(frame);
@@ -107,7 +106,7 @@ where
                 let window = Window {
                     channels: view.channels,
                     seen,
-                    time: context.newest(seen),
+                    time: context.clock.time(seen as f64 - 1.0),
                     frame,
                 };
                 let records = analyse(window, context)?;

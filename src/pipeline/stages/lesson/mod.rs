@@ -16,8 +16,6 @@ use std::sync::Arc;
 use measured::LessonMeasurements;
 
 use super::clock::samples;
-use super::stage::{Context, Stage};
-use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
     Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction, Record, TiltedTone,
 };
@@ -54,10 +52,10 @@ impl LessonStage {
     }
 
     /// Processes the records of other stages up to a time, s.
-    fn take_found(&mut self, until: f64, context: &mut Context) {
+    fn take_found(&mut self, until: f64, records: &mut Vec<Record>) {
         while let Some((time, found)) = self.found.pop_front_if(|(time, _)| *time <= until) {
             if let Some(tone) = self.measured.take(time, found) {
-                context.records.push(self.level_sample(time, Some(tone)));
+                records.push(self.level_sample(time, Some(tone)));
             }
         }
     }
@@ -76,20 +74,19 @@ impl LessonStage {
     }
 
     /// Emits the measurements if they have changed.
-    fn send(&mut self, time: f64, context: &mut Context) {
+    fn send(&mut self, time: f64, records: &mut Vec<Record>) {
         let measured = self.measured.measurements();
         if self.sent.as_ref() != Some(&measured) {
             self.sent = Some(measured.clone());
-            context.records.push(Record::Lesson(Arc::new(Lesson {
+            records.push(Record::Lesson(Arc::new(Lesson {
                 time,
                 computed: Arc::clone(&self.computed),
                 measured,
             })));
         }
     }
-}
 
-impl Stage for LessonStage {
+    /// Keeps a record of another stage until its time.
     fn observe(&mut self, record: &Record) {
         let time = match record {
             Record::Spectrum { time, .. } | Record::Regime { time, .. } => *time,
@@ -102,31 +99,35 @@ impl Stage for LessonStage {
         self.found.insert(place, (time, record.clone()));
     }
 
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalyseError> {
+    /// Processes a frame, and adds records to those of the other stages.
+    pub fn push(&mut self, frame: &Frame, records: &mut Vec<Record>) {
+        records.iter().for_each(|record| self.observe(record));
         if self.sent.is_none() {
-            self.send(frame.t0, context);
+            self.send(frame.t0, records);
         }
         self.measured.begin_frame(frame);
         for k in 0..frame.len() {
             // Half a sample of tolerance: times are sums of rounded numbers.
             let time = frame.time(k);
-            self.take_found(time + 0.5 * frame.dt, context);
+            self.take_found(time + 0.5 * frame.dt, records);
             if self.measured.sample(frame, k) {
-                context.records.push(self.level_sample(time, None));
+                records.push(self.level_sample(time, None));
             }
             self.seen += 1;
             if self.seen.is_multiple_of(self.every) {
                 self.measured.evaluate();
-                self.send(time, context);
+                self.send(time, records);
             }
         }
-        Ok(())
     }
 
-    fn finish(&mut self, context: &mut Context) {
-        self.take_found(f64::INFINITY, context);
+    /// The remaining records after the last sample, at a time, s.
+    pub fn finish(&mut self, time: f64) -> Vec<Record> {
+        let mut records = Vec::new();
+        self.take_found(f64::INFINITY, &mut records);
         if self.seen > 0 {
-            self.send(context.newest(self.seen), context);
+            self.send(time, &mut records);
         }
+        records
     }
 }

@@ -1,5 +1,6 @@
 //! The strongest spectral line over a tilt that rises and falls.
 
+use crate::analysis::stats::range;
 use crate::pipeline::message::{TiltDirection, TiltLoop, TiltedTone, ToneChange};
 
 /// Two lines are the same if their frequencies differ by at most this fraction.
@@ -92,60 +93,35 @@ impl TiltHistory {
         }
     }
 
-    /// The changes in one direction.
-    fn changes_in(&self, way: TiltDirection) -> impl Iterator<Item = &ToneChange> {
-        self.changes
-            .iter()
-            .filter(move |change| change.to.way == way)
-    }
-
     /// The smallest and the largest tilt (rad) at which the lines differ between rise and fall.
     fn differing_tilts(&self) -> Option<[f64; 2]> {
-        let up: Vec<_> = self
-            .observed
-            .iter()
-            .filter(|h| h.way == TiltDirection::Up)
-            .collect();
-        let down = self
-            .observed
-            .iter()
-            .filter(|h| h.way == TiltDirection::Down);
-        let differing = down.filter(|down| {
-            let nearest = up.iter().min_by(|a, b| {
-                (a.tilt - down.tilt)
-                    .abs()
-                    .total_cmp(&(b.tilt - down.tilt).abs())
-            });
+        let is_up = |line: &&TiltedTone| line.way == TiltDirection::Up;
+        let (up, down): (Vec<&TiltedTone>, Vec<_>) = self.observed.iter().partition(is_up);
+        let differing = down.into_iter().filter(|down| {
+            let off = |up: &TiltedTone| (up.tilt - down.tilt).abs();
+            let nearest = up.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             nearest.is_some_and(|up| !same(up.frequency, down.frequency))
         });
-        differing
-            .map(|observed| observed.tilt)
-            .fold(None, |span, tilt| {
-                let [low, high] = span.unwrap_or([tilt; 2]);
-                Some([low.min(tilt), high.max(tilt)])
-            })
+        let [low, high] = range(differing.map(|line| line.tilt));
+        (low <= high).then_some([low, high])
     }
 
     /// Summary for a lesson.
     pub fn summary(&self) -> TiltLoop {
         let [up, back] = self.last_loop();
-        let changes = |way| self.changes_in(way).copied().collect();
+        let changes = |way| {
+            let changes = self.changes.iter();
+            changes.filter(|c| c.to.way == way).copied().collect()
+        };
         TiltLoop {
             tilt: self.observed.last().map(|observed| observed.tilt),
-            has_decreased: self.has_decreased(),
+            has_decreased: self.observed.iter().any(|o| o.way == TiltDirection::Down),
             up: changes(TiltDirection::Up),
             down: changes(TiltDirection::Down),
             differing: self.differing_tilts(),
             last_up: up.map(|up| up.to.tilt),
             back: back.map(|back| back.to.tilt),
         }
-    }
-
-    /// Whether the tilt has decreased at least once.
-    fn has_decreased(&self) -> bool {
-        self.observed
-            .iter()
-            .any(|observed| observed.way == TiltDirection::Down)
     }
 
     /// The last change during the rise, and the change back at a smaller tilt during the following fall.
@@ -191,19 +167,12 @@ mod tests {
             TiltDirection::Down if tilt < 4.0 => 4e3,
             _ => 2e3,
         });
-        let up: Vec<_> = tilts
-            .changes_in(TiltDirection::Up)
-            .map(|change| change.to.tilt)
-            .collect();
-        let down: Vec<_> = tilts
-            .changes_in(TiltDirection::Down)
-            .map(|change| change.to.tilt)
-            .collect();
-        assert_eq!((up, down), (vec![8.0], vec![3.0]));
-        assert_eq!(tilts.differing_tilts(), Some([4.0, 7.0]));
-        assert!(tilts.has_decreased());
-        let tilts_of = |changes: [Option<&ToneChange>; 2]| changes.map(|c| c.map(|c| c.to.tilt));
-        assert_eq!(tilts_of(tilts.last_loop()), [Some(8.0), Some(3.0)]);
+        let found = tilts.summary();
+        let at = |changes: &[ToneChange]| changes.iter().map(|c| c.to.tilt).collect::<Vec<_>>();
+        assert_eq!((at(&found.up), at(&found.down)), (vec![8.0], vec![3.0]));
+        assert_eq!(found.differing, Some([4.0, 7.0]));
+        assert!(found.has_decreased);
+        assert_eq!([found.last_up, found.back], [Some(8.0), Some(3.0)]);
     }
 
     /// Manual changes of the tilt: up, down and up again.
@@ -225,16 +194,16 @@ mod tests {
                 TiltDirection::Up
             ]
         );
-        assert_eq!(tilts.changes_in(TiltDirection::Up).count(), 1);
-        assert_eq!(tilts.changes_in(TiltDirection::Down).count(), 0);
-        assert!(tilts.has_decreased(), "earlier in the run");
-        assert!(matches!(tilts.last_loop(), [Some(_), None]));
+        let found = tilts.summary();
+        assert_eq!((found.up.len(), found.down.len()), (1, 0));
+        assert!(found.has_decreased, "earlier in the run");
+        assert!(matches!([found.last_up, found.back], [Some(_), None]));
     }
 
     #[test]
     fn identical_lines_in_both_directions_are_no_loop() {
         let tilts = observed(|_, tilt| if tilt < 8.0 { 4e3 } else { 2e3 });
-        assert_eq!(tilts.differing_tilts(), None);
+        assert_eq!(tilts.summary().differing, None);
         assert_eq!(tilts.changes.len(), 2);
         // A line observed once is not a change, nor is a drifting one.
         let tilts = observed(|way, tilt| match (way, tilt) {

@@ -75,7 +75,6 @@ impl Signal {
         let share = [0.96, 0.41, 0.4 * left, 0.01 * left, 0.0, 0.0].to_vec();
         Record::Delay {
             time: now,
-            window: WINDOW,
             dt: 1.0 / SAMPLE_RATE,
             choice: Arc::new(DelayChoice {
                 lag: LAG,
@@ -146,7 +145,6 @@ impl Signal {
         let laminar = disorder > 0.2;
         Record::Quantification {
             time: now,
-            window: WINDOW,
             dt: 1.0 / SAMPLE_RATE,
             threshold: Some(5e-8),
             measures: Measures {
@@ -215,7 +213,6 @@ impl Signal {
         });
         Record::Chaos {
             time: now,
-            window: WINDOW,
             dt: 1.0 / SAMPLE_RATE,
             divergence: Arc::new(Divergence {
                 step: 1.0,

@@ -15,7 +15,7 @@ use crate::{
     pipeline::message::{
         AnalysisKind, Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo,
         NodeState, Observation, OperatingPoint, PatchGeometry, PatchSnapshot, PerturbedSamples,
-        Record, SectionCoordinate, SignalInfo, SpectralLine, Subject, Summary, Vibration,
+        Record, SignalInfo, SpectralLine, Subject, Summary, Vibration,
     },
     scene::RecordSpec,
 };
@@ -202,7 +202,7 @@ pub fn header(duration: f64) -> Header {
         endless: false,
         controls: Vec::new(),
         analyses: ALL.to_vec(),
-        section: SectionCoordinate::DELAYED,
+        section: None,
         rest_speed: 0.0,
         subject: Subject::Joint(joint()),
         computed: None,
@@ -387,7 +387,6 @@ impl Signal {
             geometry,
             transitions: 120,
             perturbed: Some(PerturbedSamples {
-                first: 0,
                 displacement: beside(&self.displacement),
                 velocity: beside(&self.velocity),
                 distance: vec![1e-3; FRAME],
