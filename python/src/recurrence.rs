@@ -260,8 +260,7 @@ impl Quantification {
 /// threshold_std : float, optional
 ///     The distance in standard deviations of the signal, or of all coordinates together.
 /// recurrence_rate : float, optional
-///     The distance at which this share of all pairs is recurrent. The default, with 0.05. Of more than 2^23 pairs (4096
-///     states) it is that of an even sample; the rate then misses by about 0.1 % of it.
+///     The distance at which this share of all pairs is recurrent. The default, with 0.05.
 /// neighbours : int, optional
 ///     A distance for each state, within which it has this number of neighbours.
 /// norm : {"euclidean", "maximum", "manhattan"}

@@ -1,7 +1,9 @@
 //! Assembly of the contact model at any tilt from the parameters of a joint.
 
 use std::f64::consts::{PI, TAU};
+use std::num::NonZero;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::available_parallelism;
 
 use super::patch::{PatchFrame, PatchPoint, normal_at, patch_points};
 use super::published::natural_frequencies;
@@ -92,14 +94,12 @@ pub(crate) struct PatchNodes {
     pub(crate) pre_stress: Vec<f64>,
 }
 
-/// Number of bodies whose modes are kept for the next joint: most joints have the body of an earlier one.
-const KEPT: usize = 8;
-
 /// The modes of a body, latest last.
 static SOLVED: Mutex<Vec<(BallOnBeam, Arc<BodyModes>)>> = Mutex::new(Vec::new());
 
-/// The modes of a body, from memory if it is one of the last [`KEPT`].
-fn body_modes(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
+/// The modes of a body, from memory if it is one of the last bodies: most joints have that of an earlier one. A thread may
+/// need two, for the ratios of frequencies to those of the published body.
+pub(super) fn body_modes(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
     let solved = || SOLVED.lock().unwrap_or_else(PoisonError::into_inner);
     let BallOnBeam {
         geometry,
@@ -125,7 +125,8 @@ fn body_modes(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
     let mut kept = solved();
     kept.retain(|(known, _)| !is_same(known));
     kept.push((body.clone(), Arc::clone(&modes)));
-    let surplus = kept.len().saturating_sub(KEPT);
+    let threads = available_parallelism().map_or(1, NonZero::get);
+    let surplus = kept.len().saturating_sub(8.max(2 * threads));
     kept.drain(..surplus);
     Ok(modes)
 }

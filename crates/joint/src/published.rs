@@ -1,5 +1,8 @@
 //! The body of the paper and its natural frequencies.
 
+use std::sync::Arc;
+
+use super::assembly::body_modes;
 use super::{BallOnBeam, Frequencies};
 use crate::fem::{
     BodyMode, BodyModes, Elements, Families, FemError, Geometry, LengthReading, Material, ModeKind,
@@ -58,7 +61,7 @@ pub(super) fn natural_frequencies(
         Frequencies::Scaled if !body.is_published() => Some(published_body(body)?),
         _ => None,
     };
-    let reference = reference.as_ref().map_or(&[][..], BodyModes::modes);
+    let reference = reference.as_deref().map_or(&[][..], BodyModes::modes);
     let frequency = |mode: &BodyMode| {
         if body.frequencies == Frequencies::FiniteElement {
             return Ok(mode.frequency_hz);
@@ -85,10 +88,15 @@ fn published_hz(mode: &BodyMode) -> Option<f64> {
 
 /// The finite-element modes of the published body, with the same end of the beam length. The default elements
 /// resolve it, whatever those of the other body are.
-fn published_body(body: &BallOnBeam) -> Result<BodyModes, FemError> {
+fn published_body(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
     let geometry = Geometry {
         reading: body.geometry.reading,
         ..GEOMETRY
     };
-    BodyModes::solve(&geometry, &MATERIAL, &Elements::default(), &body.families)
+    body_modes(&BallOnBeam {
+        geometry,
+        material: MATERIAL,
+        elements: Elements::default(),
+        ..body.clone()
+    })
 }

@@ -11,8 +11,8 @@ use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
 use crate::study::StudyError;
 
-/// Largest number of bisections, for a root at zero.
-const MAX_ITERATIONS: usize = 60;
+/// Iterations of the search for a root; bisection alone needs 60.
+const MAX_ITERATIONS: usize = 100;
 /// Relative width of the last bracket.
 const WIDTH: f64 = 1e-13;
 /// Rounding errors of a growth rate relative to the size of the eigenvalue.
@@ -183,26 +183,48 @@ pub(super) fn locate(
     }))
 }
 
-/// The zero of the growth rate and the width of the last bracket, by bisection.
+/// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
+/// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
 fn root(family: &SubjectFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
-    let [(mut low, first), (mut high, _)] = bracket.ends.clone();
-    let is_above = |mode: &Eigenmode| mode.value.re > bracket.level;
+    let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
+    let level = bracket.level;
+    let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
+    let (mut c, mut fc);
+    let mut share = 0.5;
     for _ in 0..MAX_ITERATIONS {
-        let middle = 0.5 * (low + high);
-        let (_, mode) = followed(family, bracket, middle)?;
+        let x = a + share * (b - a);
+        let (_, mode) = followed(family, bracket, x)?;
         let Some(mode) = mode else {
             return Ok(None);
         };
-        if is_above(&mode) == is_above(&first) {
-            low = middle;
+        let f = mode.value.re - level;
+        if (f > 0.0) == (fa > 0.0) {
+            (c, fc) = (a, fa);
         } else {
-            high = middle;
+            (c, fc, b, fb) = (b, fb, a, fa);
         }
-        if high - low <= WIDTH * low.abs().max(high.abs()) {
-            break;
+        (a, fa) = (x, f);
+        let (best, f_best) = if fa.abs() < fb.abs() {
+            (a, fa)
+        } else {
+            (b, fb)
+        };
+        let width = (b - a).abs();
+        let tolerance = WIDTH * a.abs().max(b.abs());
+        if width <= tolerance || f_best == 0.0 {
+            return Ok(Some((best, width.min(tolerance))));
         }
+        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
+        let interpolates = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
+        share = if interpolates {
+            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        } else {
+            0.5
+        };
+        let least = 0.5 * tolerance / width;
+        share = share.clamp(least, 1.0 - least);
     }
-    Ok(Some((0.5 * (low + high), high - low)))
+    Ok(Some((a, (b - a).abs())))
 }
 
 /// The steady state at a value within a bracket, and its mode most similar to those at the ends.

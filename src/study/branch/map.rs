@@ -187,6 +187,8 @@ fn seeds<'a>(
 ) -> Vec<(HopfCurvePoint, &'a str)> {
     let seeds = one.iter().zip(names).filter_map(|(from, name)| {
         let to = most_alike(other.to_vec(), from)?;
+        // A mode that ceases to oscillate has no partner.
+        most_alike(one.to_vec(), &to).filter(|back| back.value == from.value)?;
         let growths = [from.value.re, to.value.re];
         let crosses = growths[0] * growths[1] < 0.0 && from.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);

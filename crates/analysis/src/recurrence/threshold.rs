@@ -42,8 +42,8 @@ pub struct RecurrenceCriterion {
     pub theiler: usize,
 }
 
-/// Low bits of a distance that its class in a histogram leaves out: there are 16 classes per octave.
-const LEFT_OUT: u32 = 48;
+/// Most distances that are kept in memory.
+const MAX_KEPT: u64 = 1 << 23;
 
 impl<'a> Recurrences<'a> {
     /// The recurrences of a signal.
@@ -141,8 +141,8 @@ impl<'a> Recurrences<'a> {
         order_statistic(distances, count)
     }
 
-    /// The unrooted distance for a recurrence rate, as defined in [`Recurrences::of`]. A histogram tells its class, of which
-    /// alone the distances are kept.
+    /// The unrooted distance for a recurrence rate, as defined in [`Recurrences::of`]: a histogram of the leading 16 bits tells
+    /// those of the distance, and only distances with these are kept. If they are too many, the next 16 bits follow.
     fn quantile(&self, rate: f64) -> f64 {
         let [rows, columns] = [self.rows, self.columns].map(|states| states.len());
         let gap = self.theiler.max(1);
@@ -155,39 +155,55 @@ impl<'a> Recurrences<'a> {
                 distances(self.norm, &self.columns, counted(i), self.rows.vector(i))
             }
         };
-        // Numbers of at least 0 are ordered as their bits are.
-        let class = |distance: f64| (distance.to_bits() >> LEFT_OUT) as usize;
-        let empty = || vec![0_u64; class(f64::INFINITY) + 1];
-        let enter = |mut histogram: Vec<u64>, i: usize| {
-            row(i).into_iter().for_each(|d| histogram[class(d)] += 1);
-            histogram
-        };
-        let sum = |mut a: Vec<u64>, b: Vec<u64>| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            a
-        };
-        let histogram = (0..rows)
-            .into_par_iter()
-            .fold(empty, enter)
-            .reduce(empty, sum);
-        let pairs = histogram.iter().sum::<u64>() as f64;
-        // The line of identity is recurrent at any distance.
-        let identity = if self.same && self.theiler == 0 {
-            rows as f64
-        } else {
-            0.0
-        };
-        let mut wanted = (0.5 * (rate * (2.0 * pairs + identity) - identity)).round() as u64;
-        let last = histogram.iter().position(|count| {
-            let is_last = wanted <= *count;
-            if !is_last {
-                wanted -= count;
+        // Numbers of at least 0 are ordered as their bits are. The known leading bits, and the number of unknown ones.
+        let (mut leading, mut unknown) = (0, u64::BITS);
+        let mut wanted = None;
+        loop {
+            let has_leading =
+                move |d: &f64| d.to_bits().checked_shr(unknown).unwrap_or(0) == leading;
+            let rest = unknown - 16;
+            let enter = |mut histogram: Vec<u64>, i: usize| {
+                for distance in row(i).iter().filter(|d| has_leading(d)) {
+                    histogram[(distance.to_bits() >> rest) as usize & 0xffff] += 1;
+                }
+                histogram
+            };
+            let sum = |mut a: Vec<u64>, b: Vec<u64>| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            };
+            let empty = || vec![0; 1 << 16];
+            let histogram = (0..rows).into_par_iter().fold(empty, enter);
+            let histogram = histogram.reduce(empty, sum);
+            let wanted = wanted.get_or_insert_with(|| {
+                let pairs = histogram.iter().sum::<u64>() as f64;
+                // The line of identity is recurrent at any distance.
+                let identity = if self.same && self.theiler == 0 {
+                    rows as f64
+                } else {
+                    0.0
+                };
+                (0.5 * (rate * (2.0 * pairs + identity) - identity)).round() as u64
+            });
+            let mut class = 0;
+            while class < 0xffff && *wanted > histogram[class] {
+                *wanted -= histogram[class];
+                class += 1;
             }
-            is_last
-        });
-        let of_class = |i| row(i).into_iter().filter(|d| Some(class(*d)) == last);
-        let kept: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(of_class).collect();
-        order_statistic(kept, wanted as usize)
+            (leading, unknown) = (leading << 16 | class as u64, rest);
+            if unknown == 0 {
+                return f64::from_bits(leading);
+            }
+            if histogram[class] <= MAX_KEPT {
+                let of_class = |i| {
+                    row(i)
+                        .into_iter()
+                        .filter(move |d| d.to_bits() >> rest == leading)
+                };
+                let kept: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(of_class).collect();
+                return order_statistic(kept, *wanted as usize);
+            }
+        }
     }
 }
 
