@@ -66,6 +66,17 @@ fn the_rate_of_many_states_is_exact() {
     }
 }
 
+/// More equal distances than are kept in memory.
+#[test]
+fn the_distance_for_a_rate_may_be_that_of_most_pairs() {
+    let signal: Vec<f64> = (0..6000).map(|i| f64::from(i % 2)).collect();
+    let vectors = DelayVectors::new(&signal, 1, 1).unwrap();
+    for (rate, expected) in [(0.3, 0.0), (0.8, 1.0)] {
+        let rule = rule(Norm::Maximum, Threshold::Rate(rate), 1);
+        assert_eq!(find(&vectors, &rule).unwrap().1, Some(expected));
+    }
+}
+
 #[test]
 fn a_spread_is_a_multiple_of_the_standard_deviation() {
     let signal = [1.0, -1.0, 1.0, -1.0, 3.0, -3.0];
