@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibria::{BranchPlan, add_equilibria};
 use super::hopf::{SteadyBifurcation, SteadyBifurcationKind};
-use super::orbits::{OrbitStarts, add_orbits};
+use super::orbits::{OrbitStarts, add_orbits_one_by_one};
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
@@ -151,7 +151,7 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding and after the settled responses, and the whole.
+/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch.
 ///
 /// # Errors
 /// [`StudyError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
@@ -171,7 +171,9 @@ pub fn tilt_diagram(
     let settled = settled_responses(scene, interval, threads, progress)?;
     progress(0.0, "periodic motions")?;
     on_part(&TiltDiagram::new(&branch, &settled));
-    add_orbits(&plan, OrbitStarts::Settled(&settled), &mut branch, progress)?;
+    let starts = OrbitStarts::Settled(&settled);
+    let mut on_branch = |branch: &Branch| on_part(&TiltDiagram::new(branch, &settled));
+    add_orbits_one_by_one(&plan, starts, &mut branch, progress, &mut on_branch)?;
     on_part(&TiltDiagram::new(&branch, &settled));
     Ok(())
 }
@@ -443,6 +445,7 @@ fn degrees(tilt: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::orbits::add_orbits;
     use super::*;
     use crate::study::sweep::tests::run;
 

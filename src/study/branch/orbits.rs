@@ -47,6 +47,8 @@ struct Study<'a> {
     family: SubjectFamily,
     options: ContinuationOptions,
     progress: OnProgress<'a>,
+    /// Receives the result after each branch.
+    on_branch: &'a mut dyn FnMut(&Branch),
     result: &'a mut Branch,
 }
 
@@ -61,12 +63,24 @@ pub fn add_orbits(
     result: &mut Branch,
     progress: OnProgress<'_>,
 ) -> Result<(), StudyError> {
+    add_orbits_one_by_one(plan, starts, result, progress, &mut |_| ())
+}
+
+/// [`add_orbits`], with a function that receives the result after each branch.
+pub(super) fn add_orbits_one_by_one(
+    plan: &BranchPlan,
+    starts: OrbitStarts<'_>,
+    result: &mut Branch,
+    progress: OnProgress<'_>,
+    on_branch: &mut dyn FnMut(&Branch),
+) -> Result<(), StudyError> {
     let family = plan.family();
     let mut study = Study {
         plan,
         options: family.options(plan.interval)?,
         family,
         progress,
+        on_branch,
         result,
     };
     match study.add(starts) {
@@ -310,6 +324,7 @@ impl Study<'_> {
                 }));
                 self.result.add_orbits(orbits);
                 complete?;
+                (self.on_branch)(self.result);
                 progress(1.0, "periodic motions")?;
             }
             Err(error) => self.result.ended.push(chain_of_causes(&error)),
