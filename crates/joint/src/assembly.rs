@@ -101,34 +101,33 @@ static SOLVED: Mutex<Vec<(BallOnBeam, Arc<BodyModes>)>> = Mutex::new(Vec::new())
 /// need two, for the ratios of frequencies to those of the published body.
 pub(super) fn body_modes(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
     let solved = || SOLVED.lock().unwrap_or_else(PoisonError::into_inner);
-    let BallOnBeam {
-        geometry,
-        material,
-        elements,
-        families,
-        ..
-    } = body;
-    let is_same = |known: &BallOnBeam| {
-        let known = (
-            &known.geometry,
-            &known.material,
-            &known.elements,
-            &known.families,
-        );
-        known == (geometry, material, elements, families)
-    };
-    let known = solved().iter().find(|(known, _)| is_same(known)).cloned();
+    let known = solved().iter().find(|(known, _)| known == body).cloned();
     let modes = match known {
         Some((_, modes)) => modes,
-        None => Arc::new(BodyModes::solve(geometry, material, elements, families)?),
+        None => Arc::new(body.solve_modes()?),
     };
     let mut kept = solved();
-    kept.retain(|(known, _)| !is_same(known));
+    kept.retain(|(known, _)| known != body);
     kept.push((body.clone(), Arc::clone(&modes)));
     let threads = available_parallelism().map_or(1, NonZero::get);
     let surplus = kept.len().saturating_sub(8.max(2 * threads));
     kept.drain(..surplus);
     Ok(modes)
+}
+
+impl BallOnBeam {
+    /// Computes the modes, whether they are known or not.
+    ///
+    /// # Errors
+    /// As [`BodyModes::solve`].
+    pub fn solve_modes(&self) -> Result<BodyModes, FemError> {
+        BodyModes::solve(
+            &self.geometry,
+            &self.material,
+            &self.elements,
+            &self.families,
+        )
+    }
 }
 
 impl BallJoint {

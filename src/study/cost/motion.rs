@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
-use crate::joint::fem::BodyModes;
 use crate::joint::{AssemblyError, BallOnBeam};
 use crate::pipeline::prepare;
 use crate::scene::Scene;
@@ -198,17 +197,7 @@ impl<'a> Runner<'a> {
 
     /// CPU time to compute the modes of a body, s. A system with these modes is then built in no time.
     pub fn modes_time(&mut self, body: &BallOnBeam) -> Result<f64, StudyError> {
-        let BallOnBeam {
-            geometry,
-            material,
-            elements,
-            families,
-            ..
-        } = body;
-        self.shortest(|| {
-            let modes = BodyModes::solve(geometry, material, elements, families);
-            Ok(modes.map(drop).map_err(AssemblyError::from)?)
-        })
+        self.shortest(|| Ok(body.solve_modes().map(drop).map_err(AssemblyError::from)?))
     }
 
     /// The shortest CPU time of some work, s.
