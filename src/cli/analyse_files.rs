@@ -89,8 +89,8 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let at_once = args.jobs.map_or(1, |jobs| jobs.get());
     let mut jobs = jobs.into_iter().peekable();
     while jobs.peek().is_some() {
-        let some: Vec<_> = jobs.by_ref().take(at_once).collect();
-        let analysed = some.into_par_iter().map(|(job, error)| {
+        let group: Vec<_> = jobs.by_ref().take(at_once).collect();
+        let analysed = group.into_par_iter().map(|(job, error)| {
             let analysed = match error {
                 Some(error) => Err(error),
                 None => analyse(args, &job.0, job.1.as_deref(), &watch),

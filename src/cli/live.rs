@@ -163,11 +163,11 @@ pub(super) fn bound(host: IpAddr, port: u16) -> Result<BoundListener, CliError> 
 fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
     let mut delivered = Ok(());
     for SavedFile { path, outcome, .. } in files {
-        let there = outcome.and_then(|()| match path.metadata() {
+        let outcome = outcome.and_then(|()| match path.metadata() {
             Ok(_) => Ok(()),
             Err(fault) => Err(format!("it was complete, but has been removed: {fault}").into()),
         });
-        match there {
+        match outcome {
             Ok(()) => console::print(&format!("{}\n", escape::path(&path)))?,
             Err(source) => {
                 if let Err(earlier) = &delivered {

@@ -296,17 +296,17 @@ fn no_text_covers_another() {
     ] {
         for size in &sizes {
             for figure in figures {
-                let mut look = FigureOptions { style, size: *size };
+                let mut options = FigureOptions { style, size: *size };
                 let name = &figure.name;
-                if let Some(least) = look.needed_size(std::slice::from_ref(figure)) {
+                if let Some(least) = options.needed_size(std::slice::from_ref(figure)) {
                     assert!(style != Style::Slides, "{name}: {least}");
-                    look.size = Some(least);
+                    options.size = Some(least);
                 }
-                let found = collisions(&figure.svg(&look));
+                let found = collisions(&figure.svg(&options));
                 wrong.extend(
                     found
                         .iter()
-                        .map(|found| format!("{name}, {look:?}: {found}")),
+                        .map(|found| format!("{name}, {options:?}: {found}")),
                 );
             }
         }

@@ -73,35 +73,35 @@ pub use unit::{PREFIXES, Unit};
 #[cfg(feature = "figure")]
 impl Figure {
     /// The figure as an SVG document.
-    pub fn svg(&self, look: &FigureOptions) -> String {
-        svg::page(self, look, svg::layout(self, look), true).out
+    pub fn svg(&self, options: &FigureOptions) -> String {
+        svg::page(self, options, svg::layout(self, options), true).out
     }
 
     /// The figure as a PNG image.
     ///
     /// # Errors
     /// [`FigureError`] if the SVG cannot be rendered.
-    pub fn png(&self, look: &FigureOptions) -> Result<Vec<u8>, FigureError> {
-        raster::png(&self.svg(look), look.resolution())
+    pub fn png(&self, options: &FigureOptions) -> Result<Vec<u8>, FigureError> {
+        raster::png(&self.svg(options), options.resolution())
     }
 
     /// The figure as a single-page PDF.
     ///
     /// # Errors
     /// [`FigureError`] if the SVG cannot be converted.
-    pub fn pdf(&self, look: &FigureOptions) -> Result<Vec<u8>, FigureError> {
-        raster::pdf(&self.svg(look))
+    pub fn pdf(&self, options: &FigureOptions) -> Result<Vec<u8>, FigureError> {
+        raster::pdf(&self.svg(options))
     }
 
     /// The figure as a file in a format.
     ///
     /// # Errors
     /// [`FigureError`] if the figure cannot be rendered.
-    pub fn file(&self, look: &FigureOptions, format: Format) -> Result<Vec<u8>, FigureError> {
+    pub fn file(&self, options: &FigureOptions, format: Format) -> Result<Vec<u8>, FigureError> {
         match format {
-            Format::Svg => Ok(self.svg(look).into_bytes()),
-            Format::Png => self.png(look),
-            Format::Pdf => self.pdf(look),
+            Format::Svg => Ok(self.svg(options).into_bytes()),
+            Format::Png => self.png(options),
+            Format::Pdf => self.pdf(options),
         }
     }
 }

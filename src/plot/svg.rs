@@ -31,21 +31,21 @@ const FAINT: TextStyle = (1.0, false, Color::Faint);
 const PLOTS: f64 = 0.5;
 
 /// Size (mm) and font size (points) of a figure. The default size grows until everything has room.
-pub fn layout(figure: &Figure, look: &FigureOptions) -> ([f64; 2], f64) {
-    let size = look.size_mm(figure.size_mm);
+pub fn layout(figure: &Figure, options: &FigureOptions) -> ([f64; 2], f64) {
+    let size = options.size_mm(figure.size_mm);
     let grown = (0..100).map(|k| size.map(|side| side * (1.0 + 0.02 * f64::from(k))));
-    let mut sizes = grown.take(if look.size.is_some() { 1 } else { 100 });
-    let fitting = sizes.find_map(|mm| Some((mm, font_size(figure, look, mm)?)));
-    fitting.unwrap_or((size, look.font_sizes()[0]))
+    let mut sizes = grown.take(if options.size.is_some() { 1 } else { 100 });
+    let fitting = sizes.find_map(|mm| Some((mm, font_size(figure, options, mm)?)));
+    fitting.unwrap_or((size, options.font_sizes()[0]))
 }
 
 /// The largest font size of the style with which everything has room on a page of a size (mm) and the plot areas take
 /// half of the height, or else the smallest; `None` if the page is too small.
-pub fn font_size(figure: &Figure, look: &FigureOptions, mm: [f64; 2]) -> Option<f64> {
-    let [least, most] = look.font_sizes();
+pub fn font_size(figure: &Figure, options: &FigureOptions, mm: [f64; 2]) -> Option<f64> {
+    let [least, most] = options.font_sizes();
     let sizes = (0..).map(|k| most - f64::from(k));
     sizes.take_while(|size| *size >= least).find(|size| {
-        let page = page(figure, look, (mm, *size), false);
+        let page = page(figure, options, (mm, *size), false);
         page.fits && (page.plots >= PLOTS || *size == least)
     })
 }
@@ -54,7 +54,7 @@ pub fn font_size(figure: &Figure, look: &FigureOptions, mm: [f64; 2]) -> Option<
 /// out whether they have room.
 pub fn page(
     figure: &Figure,
-    look: &FigureOptions,
+    options: &FigureOptions,
     (mm, font_size): ([f64; 2], f64),
     marks: bool,
 ) -> Canvas {
@@ -74,7 +74,7 @@ pub fn page(
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
     ));
     let mut top = 0.3 * font_size;
-    if look.has_title() {
+    if options.has_title() {
         let large = 1.25;
         let size = large * font_size;
         for line in text::wrap(&figure.title, width - 2.0 * font_size, size, true) {

@@ -447,8 +447,8 @@ fn layers_are_clipped_at_the_axes() {
 #[test]
 fn every_shape_is_drawn_in_every_format_and_style() {
     for style in [Style::Paper, Style::Screen, Style::Slides] {
-        let look = FigureOptions { style, size: None };
-        let svg = everything().svg(&look);
+        let options = FigureOptions { style, size: None };
+        let svg = everything().svg(&options);
         for words in [
             "one panel",
             "a line",
@@ -465,9 +465,10 @@ fn every_shape_is_drawn_in_every_format_and_style() {
         // Only the style `paper` omits the title; the metadata contain it in every style.
         assert_eq!(
             svg.matches("Everything").count(),
-            1 + usize::from(look.has_title())
+            1 + usize::from(options.has_title())
         );
-        let [svg, png, pdf] = Format::ALL.map(|format| everything().file(&look, format).unwrap());
+        let [svg, png, pdf] =
+            Format::ALL.map(|format| everything().file(&options, format).unwrap());
         assert!(svg.starts_with(b"<svg"));
         assert!(png.starts_with(b"\x89PNG"));
         assert!(pdf.starts_with(b"%PDF-"));

@@ -133,10 +133,10 @@ impl SurfaceProbe {
     }
 
     /// Formats a value of the signal with its unit.
-    pub fn format_value(&self, heard: f32) -> String {
+    pub fn format_value(&self, value: f32) -> String {
         let (amount, unit) = match self.quantity {
-            Quantity::Velocity => (1e3 * heard, "mm/s"),
-            Quantity::Pressure => (heard, "m/s^2"),
+            Quantity::Velocity => (1e3 * value, "mm/s"),
+            Quantity::Pressure => (value, "m/s^2"),
         };
         match amount {
             0.1..1e4 => format!("{amount:.1} {unit}"),

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     /// Audio of a sine of `frequency` (Hz) sampled at `rate` (Hz).
-    fn heard(frequency: f64, rate: f64, seconds: f64) -> Vec<f32> {
+    fn resampled_sine(frequency: f64, rate: f64, seconds: f64) -> Vec<f32> {
         let count = (seconds * rate) as usize;
         let samples: Vec<f64> = (0..count)
             .map(|k| (TAU * frequency * k as f64 / rate).sin())
@@ -141,7 +141,7 @@ mod tests {
     fn a_tone_keeps_frequency_amplitude_and_phase() {
         for rate in [200e3, 48e3, 20e3] {
             let frequency = 4117.0;
-            let sound = heard(frequency, rate, 0.2);
+            let sound = resampled_sine(frequency, rate, 0.2);
             let angle = |k: usize| TAU * frequency * k as f64 / f64::from(RATE);
             // Over whole periods sine and cosine are orthogonal.
             let part = 2000..2000 + 48_000 / 4117 * 300;
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn frequencies_above_nyquist_are_removed() {
         for frequency in [30e3, 43e3, 52e3, 95e3] {
-            let sound = heard(frequency, 200e3, 0.1);
+            let sound = resampled_sine(frequency, 200e3, 0.1);
             let loudest = sound[1000..4000]
                 .iter()
                 .fold(0.0, |m: f32, x| x.abs().max(m));

@@ -172,11 +172,11 @@ mod tests {
             (0.1439..0.1439 + 2.0 * SPEC.every).contains(&after),
             "{after}"
         );
-        let said = records.iter().filter_map(|record| match record {
+        let narrations = records.iter().filter_map(|record| match record {
             Record::Narration { observation, .. } => Some(observation),
             _ => None,
         });
-        assert_eq!(said.count(), 1);
+        assert_eq!(narrations.count(), 1);
     }
 
     /// The distance jumps to 1e-5 by a step error and then grows: only the growth enters the fit.

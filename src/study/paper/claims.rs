@@ -182,7 +182,7 @@ impl Evidence {
     /// The response at a tilt in degrees.
     pub fn at(&self, tilt: f64) -> Option<&SettledResponse> {
         let mut all = self.responses.iter();
-        let found = all.find(|(there, _)| (there - tilt).abs() < SAME);
+        let found = all.find(|(at, _)| (at - tilt).abs() < SAME);
         found.map(|(_, response)| response)
     }
 

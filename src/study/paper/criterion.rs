@@ -105,13 +105,13 @@ impl Comparison {
         }
     }
 
-    /// Compares each of some points; `look` returns whether a point agrees, and its value as text, if it can be compared.
+    /// Compares each of some points; `agreement` returns whether a point agrees, and its value as text, if it can be compared.
     fn of_points(
         expected: impl ToString,
         points: &Points<'_>,
-        look: impl Fn(&SettledResponse) -> Option<(bool, String)>,
+        agreement: impl Fn(&SettledResponse) -> Option<(bool, String)>,
     ) -> Self {
-        let seen = points.iter().map(|(tilt, r)| Some((tilt, look(r)?)));
+        let seen = points.iter().map(|(tilt, r)| Some((tilt, agreement(r)?)));
         let seen: Vec<_> = seen.flatten().collect();
         let holding = seen.iter().filter(|(_, (is_so, _))| *is_so).count();
         let measured = match &seen[..] {

@@ -153,8 +153,8 @@ impl TableWriter {
             source,
         })?;
         // Writes to a removed file succeed, but the data are lost.
-        let there = self.path.symlink_metadata();
-        there.map(drop).map_err(|source| TableError::Removed {
+        let file = self.path.symlink_metadata();
+        file.map(drop).map_err(|source| TableError::Removed {
             path: self.path.clone(),
             source,
         })
