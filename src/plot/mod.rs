@@ -66,7 +66,7 @@ pub use sensitivities::{causes_figure, sensitivities_figure};
 pub use signal::{signal_figure_names, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
-pub use sweep::{exponent_axis_values, maxima, start_label, sweep_figures};
+pub use sweep::{exponents, maxima, start_label, sweep_figures};
 pub use text::shown;
 pub use unit::{PREFIXES, Unit};
 

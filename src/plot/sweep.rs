@@ -41,8 +41,7 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
         let shared = ParameterPanels::new(plan, points, &plan.starts);
         let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
-        let mut found = shared.found.iter();
-        if found.any(|(.., response)| response.exponents.is_some()) {
+        if shared.has_exponents() {
             rows.push(vec![shared.exponents()]);
         }
         let starts: Vec<String> = plan.starts.iter().map(Start::to_string).collect();
@@ -78,6 +77,12 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
 /// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
 pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
     ParameterPanels::new(plan, points, &[start]).maxima()
+}
+
+/// The largest exponents of one start, on axes that are the same for all starts; `None` without any. Recordings use it.
+pub fn exponents(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Option<Panel> {
+    let panels = ParameterPanels::new(plan, points, &[start]);
+    panels.has_exponents().then(|| panels.exponents())
 }
 
 /// Name of the way in which points are started.
@@ -204,6 +209,11 @@ impl<'a> ParameterPanels<'a> {
         Panel::new(title, self.axis.clone(), y, layers)
     }
 
+    fn has_exponents(&self) -> bool {
+        let mut found = self.found.iter();
+        found.any(|(.., response)| response.exponents.is_some())
+    }
+
     /// The largest exponents with their intervals.
     fn exponents(&self) -> Panel {
         let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
@@ -225,7 +235,9 @@ impl<'a> ParameterPanels<'a> {
             let spans = all(k).map(|(x, exponent)| [x, exponent.low(), exponent.high()]);
             layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
             let radius = 1.6 + 0.8 * k as f64;
-            layers.extend(self.points(radius, color, |found| kth(found, k).map(|e| e.value)));
+            let points = self.points(radius, color, |found| kth(found, k).map(|e| e.value));
+            let id = format!("exponent-{}", k + 1);
+            layers.extend(points.into_iter().map(|points| points.with_id(&*id)));
         }
         let shown = (0..EXPONENTS).flat_map(all).map(|(_, exponent)| exponent);
         let y = Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0]));
@@ -269,9 +281,7 @@ impl<'a> ParameterPanels<'a> {
 }
 
 /// The values that an axis of exponents must contain: the exponents and the near parts of their intervals.
-pub fn exponent_axis_values(
-    exponents: impl Iterator<Item = Exponent>,
-) -> impl Iterator<Item = f64> {
+fn exponent_axis_values(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
     let ends = exponents.flat_map(|e| {
         let low = e.low().max(e.value - INTERVAL);
         [e.value, low, e.high().min(e.value + INTERVAL)]

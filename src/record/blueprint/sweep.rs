@@ -1,11 +1,9 @@
 //! The layout of a sweep: its starts side by side, and each one separately.
 
 use re_sdk_types::blueprint::{
-    archetypes::{TimeAxis, TimePanelBlueprint},
-    components::{LoopMode, PanelState, PlayState, TimeRange},
+    archetypes::TimePanelBlueprint,
+    components::{LoopMode, PanelState, PlayState},
 };
-
-use crate::record::sdk::datatypes::{TimeInt, TimeRangeBoundary};
 
 use super::{
     layout::screen_of,
@@ -16,7 +14,7 @@ use crate::{
     record::{
         paths::{self, Root},
         stream::RecordingStream,
-        sweep::{self, SharedScales, SweepStudy, TimelineTicks},
+        sweep::{self, SharedScales, SweepStudy},
     },
     study::sweep::Start,
 };
@@ -33,14 +31,14 @@ pub fn send(rec: &RecordingStream, sweep: &SweepStudy<'_>, scales: &SharedScales
             ("starts-in-phase-space", "Comparison: phase space"),
             ("starts-in-frequency", "Comparison: spectra and exponents"),
         ] {
-            let rows = starts.iter().filter_map(|start| {
-                screen_of(key, &mut |view| self::view(sweep, *start, scales, view))
-            });
+            let rows = starts
+                .iter()
+                .filter_map(|start| screen_of(key, &mut |view| self::view(sweep, *start, view)));
             tabs.push(Part::tab(title, rows.collect()));
         }
     }
     for start in &starts {
-        let screen = screen_of("start", &mut |view| self::view(sweep, *start, scales, view));
+        let screen = screen_of("start", &mut |view| self::view(sweep, *start, view));
         tabs.extend(screen.map(|screen| Part::tab(&sweep::title(*start), vec![screen])));
     }
     if let Some(body) = sweep.ball.and_then(|ball| ball.body().ok()) {
@@ -58,21 +56,8 @@ pub fn send(rec: &RecordingStream, sweep: &SweepStudy<'_>, scales: &SharedScales
     tree::send(rec, tabs, &time_panel);
 }
 
-/// The range of all ticks with a margin; `None` if there is only one.
-fn whole(timeline: &TimelineTicks) -> Option<TimeRange> {
-    let [first, .., last] = timeline.ticks[..] else {
-        return None;
-    };
-    let margin = (0.3 * timeline.gap()).ceil() as i64;
-    let at = |tick| TimeRangeBoundary::Absolute(TimeInt(tick));
-    Some(TimeRange(crate::record::sdk::datatypes::TimeRange {
-        start: at(first - margin),
-        end: at(last + margin),
-    }))
-}
-
 /// A view of a start.
-fn view(sweep: &SweepStudy<'_>, start: Start, scales: &SharedScales, name: &str) -> Option<View> {
+fn view(sweep: &SweepStudy<'_>, start: Start, name: &str) -> Option<View> {
     let root = Root::of_start(&start.to_string());
     match name {
         "point" => Some(View::text(sweep::title(start), &root.at(paths::POINT_TEXT))),
@@ -80,7 +65,6 @@ fn view(sweep: &SweepStudy<'_>, start: Start, scales: &SharedScales, name: &str)
             let name = format!("Delay embedding: {}", plot::start_label(start));
             Some(View::cube(name, &root.at(paths::EMBEDDING), 4.6))
         }
-        "exponents" => exponents(start, &root, scales),
         _ => sweep::picture(sweep, start, name),
     }
 }
@@ -94,20 +78,4 @@ fn mode_shapes(count: usize) -> View {
     View::in_3d("Natural modes (yellow: largest displacement)")
         .with_origin(paths::MODE_SHAPES)
         .with_eye(from, middle, [0.0, 0.0, 1.0])
-}
-
-/// The exponents over the parameter; `None` if they were not computed.
-fn exponents(start: Start, root: &Root, scales: &SharedScales) -> Option<View> {
-    if scales.exponents == 0 {
-        return None;
-    }
-    let contents = [paths::EXPONENTS_RUNNING, paths::EXPONENTS_ZERO].map(|path| root.at(path));
-    // The symbol of the start instead of its name, because the view is narrow.
-    let name = format!("Lyapunov exponents, 1/s: {start}");
-    let view = View::series_of(name, &contents).with_range(scales.exponent_range);
-    // By default the viewer shows only the neighbourhood of the cursor.
-    Some(match whole(&scales.timeline) {
-        Some(whole) => view.with(&TimeAxis::new().with_view_range(whole)),
-        None => view,
-    })
 }

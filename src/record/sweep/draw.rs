@@ -1,17 +1,15 @@
 //! The plots of a sweep, for each start.
 
-use crate::record::sdk::{LineStrips3D, Radius, SeriesPoints};
+use crate::record::sdk::{LineStrips3D, Radius};
 
 use super::{SweepStudy, description, scales::SharedScales};
 use crate::{
-    dynamics::Exponent,
     plot::{
         self, Color, Layer, Panel, SectionAxes, Unit,
         response::{self, recurrence_caption, samples, section},
     },
     record::{
         blueprint::{layout::Row, tree::View},
-        exponents,
         panel_view::{PanelView, PanelViews},
         paths::{self, Root},
         portrait,
@@ -34,14 +32,19 @@ const NOT_DONE: &str = "not computed yet";
 const NOT_KEPT: &str = "motion not stored";
 const TOO_SHORT: &str = "motion too short";
 
-/// The view of a plot of a start; `None` for another name. The bifurcation diagram has a legend of its own height.
+/// The view of a plot of a start; `None` for another name. The diagrams over the parameter have legends of their own height.
 pub fn picture(sweep: &SweepStudy<'_>, start: Start, name: &str) -> Option<View> {
     let root = Root::of_start(&start.to_string());
     let titled = |title| format!("{title}: {}", plot::start_label(start));
+    let with_legend = |panel: Panel, title| {
+        let panel = panel.with_title(titled(title));
+        PanelView::of(name, &root).view(&panel)
+    };
     let title = match name {
-        "diagram" => {
-            let panel = diagram(sweep, start).with_title(titled("Bifurcation diagram"));
-            return Some(PanelView::of(name, &root).view(&panel));
+        "diagram" => return Some(with_legend(diagram(sweep, start), "Bifurcation diagram")),
+        "exponents" => {
+            let panel = plot::exponents(sweep.plan, sweep.points, start)?;
+            return Some(with_legend(panel, "Lyapunov exponents"));
         }
         "portrait" => "Phase portrait",
         "recurrence" => "Recurrence plot",
@@ -59,7 +62,8 @@ pub struct StartWriter<'a> {
     scales: &'a SharedScales,
     root: Root,
     views: PanelViews,
-    diagram: Panel,
+    /// The diagrams over the parameter, by their names in the layout.
+    diagrams: Vec<(&'static str, Panel)>,
 }
 
 impl<'a> StartWriter<'a> {
@@ -71,25 +75,20 @@ impl<'a> StartWriter<'a> {
         scales: &'a SharedScales,
     ) -> Self {
         let root = Root::of_start(&start.to_string());
-        if scales.exponents > 0 {
-            exponents::name_exponents(rec, &root, scales.exponents);
-            // Points mark the computed values; the interval limits have none.
-            let sizes = [0.0, 2.5, 0.0].repeat(scales.exponents);
-            let colors = (0..scales.exponents).flat_map(|k| [exponents::color(k); 3]);
-            let marks = SeriesPoints::new()
-                .with_marker_sizes(sizes)
-                .with_colors(colors);
-            rec.log_static(root.at(paths::EXPONENTS_RUNNING), &marks);
-        }
+        let exponents = plot::exponents(sweep.plan, sweep.points, start);
+        let exponents = exponents.map(|panel| ("exponents", panel));
+        let diagrams = [("diagram", diagram(sweep, start))];
         let mut draw = Self {
             sweep,
             start,
             scales,
             views: PanelViews::new(root.clone()),
             root,
-            diagram: diagram(sweep, start),
+            diagrams: diagrams.into_iter().chain(exponents).collect(),
         };
-        draw.views.of("diagram").draw(rec, STATIC, &draw.diagram);
+        for (name, panel) in &draw.diagrams {
+            draw.views.of(name).draw(rec, STATIC, panel);
+        }
         draw
     }
 
@@ -105,8 +104,9 @@ impl<'a> StartWriter<'a> {
         let document = description::point(self.sweep, self.start, value, point);
         let document = text::document(document);
         rec.log(self.root.at(paths::POINT_TEXT), at, &document);
-        let diagram = self.views.of("diagram");
-        diagram.draw_cursor(rec, at, &self.diagram, value);
+        for (name, panel) in &self.diagrams {
+            self.views.of(name).draw_cursor(rec, at, panel, value);
+        }
         let found = point.and_then(|point| point.outcome.as_ref().ok());
         let missing = match (point, found) {
             (None, _) => NOT_DONE,
@@ -139,7 +139,6 @@ impl<'a> StartWriter<'a> {
             self.views.of(name).draw(rec, at, &panel);
         }
         self.embedding(rec, at, reach[0], found);
-        self.exponents(rec, at, found);
     }
 
     /// The delay embedding in three dimensions, Eq. (25), in a cube.
@@ -168,25 +167,6 @@ impl<'a> StartWriter<'a> {
             .with_colors(trail.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.7)]);
         rec.log(self.root.at(paths::EMBEDDING_TRAIL), at, &lines);
-    }
-
-    fn exponents(&self, rec: &RecordingStream, at: Moment, found: Option<&SettledResponse>) {
-        if self.scales.exponents == 0 {
-            return;
-        }
-        let spectrum = found.and_then(|found| found.exponents.as_ref());
-        let known = spectrum.map_or(&[][..], |spectrum| &spectrum.exponents);
-        let unknown = Exponent {
-            value: f64::NAN,
-            half_width: f64::NAN,
-        };
-        // Exponents of minus infinity have no position on the axis.
-        let row = (0..self.scales.exponents).map(|k| {
-            let found = known.get(k).filter(|e| e.value.is_finite());
-            found.copied().unwrap_or(unknown)
-        });
-        let row: Vec<Exponent> = row.collect();
-        exponents::log_exponents(rec, &self.root, at, &row);
     }
 }
 

@@ -3,9 +3,8 @@
 
 use super::{SweepStudy, description, timeline::TimelineTicks};
 use crate::{
-    analysis::stats::range,
     plot::{
-        SectionAxes, exponent_axis_values,
+        SectionAxes,
         response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes},
     },
     study::response::SettledResponse,
@@ -28,10 +27,6 @@ pub struct SharedScales {
     pub timeline: TimelineTicks,
     /// Axes of the spectra.
     pub spectrum: SpectrumAxes,
-    /// Largest number of exponents.
-    pub exponents: usize,
-    /// Range of the exponent axis, 1/s.
-    pub exponent_range: [f64; 2],
     /// Largest displacement (m) and speed (m/s).
     largest: [f64; 2],
     /// Symbol of the displacement.
@@ -48,14 +43,6 @@ impl SharedScales {
         let found: Vec<&SettledResponse> = found.collect();
         let sizes = found.iter().map(|response| largest(response));
         let largest = sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)]);
-        let spectra = || {
-            found
-                .iter()
-                .filter_map(|response| response.exponents.as_ref())
-        };
-        let exponents = spectra().flat_map(|spectrum| spectrum.exponents.iter().copied());
-        let [low, high] = range(exponent_axis_values(exponents).chain([-1.0, 1.0]));
-        let margin = 0.08 * (high - low);
         Self {
             timeline: TimelineTicks::new(
                 &description::parameter(sweep),
@@ -63,8 +50,6 @@ impl SharedScales {
                 sweep.values(),
             ),
             spectrum: spectrum(&found, largest[0]),
-            exponents: spectra().map(|s| s.exponents.len()).max().unwrap_or(0),
-            exponent_range: [low - margin, high + margin],
             largest,
             letter: sweep.letter(),
         }
