@@ -11,7 +11,6 @@ use std::sync::{Arc, Mutex};
 
 use tokio::sync::watch;
 
-use self::encode::Message;
 use self::store::State;
 use super::lock;
 use crate::pipeline::message::Record;
@@ -41,9 +40,8 @@ impl ViewStore {
 
     /// The message with everything that is new since the last one of a client; `None` without news.
     pub fn next(&self, cursor: &mut ViewCursor) -> Option<Vec<u8>> {
-        let mut message = Message::default();
-        lock(&self.state).write(cursor, &mut message);
-        (!message.is_empty()).then(|| message.finish())
+        let message = lock(&self.state).news(cursor)?;
+        Some(message.finish())
     }
 
     /// The pictures of the lesson; empty for a scene without one.
