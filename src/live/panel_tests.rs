@@ -24,6 +24,10 @@ fn the_last_events_are_kept_and_numbered() {
     assert_eq!(panel.watching, 2);
 }
 
+fn update(store: &StatusStore, frame: &Frame) {
+    lock(&store.0).update(frame);
+}
+
 /// The panel after a run of a scene, in frames of the given playback speed (simulated seconds per second).
 fn panel_at(scene: &str, speed: f64, duration_ms: f64) -> Panel {
     follow(scene, speed, duration_ms, |_| {}).read(None, 0)
@@ -73,20 +77,20 @@ fn the_present_motion_is_told_from_the_scene() {
         displacement: vec![0.0; 1000],
         ..Frame::default()
     };
-    store.update_from_frame(&frame(0.0, 0.0, 1e-3));
+    update(&store, &frame(0.0, 0.0, 1e-3));
     assert_eq!(store.read(None, 0).now, "not yet classified");
-    store.panel().regime = Some("chaotic".to_owned());
-    store.panel().confidence = Some(0.9);
-    store.update_from_frame(&frame(0.01, 5f64.to_radians(), 1e-3));
+    lock(&store.0).panel.regime = Some("chaotic".to_owned());
+    lock(&store.0).panel.confidence = Some(0.9);
+    update(&store, &frame(0.01, 5f64.to_radians(), 1e-3));
     let motion = |store: &StatusStore| store.read(None, 0).motion;
     assert_eq!(motion(&store), "the tilt moves");
     assert_eq!(store.bookmark().promise, None);
-    store.update_from_frame(&frame(0.06, 5f64.to_radians(), 1e-3));
+    update(&store, &frame(0.06, 5f64.to_radians(), 1e-3));
     let panel = store.read(None, 0);
     let words = "chaotic, at a tilt of 5.00° instead of the scene's 0.00°";
     assert_eq!((panel.title.as_str(), panel.now.as_str()), ("Torus", words));
     assert_eq!(store.bookmark().promise.unwrap().motion, "chaotic");
-    store.update_from_frame(&frame(0.12, 0.0, 1e-7));
+    update(&store, &frame(0.12, 0.0, 1e-7));
     let panel = store.read(None, 0);
     assert_eq!((panel.now.as_str(), panel.confidence), ("at rest", None));
 }
@@ -138,7 +142,7 @@ fn a_new_run_resets_the_numbers_but_keeps_the_events() {
         displacement: vec![0.0; 2],
         ..Frame::default()
     };
-    store.update_from_frame(&frame);
+    update(&store, &frame);
     assert_eq!(store.read(None, 0).peak_velocity_mm_per_s, 2.0);
     store.begin_run(&crate::pipeline::synthetic_header(), None);
     let panel = store.read(None, 0);

@@ -14,7 +14,7 @@ use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::record_sender::RecordSender;
 use super::{PipelineError, Simulation, Sink, Source};
-use crate::scene::Scene;
+use crate::scene::{AnalysisBudget, Scene};
 
 /// Capacity of the channel between simulation and analysis, frames.
 const FRAMES_WAITING: usize = 8;
@@ -81,7 +81,8 @@ pub fn drive(
         });
     }
     let analyser = Analyser::new(source.analysis(), &header);
-    let budget = Budget::new(source.analysis().budget);
+    let is_limited = source.analysis().budget == AnalysisBudget::Realtime;
+    let budget = is_limited.then(Budget::default);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
@@ -96,9 +97,9 @@ pub fn drive(
         let recording = spawn(scope, "record", move || {
             record(sink, Record::Header(header), record_in)
         })?;
-        let recorded = join(recording, "record");
-        let analysed = join(analysing, "analyse");
-        let simulated = join(simulating, "simulate");
+        let recorded = joined(recording.join(), "record");
+        let analysed = joined(analysing.join(), "analyse");
+        let simulated = joined(simulating.join(), "simulate");
         // Other threads then report only a closed channel. The error of the cause comes first.
         let interrupted = !simulated?;
         recorded?;
@@ -141,7 +142,7 @@ fn simulate(
 
 fn analyse(
     mut analyser: Analyser,
-    mut budget: Budget,
+    mut budget: Option<Budget>,
     frames: &Receiver<Frame>,
     mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
@@ -150,7 +151,9 @@ fn analyse(
         let frame = Arc::new(frame);
         let began = Instant::now();
         analyser.push(&frame, &mut record_sender)?;
-        if let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64()) {
+        if let Some(budget) = &mut budget
+            && let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64())
+        {
             analyser.set_rate_divisor(budget.divisor());
             record_sender.accept(warning)?;
         }
@@ -166,7 +169,7 @@ fn analyse(
     record_sender.flush()?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
-    summary.analysis_rate = budget.rate();
+    summary.analysis_rate = budget.and_then(|budget| budget.rate());
     Ok(summary)
 }
 
@@ -197,15 +200,14 @@ fn spawn<'scope, 'env, T: Send + 'scope>(
         .map_err(|source| PipelineError::Thread { name, source })
 }
 
-fn join<T>(
-    handle: ScopedJoinHandle<'_, Result<T, PipelineError>>,
+/// The result of a thread of a run; a panic is an error.
+pub(crate) fn joined<T>(
+    ended: std::thread::Result<Result<T, PipelineError>>,
     name: &'static str,
 ) -> Result<T, PipelineError> {
-    handle.join().unwrap_or_else(|panic| {
-        Err(PipelineError::Panic {
-            name,
-            message: panic_message(&*panic),
-        })
+    ended.unwrap_or_else(|panic| {
+        let message = panic_message(&*panic);
+        Err(PipelineError::Panic { name, message })
     })
 }
 

@@ -34,15 +34,9 @@ const HEADERS: [(HeaderName, &str); 5] = [
 /// Header with the browser's statement about the origin of a request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Paths of the run itself, which need a key if other machines can reach them.
-const KEYED: [&str; 6] = [
-    "/control",
-    "/views",
-    "/sound",
-    "/b/control",
-    "/b/views",
-    "/b/sound",
-];
+/// Paths of a run itself, which need a key if other machines can reach them, and the folder of the second run.
+const KEYED: [&str; 3] = ["/control", "/views", "/sound"];
+pub(super) const SECOND: &str = "/b";
 /// Folder of the complete recordings, which need one, too.
 const RECORDINGS: &str = "/recordings/";
 
@@ -89,7 +83,8 @@ fn role(request: &Request, keys: Option<&Keys>) -> Result<Role, Refusal> {
         return Ok(Role::Presenter);
     };
     let path = request.uri().path();
-    let needs_key = KEYED.contains(&path) || path.starts_with(RECORDINGS);
+    let of_run = path.strip_prefix(SECOND).unwrap_or(path);
+    let needs_key = KEYED.contains(&of_run) || path.starts_with(RECORDINGS);
     match keys.role(request.uri()) {
         Some(role) => Ok(role),
         None if needs_key => Err((
