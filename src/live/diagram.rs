@@ -103,7 +103,7 @@ impl DiagramStore {
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
             change(&mut |present| present.set(Some(diagram.clone())));
         });
-        let time = store.read(None, 0).time_s;
+        let time = store.read().time_s;
         let fault = match found {
             Ok(()) => None,
             Err(StudyError::Stopped(_)) => return,
@@ -157,6 +157,7 @@ impl Present {
 }
 
 /// An event for each bifurcation of the diagram that the tilt passes.
+#[derive(Default)]
 pub(super) struct BifurcationEvents {
     diagrams: Arc<DiagramStore>,
     /// Tilt of the last frame, degrees.
@@ -170,8 +171,7 @@ impl BifurcationEvents {
     pub fn new(diagrams: Arc<DiagramStore>) -> Self {
         Self {
             diagrams,
-            tilt_deg: None,
-            base_hz: Vec::new(),
+            ..Self::default()
         }
     }
 

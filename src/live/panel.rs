@@ -14,7 +14,7 @@ use crate::escape;
 use crate::pipeline::message::{
     Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine,
 };
-use crate::pipeline::{RunState, RunStatus, Sink, SinkError};
+use crate::pipeline::{RunState, Sink, SinkError};
 use crate::scene::{Control, Parameter};
 
 /// Number of events on the panel.
@@ -381,16 +381,9 @@ impl Status {
 pub struct StatusStore(Mutex<Status>);
 
 impl StatusStore {
-    /// Present values of the panel.
-    pub fn read(&self, run: Option<RunStatus>, watching: usize) -> Panel {
-        let mut panel = lock(&self.0).read();
-        if let Some(run) = run {
-            panel.speed = run.speed;
-            panel.measured_speed = run.measured_speed;
-            panel.paused = run.paused;
-        }
-        panel.watching = watching;
-        panel
+    /// Present values of the panel, as far as they follow from the records.
+    pub fn read(&self) -> Panel {
+        lock(&self.0).read()
     }
 
     /// A bookmark of the present motion, without a name: scene, changed numbers, state, and the motion if it is classified at a

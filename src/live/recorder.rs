@@ -261,10 +261,12 @@ impl Sink for Recorder {
         self.recording.stop();
         Ok(())
     }
+}
 
-    fn abandon(&mut self) {
-        if let Some((file, mut sink)) = self.open.take() {
-            sink.abandon();
+impl Drop for Recorder {
+    /// The recording of a run that has failed.
+    fn drop(&mut self) {
+        if let Some((file, sink)) = self.open.take() {
             let part = sink.part().map(Path::to_owned);
             // Dropping the sink writes the index.
             drop(sink);

@@ -82,18 +82,13 @@ fn reachable(address: SocketAddr) -> SocketAddr {
         return address;
     }
     // Addresses reserved for documentation. Nothing is sent; the socket only selects the outgoing interface.
-    let (far, here): (IpAddr, IpAddr) = match address {
-        SocketAddr::V4(_) => (
-            Ipv4Addr::new(192, 0, 2, 1).into(),
-            Ipv4Addr::LOCALHOST.into(),
-        ),
-        SocketAddr::V6(_) => (
-            Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 1).into(),
-            Ipv6Addr::LOCALHOST.into(),
-        ),
+    let (far, here) = if address.is_ipv4() {
+        ("192.0.2.1:9", IpAddr::V4(Ipv4Addr::LOCALHOST))
+    } else {
+        ("[2001:db8::1]:9", IpAddr::V6(Ipv6Addr::LOCALHOST))
     };
     let way = UdpSocket::bind((address.ip(), 0)).and_then(|socket| {
-        socket.connect((far, 9))?;
+        socket.connect(far)?;
         socket.local_addr()
     });
     SocketAddr::new(way.map_or(here, |way| way.ip()), address.port())

@@ -224,6 +224,8 @@ impl Session {
                 ..Monitor::default()
             };
             let ran = drive(run, &self.options.command, &mut tee, monitor);
+            // The recorder of a failed run reports its file.
+            drop(tee);
             lock(&self.current).is_running = false;
             if let Some(wav) = wav {
                 let outcome = ran.as_ref().map(|_| ());
@@ -285,11 +287,15 @@ impl Session {
             (status, current.step, current.blank, promise)
         };
         let mut panel = Panel {
+            speed: status.speed,
+            measured_speed: status.measured_speed,
+            paused: status.paused,
+            watching: self.views.watching(),
             diagram: self.diagrams.number(),
             diagram_note: self.diagrams.note(),
             tour_step,
             blank,
-            ..self.store.read(Some(status), self.views.watching())
+            ..self.store.read()
         };
         panel.departure = promise.and_then(|promise| panel.departure_from(&promise));
         panel

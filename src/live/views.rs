@@ -54,7 +54,6 @@ impl ViewStore {
         ViewSink {
             store: Arc::clone(self),
             magnification,
-            changed: false,
         }
     }
 }
@@ -63,32 +62,22 @@ impl ViewStore {
 pub struct ViewSink {
     store: Arc<ViewStore>,
     magnification: f64,
-    /// Whether records have arrived since the clients were notified.
-    changed: bool,
-}
-
-impl ViewSink {
-    fn notify(&mut self) {
-        if std::mem::take(&mut self.changed) {
-            self.store.version.send_modify(|version| *version += 1);
-        }
-    }
 }
 
 impl Sink for ViewSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let is_frame = matches!(record, Record::Samples(_) | Record::Header(_));
         lock(&self.store.state).update(record, self.magnification);
-        self.changed = true;
         // Once per frame: the results of an analysis follow with the next one.
         if is_frame {
-            self.notify();
+            self.idle()?;
         }
         Ok(())
     }
 
+    /// Notifies the clients, which find out what is new.
     fn idle(&mut self) -> Result<(), SinkError> {
-        self.notify();
+        self.store.version.send_modify(|version| *version += 1);
         Ok(())
     }
 

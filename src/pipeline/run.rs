@@ -47,7 +47,7 @@ impl Default for Monitor<'_> {
 ///
 /// `command` is the command line, for the header. Simulation, analysis and recording have one thread each, and the
 /// analyses also use the current thread pool.
-/// On success and after a stop the sink is finished; after an error it is abandoned.
+/// On success and after a stop the sink is finished; after an error it is not.
 ///
 /// # Errors
 /// The error that ended the run, of the simulation, the analysis or the sink. A panic counts as an error.
@@ -85,7 +85,7 @@ pub fn drive(
     let budget = is_limited.then(Budget::default);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
-    let outcome = std::thread::scope(|scope| {
+    let outcome: Result<Summary, PipelineError> = std::thread::scope(|scope| {
         let simulating = spawn(scope, "simulate", move || {
             simulate(source, frame_out, monitor)
         })?;
@@ -108,16 +108,11 @@ pub fn drive(
             ..analysed?
         })
     });
-    let finish = outcome.and_then(|mut summary| {
-        summary.wall = began.elapsed().as_secs_f64();
-        sink.accept(Record::Summary(Arc::new(summary.clone())))?;
-        sink.finish()?;
-        Ok(summary)
-    });
-    if finish.is_err() {
-        sink.abandon();
-    }
-    finish
+    let mut summary = outcome?;
+    summary.wall = began.elapsed().as_secs_f64();
+    sink.accept(Record::Summary(Arc::new(summary.clone())))?;
+    sink.finish()?;
+    Ok(summary)
 }
 
 /// Sends the frames of a source. Returns whether the planned time was reached.

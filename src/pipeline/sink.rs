@@ -37,17 +37,14 @@ pub trait Sink: Send {
         Ok(())
     }
 
-    /// Called once after the last record. Flushes all pending data.
+    /// Called once after the last record. Flushes all pending data. A sink that is dropped without it belongs to a run that has
+    /// failed: its partial result stays readable, but does not replace an older one.
     ///
     /// # Errors
     /// If pending data cannot be written.
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
-
-    /// Called if the run or [`Sink::finish`] has failed. Keeps the partial result readable, but does not
-    /// replace an older result with it. After a successful `finish` it does nothing.
-    fn abandon(&mut self) {}
 }
 
 impl Sink for Vec<Record> {
@@ -104,9 +101,5 @@ impl Sink for Tee {
     fn finish(&mut self) -> Result<(), SinkError> {
         // After the first error the remaining sinks must not replace older results.
         self.sinks.iter_mut().try_for_each(|sink| sink.finish())
-    }
-
-    fn abandon(&mut self) {
-        self.sinks.iter_mut().for_each(|sink| sink.abandon());
     }
 }

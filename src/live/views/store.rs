@@ -27,20 +27,11 @@ const COLUMN_BINS: usize = 192;
 const LEVELS: [f32; 2] = [-90.0, 30.0];
 
 /// A series of which the newest values are kept.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Series<T> {
     kept: VecDeque<T>,
     /// Number of values so far.
     count: u64,
-}
-
-impl<T> Default for Series<T> {
-    fn default() -> Self {
-        Self {
-            kept: VecDeque::new(),
-            count: 0,
-        }
-    }
 }
 
 impl<T> Series<T> {
