@@ -34,9 +34,4 @@ pub use views::{ViewCursor, ViewStore};
 #[cfg(test)]
 mod frames_tests;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// Locks a mutex. After a panic in another thread the value may belong to two different instants, which is acceptable.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
+use crate::pipeline::lock;

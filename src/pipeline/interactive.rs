@@ -80,8 +80,8 @@ impl RunHandle {
     }
 }
 
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    // No holder of the lock leaves the value inconsistent.
+/// Locks a mutex. After a panic in another thread the value may belong to two different instants, which is acceptable.
+pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

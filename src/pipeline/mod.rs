@@ -39,6 +39,8 @@ pub use pending::{MAX_KICKS_PER_FRAME, RunCommand, RunState, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare};
 pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.
+#[cfg(feature = "live")]
+pub(crate) use interactive::lock;
 pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 pub use run::{Monitor, drive, run};
 #[cfg(feature = "live")]

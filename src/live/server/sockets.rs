@@ -47,7 +47,6 @@ pub(super) async fn control(
 
 /// A message to the page: a JSON object with one key.
 fn message(key: &str, value: &impl Serialize) -> Message {
-    let value = serde_json::to_value(value).unwrap_or_default();
     let text = serde_json::json!({ key: value }).to_string();
     Message::Text(Utf8Bytes::from(text))
 }
