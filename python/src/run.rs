@@ -107,12 +107,6 @@ impl Sink for Collector {
     fn finish(&mut self) -> Result<(), SinkError> {
         self.recording(Sink::finish)
     }
-
-    fn abandon(&mut self) {
-        if let Some(recording) = &mut self.recording {
-            recording.abandon();
-        }
-    }
 }
 
 /// Simulate a scene with all of its analyses.

@@ -22,8 +22,7 @@ use super::resources;
 use super::run::command_line;
 use crate::escape;
 use crate::live::{
-    BoundListener, Command, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, SessionThread,
-    Tour, bind,
+    BoundListener, Command, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, Tour, bind,
 };
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
@@ -95,7 +94,7 @@ pub struct LiveArgs {
 }
 
 /// Period of the checks for an interrupt and for the end of the run.
-const POLL_PERIOD: Duration = Duration::from_millis(25);
+pub(super) const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// The task in an error.
 const LIVE_RUN: &str = "live run";
@@ -190,18 +189,18 @@ fn control(
     browser: BrowserArgs,
 ) -> Result<RunEnd, CliError> {
     interrupt::start_work();
-    let running = SessionThread::start(session).map_err(CliError::during(LIVE_RUN))?;
+    session.start().map_err(CliError::during(LIVE_RUN))?;
     let mut is_shown = false;
-    while !running.is_finished() {
+    while !session.is_finished() {
         if stop.load(Ordering::Relaxed) || page.is_finished() {
             session.end();
         } else if !is_shown && session.panel().time_s > 0.0 {
             is_shown = true;
             browser.open(page.url());
         }
-        running.wait(POLL_PERIOD);
+        std::thread::sleep(POLL_PERIOD);
     }
-    Ok(running.end())
+    Ok(session.join())
 }
 
 /// The scene with the changes of the command line.
@@ -262,16 +261,12 @@ fn viewer(args: &LiveArgs) -> Option<Output> {
 /// The second run of the page: as the first one, but without its files, its viewer and what is expensive.
 fn second(plan: &SessionOptions) -> SessionOptions {
     SessionOptions {
-        scene: plan.scene.clone(),
-        command: plan.command.clone(),
-        speed: plan.speed,
         lyapunov: false,
         viewer: None,
         computes_diagram: false,
-        folder: plan.folder.clone(),
         save: None,
         wav: None,
-        source: plan.source,
         tour: None,
+        ..plan.clone()
     }
 }

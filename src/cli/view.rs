@@ -3,15 +3,15 @@
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args as Arguments;
 
 use super::browser::BrowserArgs;
 use super::error::CliError;
-use super::live::bound;
+use super::live::{POLL_PERIOD, bound};
 use super::{console, interrupt};
-use crate::live::RecordingPage;
+use crate::live::Page;
 use crate::record::check_recording;
 
 /// Arguments of `squeakscope view`.
@@ -35,12 +35,15 @@ pub(super) fn execute(args: &ViewArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
     check_recording(&args.recording)?;
     let failed = CliError::during::<std::io::Error>("server");
     let serving = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
-    let page = RecordingPage::open(serving, &args.recording).map_err(failed)?;
+    let page = Page::of_recording(serving, &args.recording).map_err(failed)?;
     interrupt::start_work();
     console::print(&format!(
         "recording: {} (Ctrl-C ends the server)\n",
         page.url()
     ))?;
     args.browser.open(page.url());
-    page.serve_until(stop).map_err(failed)
+    while !stop.load(Ordering::Relaxed) && !page.is_finished() {
+        std::thread::sleep(POLL_PERIOD);
+    }
+    page.close().map_err(failed)
 }

@@ -1,17 +1,16 @@
 //! Audio of a live run.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use serde::Serialize;
 use tokio::sync::broadcast;
 
-use super::lock;
 use crate::pipeline::message::{Frame, Record};
 use crate::pipeline::{Delivery, RunHandle, Sink, SinkError};
 use crate::sound::{Resampler, Source, SurfaceProbe};
 
 /// Maximum number of audio blocks in the queue of a listener.
-const QUEUE: usize = 256;
+pub(super) const QUEUE: usize = 256;
 /// Peak level, relative to full scale.
 const PEAK: f32 = 0.7;
 /// Half-life of the peak detector, s of audio: the gain recovers with this time constant.
@@ -23,77 +22,24 @@ const MAX_FRAME_AUDIO: f64 = 0.1;
 /// Minimum peak level that is amplified to full level, m/s or m/s^2.
 const MIN_LEVEL: f32 = 1e-7;
 
-/// A shared block of samples of the sound.
-pub type Sound = Arc<[f32]>;
-
-/// Streams the sound of a run to listeners at the measured playback speed, which lowers the pitch
-/// accordingly.
-pub struct AudioStream {
-    source: Source,
-    handle: Mutex<Option<RunHandle>>,
-    blocks: broadcast::Sender<Sound>,
-    info: Mutex<AudioInfo>,
-}
+/// A block of samples with its description, shared by all listeners.
+pub(super) type Sound = Arc<(AudioInfo, Vec<f32>)>;
 
 /// Description of the audio signal, for a listener.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct AudioInfo {
+pub(super) struct AudioInfo {
     /// Quantity and point.
     pub what: String,
     /// Time stretch: the sound is slower and lower by this factor.
     pub time_stretch: f32,
 }
 
-impl AudioStream {
-    /// Creates a stream of the given quantity and point.
-    pub fn new(source: Source) -> Self {
-        Self {
-            source,
-            handle: Mutex::default(),
-            blocks: broadcast::channel(QUEUE).0,
-            info: Mutex::default(),
-        }
-    }
-
-    /// Subscribes a listener.
-    pub fn subscribe(&self) -> broadcast::Receiver<Sound> {
-        self.blocks.subscribe()
-    }
-
-    /// Description of the audio signal at present.
-    pub fn info(&self) -> AudioInfo {
-        lock(&self.info).clone()
-    }
-
-    /// Follows the playback speed of a run.
-    pub(super) fn set_run(&self, handle: RunHandle) {
-        *lock(&self.handle) = Some(handle);
-    }
-
-    /// Creates the sink for the samples of a run.
-    pub(super) fn sink(self: &Arc<Self>) -> AudioSink {
-        AudioSink {
-            stream: Arc::clone(self),
-            rate: 0.0,
-            probe: None,
-            resampler: None,
-            level: 0.0,
-        }
-    }
-
-    /// Present playback speed.
-    fn speed(&self) -> f64 {
-        let handle = lock(&self.handle);
-        let status = handle.as_ref().map(RunHandle::status);
-        status.map_or(1.0, |now| {
-            now.measured_speed.unwrap_or(now.speed).min(now.speed)
-        })
-    }
-}
-
-/// Sink that converts the samples of a run to audio.
-pub struct AudioSink {
-    stream: Arc<AudioStream>,
+/// Sink that sends the sound of a run to listeners at the measured playback speed, which lowers the pitch accordingly.
+pub(super) struct AudioSink {
+    source: Source,
+    /// The run, whose playback speed is followed.
+    run: RunHandle,
+    listeners: broadcast::Sender<Sound>,
     /// Sample rate of the run, Hz.
     rate: f64,
     probe: Option<SurfaceProbe>,
@@ -103,6 +49,19 @@ pub struct AudioSink {
 }
 
 impl AudioSink {
+    /// A sink for the sound of the given quantity and point.
+    pub fn new(source: Source, run: RunHandle, listeners: broadcast::Sender<Sound>) -> Self {
+        Self {
+            source,
+            run,
+            listeners,
+            rate: 0.0,
+            probe: None,
+            resampler: None,
+            level: 0.0,
+        }
+    }
+
     /// The audio of a frame at a playback speed.
     fn convert(&mut self, frame: &Frame, speed: f64) -> Vec<f32> {
         let length = frame.end() - frame.t0;
@@ -137,19 +96,22 @@ impl Sink for AudioSink {
         match record {
             Record::Header(header) => {
                 self.rate = header.sample_rate;
-                let probe = SurfaceProbe::with_fallback(self.stream.source, &header);
-                lock(&self.stream.info).what = probe.description();
-                self.probe = Some(probe);
+                self.probe = Some(SurfaceProbe::with_fallback(self.source, &header));
             }
             // Without listeners there is nothing to compute.
-            Record::Samples(_) if self.stream.blocks.receiver_count() == 0 => self.resampler = None,
+            Record::Samples(_) if self.listeners.receiver_count() == 0 => self.resampler = None,
             Record::Samples(frame) => {
-                let speed = self.stream.speed();
-                lock(&self.stream.info).time_stretch = (1.0 / speed) as f32;
+                let now = self.run.status();
+                let speed = now.measured_speed.unwrap_or(now.speed).min(now.speed);
                 let sound = self.convert(&frame, speed);
                 if !sound.is_empty() {
+                    let probe = self.probe.as_ref();
+                    let info = AudioInfo {
+                        what: probe.map_or_else(String::new, SurfaceProbe::description),
+                        time_stretch: (1.0 / speed) as f32,
+                    };
                     // The last listener may have disconnected in the meantime.
-                    let _ = self.stream.blocks.send(sound.into());
+                    let _ = self.listeners.send(Arc::new((info, sound)));
                 }
             }
             _ => {}
@@ -172,7 +134,8 @@ mod tests {
     fn audio_of_a_frame_has_a_maximum_duration() {
         let scene = Scene::load("mass-on-belt").unwrap();
         let header = Simulation::new(&scene).unwrap().header("");
-        let mut sink = Arc::new(AudioStream::new(Source::default())).sink();
+        let listeners = broadcast::channel(QUEUE).0;
+        let mut sink = AudioSink::new(Source::default(), RunHandle::new(1.0), listeners);
         sink.rate = 1e5;
         sink.probe = Some(SurfaceProbe::with_fallback(Source::default(), &header));
         let frame = |count: usize| Frame {

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::tour::TourStep;
-use crate::pipeline::TooManyKicks;
 
 /// Range of playback speeds, ms of simulated time per s of wall time.
 pub const SPEED_RANGE: [f64; 2] = [0.01, 1000.0];
@@ -111,10 +110,9 @@ impl std::fmt::Display for Promise {
 #[error("{0}")]
 pub struct Rejected(pub(super) String);
 
-impl From<TooManyKicks> for Rejected {
-    fn from(why: TooManyKicks) -> Self {
-        Self(why.to_string())
-    }
+/// A rejection for a reason.
+pub(super) fn rejected(reason: impl std::fmt::Display) -> Rejected {
+    Rejected(reason.to_string())
 }
 
 /// Checks that a number is within its range.

@@ -7,7 +7,6 @@ use std::thread::JoinHandle;
 use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::Record;
-use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
 use crate::study::branch::{
     DiagramBifurcation, DiagramBifurcationKind, TiltDiagram, shipped_diagram, tilt_diagram,
@@ -29,13 +28,8 @@ struct Present {
     shown: Option<Arc<TiltDiagram>>,
     /// What is computed at present, or why the scene has no diagram; empty for a complete one.
     note: String,
-    computation: Option<Computation>,
-}
-
-/// The computation of a diagram on its own thread.
-struct Computation {
-    stop: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
+    /// The computation of a diagram on its own thread, and the flag that stops it.
+    computation: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
 }
 
 impl DiagramStore {
@@ -53,8 +47,8 @@ impl DiagramStore {
             return;
         }
         let before = present.computation.take();
-        if let Some(before) = &before {
-            before.stop.store(true, Ordering::Relaxed);
+        if let Some((stop, _)) = &before {
+            stop.store(true, Ordering::Relaxed);
         }
         present.scene = Some(scene.clone());
         let shipped = shipped_diagram(scene);
@@ -81,14 +75,12 @@ impl DiagramStore {
         let thread = std::thread::Builder::new()
             .name("diagram".to_owned())
             .spawn(move || {
-                if let Some(before) = before {
-                    // A panic there was printed; it does not concern this scene.
-                    let _ = before.thread.join();
-                }
+                // A panic there was printed; it does not concern this scene.
+                let _ = before.map(|(_, thread)| thread.join());
                 diagrams.compute(&scene, interval, &stopped, &store);
             });
         // Without a thread the run continues without a diagram.
-        present.computation = thread.ok().map(|thread| Computation { stop, thread });
+        present.computation = thread.ok().map(|thread| (stop, thread));
     }
 
     /// Computes a diagram on this thread: the run needs the other cores.
@@ -111,25 +103,23 @@ impl DiagramStore {
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
             change(&mut |present| present.set(Some(diagram.clone())));
         });
-        let time = store.read(None, 0).time_s;
-        let (note, message) = match found {
-            Ok(()) => (String::new(), "the branch diagram is complete".to_owned()),
+        let time = store.read().time_s;
+        let fault = match found {
+            Ok(()) => None,
             Err(StudyError::Stopped(_)) => return,
-            Err(fault) => {
-                let note = format!("no branch diagram: {fault}");
-                (note.clone(), note)
-            }
+            Err(fault) => Some(format!("no branch diagram: {fault}")),
         };
         change(&mut |present| {
-            present.note.clone_from(&note);
-            store.log(time, message.clone());
+            present.note = fault.clone().unwrap_or_default();
+            let message = fault.as_deref();
+            store.log(time, message.unwrap_or("the branch diagram is complete"));
         });
     }
 
     /// Cancels a computation and waits for its end.
     pub fn cancel(&self) {
         let computation = lock(&self.present).computation.take();
-        if let Some(Computation { stop, thread }) = computation {
+        if let Some((stop, thread)) = computation {
             stop.store(true, Ordering::Relaxed);
             // A panic there was printed; the session has its own result.
             let _ = thread.join();
@@ -166,9 +156,9 @@ impl Present {
     }
 }
 
-/// A sink that adds an event for each bifurcation of the diagram that the tilt passes.
-pub(super) struct BifurcationEvents<S> {
-    sink: S,
+/// An event for each bifurcation of the diagram that the tilt passes.
+#[derive(Default)]
+pub(super) struct BifurcationEvents {
     diagrams: Arc<DiagramStore>,
     /// Tilt of the last frame, degrees.
     tilt_deg: Option<f64>,
@@ -176,14 +166,12 @@ pub(super) struct BifurcationEvents<S> {
     base_hz: Vec<f64>,
 }
 
-impl<S: Sink> BifurcationEvents<S> {
-    /// Adds the events to the records for a sink.
-    pub fn new(sink: S, diagrams: Arc<DiagramStore>) -> Self {
+impl BifurcationEvents {
+    /// No events yet.
+    pub fn new(diagrams: Arc<DiagramStore>) -> Self {
         Self {
-            sink,
             diagrams,
-            tilt_deg: None,
-            base_hz: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -197,6 +185,21 @@ impl<S: Sink> BifurcationEvents<S> {
                 bases.any(|hz| (hz / found.frequency_hz - 1.0).abs() < 0.02)
             }
         }
+    }
+
+    /// The events after a record.
+    pub fn after(&mut self, record: &Record) -> Vec<Record> {
+        match record {
+            Record::Samples(frame) => return self.events(frame.tilt.to_degrees(), frame.t0),
+            Record::Spectrum { peaks, .. } => {
+                let bases = peaks
+                    .iter()
+                    .filter(|line| ["f1", "f2"].contains(&&*line.label));
+                self.base_hz = bases.map(|line| line.frequency).collect();
+            }
+            _ => {}
+        }
+        Vec::new()
     }
 
     /// The events of a change of the tilt to a value (degrees) at a time (s).
@@ -216,42 +219,6 @@ impl<S: Sink> BifurcationEvents<S> {
             ),
         });
         events.collect()
-    }
-}
-
-impl<S: Sink> Sink for BifurcationEvents<S> {
-    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let events = match &record {
-            Record::Samples(frame) => self.events(frame.tilt.to_degrees(), frame.t0),
-            Record::Spectrum { peaks, .. } => {
-                let bases = peaks
-                    .iter()
-                    .filter(|line| ["f1", "f2"].contains(&&*line.label));
-                self.base_hz = bases.map(|line| line.frequency).collect();
-                Vec::new()
-            }
-            _ => Vec::new(),
-        };
-        self.sink.accept(record)?;
-        events
-            .into_iter()
-            .try_for_each(|event| self.sink.accept(event))
-    }
-
-    fn idle(&mut self) -> Result<(), SinkError> {
-        self.sink.idle()
-    }
-
-    fn delivery(&self) -> Delivery {
-        self.sink.delivery()
-    }
-
-    fn finish(&mut self) -> Result<(), SinkError> {
-        self.sink.finish()
-    }
-
-    fn abandon(&mut self) {
-        self.sink.abandon();
     }
 }
 
@@ -278,7 +245,7 @@ mod tests {
     #[test]
     fn the_tilt_of_a_run_passes_the_birth_of_the_torus_in_both_directions() {
         let scene = Scene::load("torus-birth").unwrap();
-        let mut sink = BifurcationEvents::new(Vec::new(), shown(&scene, [0.0, 10.0]));
+        let mut passed = BifurcationEvents::new(shown(&scene, [0.0, 10.0]));
         let tilts = [0.1, 0.2, 0.34, 0.35, 0.35, 0.5, 0.3, 0.4, 2.5];
         let tone = |frequency| Record::Spectrum {
             time: 0.0,
@@ -290,20 +257,20 @@ mod tests {
                 label: "f1".to_owned(),
             }],
         };
-        sink.accept(tone(4104.0)).unwrap();
+        let mut events = passed.after(&tone(4104.0));
         for (k, tilt) in tilts.into_iter().enumerate() {
             if tilt == 0.4 {
                 // The run is on another branch, on which nothing happens here.
-                sink.accept(tone(12_430.0)).unwrap();
+                events.extend(passed.after(&tone(12_430.0)));
             }
             let frame = Frame {
                 t0: k as f64,
                 tilt: f64::to_radians(tilt),
                 ..Frame::default()
             };
-            sink.accept(Record::Samples(Arc::new(frame))).unwrap();
+            events.extend(passed.after(&Record::Samples(Arc::new(frame))));
         }
-        let events = sink.sink.iter().filter_map(|record| match record {
+        let events = events.iter().filter_map(|record| match record {
             Record::Event { time, text } => Some((*time, text.as_str())),
             _ => None,
         });

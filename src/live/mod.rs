@@ -3,7 +3,7 @@
 //! ```text
 //!            commands                  records
 //!  page -----------------> Session: run -----------> ViewStore -> the views of the page
-//!    ^                       |                       AudioStream -> listeners
+//!    ^                       |                       AudioSink -> listeners
 //!    +-------- Panel --------+-- StatusStore         Recorder -> files
 //! ```
 //!
@@ -20,26 +20,18 @@ mod panel;
 mod recorder;
 mod server;
 mod session;
-mod session_thread;
 mod tour;
 mod views;
 
-pub use audio::AudioStream;
 pub use command::{Command, HARD_KICK, KICK_RANGE, Promise, Rejected, SPEED_RANGE};
 pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
-pub use server::{BoundListener, Page, RecordingPage, bind};
+pub use server::{BoundListener, Page, bind};
 pub use session::{Session, SessionOptions};
-pub use session_thread::SessionThread;
 pub use tour::{Tour, TourError, TourQuantity, TourStep, TourView};
 pub use views::{ViewCursor, ViewStore};
 
 #[cfg(test)]
 mod frames_tests;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// Locks a mutex. After a panic in another thread the value may belong to two different instants, which is acceptable.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
+use crate::pipeline::lock;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 
 use serde::Serialize;
 
@@ -12,9 +12,9 @@ use super::tour::TourStep;
 use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
 use crate::pipeline::message::{
-    Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine, Subject,
+    Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine,
 };
-use crate::pipeline::{RunState, RunStatus, Sink, SinkError};
+use crate::pipeline::{RunState, Sink, SinkError};
 use crate::scene::{Control, Parameter};
 
 /// Number of events on the panel.
@@ -164,10 +164,23 @@ impl Panel {
     }
 }
 
-/// Samples of the last 5 ms of simulated time, from which the numbers of the panel are computed: they do not
-/// depend on the lengths of the frames, hence not on the playback speed.
+/// A command that was applied, or a message to the user.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Event {
+    /// Consecutive number within the session.
+    pub number: u64,
+    /// Simulated time, s.
+    pub time_s: f64,
+    /// Text of the message.
+    pub text: String,
+}
+
+/// The values of the panel, and what they are derived from: above all the samples of the last 5 ms of simulated time, so
+/// that the numbers do not depend on the lengths of the frames, hence not on the playback speed.
 #[derive(Debug, Default)]
-struct RecentSamples {
+struct Status {
+    /// Values as they arrive.
+    panel: Panel,
     /// Peak velocity below which the vibration is at rest, m/s.
     rest_speed: f64,
     /// Peak velocity below which the lines are not named, m/s.
@@ -190,7 +203,7 @@ struct RecentSamples {
     appearance: Option<Appearance>,
 }
 
-impl RecentSamples {
+impl Status {
     /// Span of time, s: some periods of a low squeak.
     const SPAN: f64 = 5e-3;
     /// Time after which a tilt counts as held, s: a window of the classification; and the range of tilts that does not matter,
@@ -200,23 +213,55 @@ impl RecentSamples {
     /// Relative range of the peak velocity over that time within which a vibration neither grows nor decays.
     const STEADY: f64 = 0.01;
 
-    fn push(&mut self, frame: &Frame) {
+    /// Starts again for a run. What belongs to the session stays.
+    fn begin(&mut self, header: &Header) {
+        let before = std::mem::take(self).panel;
+        self.panel = Panel {
+            run: before.run,
+            lyapunov: before.lyapunov,
+            recording: before.recording,
+            recordings: before.recordings,
+            events: before.events,
+            scene: header.scene.clone(),
+            title: escape::line(&header.title).into_owned(),
+            about: escape::lines(&header.about).into_owned(),
+            controls: header.controls.iter().map(Slider::from).collect(),
+            tilt_range: header.tilt_slider(),
+            tilt_deg: header.joint().map(|_| 0.0),
+            ..Panel::default()
+        };
+        self.rest_speed = header.rest_speed;
+        self.silence = header.silence();
+        let joint = header.joint();
+        self.scheduled_deg = joint.map(|it| [it.min_tilt, it.max_tilt].map(f64::to_degrees));
+    }
+
+    fn update(&mut self, frame: &Frame) {
         let end = frame.end();
+        self.panel.time_s = end;
+        let tilt = frame.tilt.to_degrees();
+        self.panel.tilt_deg = self.panel.tilt_deg.map(|_| tilt);
+        for slider in &mut self.panel.controls {
+            let mut changed = frame.changed.iter();
+            if slider.parameter == Parameter::tilt() {
+                // Rounded: the tilt is converted from radians.
+                slider.value = (1e9 * tilt).round() / 1e9;
+            } else if let Some((_, value)) = changed.find(|(known, _)| *known == slider.parameter) {
+                slider.value = *value;
+            }
+        }
         self.speeds.extend(frame.velocity.iter().map(|v| v.abs()));
         let length = (Self::SPAN / frame.dt).round() as usize;
         self.speeds
             .drain(..self.speeds.len().saturating_sub(length));
-        let now = [frame.tilt.to_degrees(), self.peak_velocity()];
-        self.frames.push_back((end, now));
+        self.frames.push_back((end, [tilt, self.peak_velocity()]));
         self.frames.retain(|(t, _)| end - *t <= Self::HOLD);
         self.contacts.extend(&frame.contacts);
-        self.state = frame
-            .state
-            .clone()
-            .filter(|state| state.values.len() <= MAX_STATE);
         // Half a sample of tolerance: times are rounded.
-        let start = frame.end() - Self::SPAN - 0.5 * frame.dt;
+        let start = end - Self::SPAN - 0.5 * frame.dt;
         self.contacts.retain(|counts| counts.time >= start);
+        let state = frame.state.clone();
+        self.state = state.filter(|state| state.values.len() <= MAX_STATE);
     }
 
     /// Peak velocity of the probe, m/s.
@@ -224,22 +269,9 @@ impl RecentSamples {
         self.speeds.iter().copied().fold(0.0, f64::max)
     }
 
-    fn is_at_rest(&self) -> bool {
-        self.peak_velocity() <= self.rest_speed
-    }
-
-    fn is_silent(&self) -> bool {
-        self.peak_velocity() < self.silence
-    }
-
     /// Range of the tilt, or of the peak velocity, within the last frames.
     fn recent_range(&self, which: usize) -> [f64; 2] {
         range(self.frames.iter().map(|(_, now)| now[which]))
-    }
-
-    fn tilt_moves(&self) -> bool {
-        let [low, high] = self.recent_range(0);
-        high - low > Self::HELD
     }
 
     /// Whether the vibration neither grows nor decays any more.
@@ -260,59 +292,35 @@ impl RecentSamples {
             [stuck, all - stuck - separated, separated]
         })
     }
-}
 
-/// A command that was applied, or a message to the user.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Event {
-    /// Consecutive number within the session.
-    pub number: u64,
-    /// Simulated time, s.
-    pub time_s: f64,
-    /// Text of the message.
-    pub text: String,
-}
-
-/// The store of the status that the panel shows, shared by all threads.
-#[derive(Debug, Default)]
-pub struct StatusStore {
-    panel: Mutex<Panel>,
-    recent: Mutex<RecentSamples>,
-    /// Newest last.
-    events: Mutex<VecDeque<Event>>,
-}
-
-impl StatusStore {
     /// Present values of the panel.
-    pub fn read(&self, status: Option<RunStatus>, watching: usize) -> Panel {
-        let mut panel = self.panel().clone();
-        if let Some(status) = status {
-            panel.speed = status.speed;
-            panel.measured_speed = status.measured_speed;
-            panel.paused = status.paused;
-        }
-        if lock(&self.recent).is_at_rest() && panel.time_s > 0.0 {
+    fn read(&self) -> Panel {
+        let mut panel = self.panel.clone();
+        let peak_velocity = self.peak_velocity();
+        let [lowest, highest] = self.recent_range(0);
+        panel.tilt_moves = highest - lowest > Self::HELD;
+        panel.peak_velocity_mm_per_s = 1e3 * peak_velocity;
+        panel.nodes = self.nodes();
+        if peak_velocity <= self.rest_speed && panel.time_s > 0.0 {
             (panel.regime, panel.confidence) = (Some("at rest".to_owned()), None);
         }
-        if panel.regime.as_deref() == Some("transient") && lock(&self.recent).is_steady() {
+        if panel.regime.as_deref() == Some("transient") && self.is_steady() {
             // The growth or decay is in the window of the classification, but over.
             (panel.regime, panel.confidence) = (None, None);
         }
-        if lock(&self.recent).is_silent() {
+        if peak_velocity < self.silence {
             panel.lines.clear();
         }
         panel.motion = self.motion(&panel);
-        panel.narration = commentary(&panel, lock(&self.recent).appearance);
+        panel.narration = commentary(&panel, self.appearance);
         panel.now = self.now(&panel);
         panel.diagram_condition = panel.diagram_condition();
-        panel.watching = watching;
-        panel.events = lock(&self.events).iter().cloned().collect();
         panel
     }
 
     /// The present motion in words.
     fn motion(&self, panel: &Panel) -> String {
-        let (lines, harmonics) = lock(&self.recent).lines;
+        let (lines, harmonics) = self.lines;
         match panel.regime.as_deref() {
             Some("at rest") => "at rest".to_owned(),
             _ if panel.tilt_moves => "the tilt moves".to_owned(),
@@ -332,7 +340,7 @@ impl StatusStore {
     /// What is observed now, in one line.
     fn now(&self, panel: &Panel) -> String {
         let motion = &panel.motion;
-        let tilted = panel.tilt_deg.zip(lock(&self.recent).scheduled_deg);
+        let tilted = panel.tilt_deg.zip(self.scheduled_deg);
         // A tolerance for degrees that were converted.
         let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
         match tilted.filter(off) {
@@ -348,16 +356,47 @@ impl StatusStore {
         }
     }
 
+    fn log(&mut self, time_s: f64, text: &str) {
+        let events = &mut self.panel.events;
+        events.push(Event {
+            number: events.last().map_or(0, |event| event.number) + 1,
+            time_s,
+            text: escape::line(text).into_owned(),
+        });
+        events.drain(..events.len().saturating_sub(EVENTS));
+    }
+
+    /// Fills the text of the lesson with the last type of motion, which is newer than its measurements.
+    fn update_lesson(&mut self) {
+        if let Some(lesson) = &self.lesson {
+            let mut lesson = Lesson::clone(lesson);
+            lesson.measured.regime = self.regime;
+            self.panel.lesson = crate::text::lesson(&lesson);
+        }
+    }
+}
+
+/// The store of the status that the panel shows, shared by all threads.
+#[derive(Debug, Default)]
+pub struct StatusStore(Mutex<Status>);
+
+impl StatusStore {
+    /// Present values of the panel, as far as they follow from the records.
+    pub fn read(&self) -> Panel {
+        lock(&self.0).read()
+    }
+
     /// A bookmark of the present motion, without a name: scene, changed numbers, state, and the motion if it is classified at a
     /// tilt that holds. A tilt that a schedule moves is held.
     pub fn bookmark(&self) -> TourStep {
-        let panel = self.read(None, 0);
+        let status = lock(&self.0);
+        let panel = status.read();
         let is_settled = panel.confidence.is_some() && !panel.tilt_moves;
         let changed = panel.controls.iter().filter(|it| it.value != it.start);
         TourStep {
             set: changed.map(|it| (it.key.to_owned(), it.value)).collect(),
             scene: panel.scene,
-            state: lock(&self.recent).state.clone(),
+            state: status.state.clone(),
             promise: panel.regime.filter(|_| is_settled).map(|motion| Promise {
                 motion,
                 line_khz: panel.lines.first().map(|line| 1e-3 * line.frequency),
@@ -369,96 +408,26 @@ impl StatusStore {
 
     /// Starts another run.
     pub fn begin_run(&self, header: &Header, lyapunov: Option<bool>) {
-        let mut panel = self.panel();
-        *panel = Panel {
-            run: panel.run + 1,
-            recording: panel.recording.take(),
-            recordings: std::mem::take(&mut panel.recordings),
-            controls: header.controls.iter().map(Slider::from).collect(),
-            tilt_range: header.tilt_slider(),
-            lyapunov,
-            ..Panel::default()
-        };
-        *lock(&self.recent) = RecentSamples::default();
+        let mut status = lock(&self.0);
+        status.panel.run += 1;
+        status.panel.lyapunov = lyapunov;
+        status.begin(header);
     }
 
     /// Adds a message at a simulated time (s).
     pub fn log(&self, time_s: f64, text: impl AsRef<str>) {
-        let mut events = lock(&self.events);
-        let number = events.back().map_or(0, |event| event.number) + 1;
-        if events.len() == EVENTS {
-            events.pop_front();
-        }
-        events.push_back(Event {
-            number,
-            time_s,
-            text: escape::line(text.as_ref()).into_owned(),
-        });
+        lock(&self.0).log(time_s, text.as_ref());
     }
 
     /// Sets the file of the present recording.
     pub fn set_recording(&self, file: Option<String>) {
-        self.panel().recording = file.map(|file| escape::line(&file).into_owned());
+        lock(&self.0).panel.recording = file.map(|file| escape::line(&file).into_owned());
     }
 
     /// Adds a complete recording.
     pub fn add_recording(&self, file: &Path) {
-        let name = file.file_name().unwrap_or_default();
-        self.panel()
-            .recordings
-            .push(name.to_string_lossy().into_owned());
-    }
-
-    /// Fills the text of the lesson with the last type of motion, which is newer than its measurements.
-    fn update_lesson(&self) {
-        let (lesson, regime) = {
-            let recent = lock(&self.recent);
-            (recent.lesson.clone(), recent.regime)
-        };
-        if let Some(lesson) = lesson {
-            let mut lesson = Lesson::clone(&lesson);
-            lesson.measured.regime = regime;
-            self.panel().lesson = crate::text::lesson(&lesson);
-        }
-    }
-
-    fn panel(&self) -> MutexGuard<'_, Panel> {
-        lock(&self.panel)
-    }
-
-    fn update_from_header(&self, header: &Header) {
-        let mut panel = self.panel();
-        panel.scene.clone_from(&header.scene);
-        panel.title = escape::line(&header.title).into_owned();
-        panel.about = escape::lines(&header.about).into_owned();
-        let mut recent = lock(&self.recent);
-        recent.rest_speed = header.rest_speed;
-        recent.silence = header.silence();
-        if let Subject::Joint(joint) = &header.subject {
-            panel.tilt_deg = Some(0.0);
-            recent.scheduled_deg = Some([joint.min_tilt, joint.max_tilt].map(f64::to_degrees));
-        }
-    }
-
-    fn update_from_frame(&self, frame: &Frame) {
-        let mut panel = self.panel();
-        panel.time_s = frame.end();
-        let tilt = frame.tilt.to_degrees();
-        panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
-        for slider in &mut panel.controls {
-            let mut changed = frame.changed.iter();
-            if slider.parameter == Parameter::tilt() {
-                // Rounded: the tilt is converted from radians.
-                slider.value = (1e9 * tilt).round() / 1e9;
-            } else if let Some((_, value)) = changed.find(|(known, _)| *known == slider.parameter) {
-                slider.value = *value;
-            }
-        }
-        let mut recent = lock(&self.recent);
-        recent.push(frame);
-        panel.tilt_moves = recent.tilt_moves();
-        panel.peak_velocity_mm_per_s = 1e3 * recent.peak_velocity();
-        panel.nodes = recent.nodes();
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        lock(&self.0).panel.recordings.push(name.into_owned());
     }
 }
 
@@ -497,44 +466,40 @@ pub struct StatusSink(pub Arc<StatusStore>);
 
 impl Sink for StatusSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let store = &self.0;
+        let status = &mut *lock(&self.0.0);
         match record {
-            Record::Header(header) => store.update_from_header(&header),
-            Record::Samples(frame) => store.update_from_frame(&frame),
+            Record::Header(header) => status.begin(&header),
+            Record::Samples(frame) => status.update(&frame),
             Record::Spectrum { peaks, .. } => {
                 let is_harmonic = |label: &str| {
                     let order = label.strip_suffix(" f1");
                     order.is_some_and(|order| order.parse::<u32>().is_ok())
                 };
                 let harmonics = peaks.iter().filter(|line| is_harmonic(&line.label));
-                lock(&store.recent).lines = (peaks.len(), harmonics.count());
-                store.panel().lines = peaks.into_iter().take(LINES).collect();
+                status.lines = (peaks.len(), harmonics.count());
+                status.panel.lines = peaks.into_iter().take(LINES).collect();
             }
             Record::Regime { verdict, .. } => {
-                let before = lock(&store.recent).regime.replace(verdict.regime);
+                let before = status.regime.replace(verdict.regime);
                 if before != Some(verdict.regime) {
-                    store.update_lesson();
+                    status.update_lesson();
                 }
-                let mut panel = store.panel();
-                panel.confidence = verdict.decided_confidence();
-                panel.regime = Some(match panel.confidence {
-                    Some(_) => verdict.regime.to_string(),
-                    None => verdict.summary(),
-                });
+                status.panel.confidence = verdict.decided_confidence();
+                status.panel.regime = Some(verdict.name());
             }
             Record::Narration { observation, .. } => {
-                lock(&store.recent).appearance = match &observation {
+                status.appearance = match &observation {
                     Observation::Vibration(vibration) => Some(vibration.appearance),
                     Observation::Separated { .. } | Observation::Exponents(_) => None,
                 };
-                store.panel().narration = crate::text::narration(&observation);
+                status.panel.narration = crate::text::narration(&observation);
             }
             Record::Lesson(lesson) => {
-                lock(&store.recent).lesson = Some(lesson);
-                store.update_lesson();
+                status.lesson = Some(lesson);
+                status.update_lesson();
             }
             Record::Event { time, text } | Record::Warning { time, text } => {
-                store.log(time, text);
+                status.log(time, &text);
             }
             _ => {}
         }

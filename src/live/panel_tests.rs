@@ -17,16 +17,19 @@ fn the_last_events_are_kept_and_numbered() {
         let text = format!("event {k}");
         sink.accept(Record::Event { time: 0.1, text }).unwrap();
     }
-    let panel = store.read(None, 2);
+    let panel = store.read();
     assert_eq!(panel.events.len(), EVENTS);
     assert_eq!(panel.events[EVENTS - 1].text, "event 19");
     assert_eq!(panel.events[EVENTS - 1].number, 20);
-    assert_eq!(panel.watching, 2);
+}
+
+fn update(store: &StatusStore, frame: &Frame) {
+    lock(&store.0).update(frame);
 }
 
 /// The panel after a run of a scene, in frames of the given playback speed (simulated seconds per second).
 fn panel_at(scene: &str, speed: f64, duration_ms: f64) -> Panel {
-    follow(scene, speed, duration_ms, |_| {}).read(None, 0)
+    follow(scene, speed, duration_ms, |_| {}).read()
 }
 
 /// The same, with a function that is called after each frame.
@@ -73,21 +76,21 @@ fn the_present_motion_is_told_from_the_scene() {
         displacement: vec![0.0; 1000],
         ..Frame::default()
     };
-    store.update_from_frame(&frame(0.0, 0.0, 1e-3));
-    assert_eq!(store.read(None, 0).now, "not yet classified");
-    store.panel().regime = Some("chaotic".to_owned());
-    store.panel().confidence = Some(0.9);
-    store.update_from_frame(&frame(0.01, 5f64.to_radians(), 1e-3));
-    let motion = |store: &StatusStore| store.read(None, 0).motion;
+    update(&store, &frame(0.0, 0.0, 1e-3));
+    assert_eq!(store.read().now, "not yet classified");
+    lock(&store.0).panel.regime = Some("chaotic".to_owned());
+    lock(&store.0).panel.confidence = Some(0.9);
+    update(&store, &frame(0.01, 5f64.to_radians(), 1e-3));
+    let motion = |store: &StatusStore| store.read().motion;
     assert_eq!(motion(&store), "the tilt moves");
     assert_eq!(store.bookmark().promise, None);
-    store.update_from_frame(&frame(0.06, 5f64.to_radians(), 1e-3));
-    let panel = store.read(None, 0);
+    update(&store, &frame(0.06, 5f64.to_radians(), 1e-3));
+    let panel = store.read();
     let words = "chaotic, at a tilt of 5.00° instead of the scene's 0.00°";
     assert_eq!((panel.title.as_str(), panel.now.as_str()), ("Torus", words));
     assert_eq!(store.bookmark().promise.unwrap().motion, "chaotic");
-    store.update_from_frame(&frame(0.12, 0.0, 1e-7));
-    let panel = store.read(None, 0);
+    update(&store, &frame(0.12, 0.0, 1e-7));
+    let panel = store.read();
     assert_eq!((panel.now.as_str(), panel.confidence), ("at rest", None));
 }
 
@@ -102,7 +105,7 @@ fn there_is_one_verdict() {
     ] {
         let mut verdicts = std::collections::HashSet::new();
         follow(scene, 0.25, duration_ms, |store| {
-            let panel = store.read(None, 0);
+            let panel = store.read();
             let found = contradictions(&serde_json::to_value(&panel).unwrap());
             assert_eq!(found, [""; 0], "{scene}");
             verdicts.insert(panel.motion);
@@ -116,7 +119,7 @@ fn there_is_one_verdict() {
 fn a_growth_that_is_over_is_no_transient() {
     let mut verdicts = [Vec::new(), Vec::new()];
     follow("negative-slope", 0.02, 190.0, |store| {
-        let panel = store.read(None, 0);
+        let panel = store.read();
         verdicts[usize::from(panel.time_s > 0.17)].extend(panel.regime);
     });
     assert!(verdicts[0].iter().any(|regime| regime == "transient"));
@@ -138,10 +141,10 @@ fn a_new_run_resets_the_numbers_but_keeps_the_events() {
         displacement: vec![0.0; 2],
         ..Frame::default()
     };
-    store.update_from_frame(&frame);
-    assert_eq!(store.read(None, 0).peak_velocity_mm_per_s, 2.0);
+    update(&store, &frame);
+    assert_eq!(store.read().peak_velocity_mm_per_s, 2.0);
     store.begin_run(&crate::pipeline::synthetic_header(), None);
-    let panel = store.read(None, 0);
+    let panel = store.read();
     assert_eq!(
         (
             panel.run,

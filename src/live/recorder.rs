@@ -7,7 +7,7 @@ use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::{Frame, Header, Record};
 use crate::pipeline::{Delivery, Sink, SinkError};
-use crate::record::{Output, PartFile, RecordError, RerunSink};
+use crate::record::{PartFile, RecordError, RerunSink};
 use crate::scene::RecordSpec;
 
 /// Control of recordings from any thread: starts and stops them.
@@ -166,18 +166,10 @@ impl Recorder {
         let Some(header) = self.header.clone() else {
             return;
         };
-        let opened = match self.recording.take_reserved() {
-            Some(reserved) => RerunSink::into_reserved_file(reserved, self.spec),
-            None => {
-                let output = Output {
-                    save: Some(file.clone()),
-                    ..Output::default()
-                };
-                RerunSink::new(&output, self.spec)
-            }
-        };
-        let opened = opened.map_err(SinkError::from);
-        let begun = opened.and_then(|mut sink| {
+        let reserved = self.recording.take_reserved();
+        let part = reserved.map_or_else(|| PartFile::create(&file), Ok);
+        let opened = part.and_then(|part| RerunSink::into_file(part, self.spec));
+        let begun = opened.map_err(SinkError::from).and_then(|mut sink| {
             sink.accept(Record::Header(header))?;
             Ok(sink)
         });
@@ -269,10 +261,12 @@ impl Sink for Recorder {
         self.recording.stop();
         Ok(())
     }
+}
 
-    fn abandon(&mut self) {
-        if let Some((file, mut sink)) = self.open.take() {
-            sink.abandon();
+impl Drop for Recorder {
+    /// The recording of a run that has failed.
+    fn drop(&mut self) {
+        if let Some((file, sink)) = self.open.take() {
             let part = sink.part().map(Path::to_owned);
             // Dropping the sink writes the index.
             drop(sink);

@@ -23,7 +23,6 @@ mod files;
 mod guard;
 mod recording;
 mod roles;
-mod second;
 mod sockets;
 #[cfg(test)]
 mod tests;
@@ -41,26 +40,21 @@ use axum::routing::get;
 use axum::{Extension, Router};
 use re_web_viewer_server::WebViewerData;
 use tokio::net::TcpListener;
-use tokio::sync::watch;
+use tokio::sync::oneshot;
 
 use self::accept::Limits;
 use self::guard::Access;
 use self::roles::Keys;
-use self::second::SecondRun;
 use super::session::Session;
 use super::tour::Tour;
-
-pub use self::recording::RecordingPage;
 
 /// Data shared by all connections of the page.
 struct Shared {
     session: Arc<Session>,
     /// Address for an audience that only watches; `None` if only this machine can reach the page.
     audience_url: Option<String>,
-    /// The bookmarks that ship.
-    bookmarks: Option<Tour>,
     /// A second run for comparison.
-    second: Option<SecondRun>,
+    second: Option<Arc<Session>>,
 }
 
 /// A listener bound to an address: a listening socket.
@@ -88,54 +82,16 @@ fn reachable(address: SocketAddr) -> SocketAddr {
         return address;
     }
     // Addresses reserved for documentation. Nothing is sent; the socket only selects the outgoing interface.
-    let (far, here): (IpAddr, IpAddr) = match address {
-        SocketAddr::V4(_) => (
-            Ipv4Addr::new(192, 0, 2, 1).into(),
-            Ipv4Addr::LOCALHOST.into(),
-        ),
-        SocketAddr::V6(_) => (
-            Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 1).into(),
-            Ipv6Addr::LOCALHOST.into(),
-        ),
+    let (far, here) = if address.is_ipv4() {
+        ("192.0.2.1:9", IpAddr::V4(Ipv4Addr::LOCALHOST))
+    } else {
+        ("[2001:db8::1]:9", IpAddr::V6(Ipv6Addr::LOCALHOST))
     };
     let way = UdpSocket::bind((address.ip(), 0)).and_then(|socket| {
-        socket.connect((far, 9))?;
+        socket.connect(far)?;
         socket.local_addr()
     });
     SocketAddr::new(way.map_or(here, |way| way.ip()), address.port())
-}
-
-/// A server on its own thread.
-#[derive(Debug)]
-struct Server {
-    stop: watch::Sender<bool>,
-    serving: JoinHandle<io::Result<()>>,
-}
-
-impl Server {
-    fn start(
-        serving: BoundListener,
-        keys: Option<Keys>,
-        router: Router,
-        limits: Limits,
-    ) -> io::Result<Self> {
-        let access = Arc::new(Access {
-            address: serving.address,
-            keys,
-        });
-        let router = router.layer(middleware::from_fn_with_state(access, guard::guard));
-        let (stop, stopped) = watch::channel(false);
-        let serving = std::thread::Builder::new()
-            .name("page".to_owned())
-            .spawn(move || serve(serving.listener, router, limits, stopped))?;
-        Ok(Self { stop, serving })
-    }
-
-    fn close(self) -> io::Result<()> {
-        self.stop.send_replace(true);
-        let panicked = |_| Err(io::Error::other("the thread of the page panicked"));
-        self.serving.join().unwrap_or_else(panicked)
-    }
 }
 
 /// Serves until stopped.
@@ -143,7 +99,7 @@ fn serve(
     listener: std::net::TcpListener,
     router: Router,
     limits: Limits,
-    mut stopped: watch::Receiver<bool>,
+    stopped: oneshot::Receiver<()>,
 ) -> io::Result<()> {
     // Single-threaded: starting worker threads panics if the system provides no more threads.
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -154,8 +110,7 @@ fn serve(
         let listener = TcpListener::from_std(listener)?;
         tokio::select! {
             () = accept::accept(listener, router, limits) => {}
-            // A dropped sender also stops the server.
-            _ = stopped.wait_for(|stopped| *stopped) => {}
+            _ = stopped => {}
         }
         Ok(())
     });
@@ -171,10 +126,13 @@ fn viewer() -> io::Result<&'static WebViewerData> {
     VIEWER.as_ref().map_err(|fault| io::Error::other(&**fault))
 }
 
-/// The running server of the page.
+/// A running server on its own thread: of the page of a session, or of a recording.
 pub struct Page {
-    server: Server,
-    shared: Arc<Shared>,
+    /// Stops the server when it is dropped.
+    stop: oneshot::Sender<()>,
+    serving: JoinHandle<io::Result<()>>,
+    /// The second run of a page.
+    second: Option<Arc<Session>>,
     url: String,
 }
 
@@ -204,15 +162,44 @@ impl Page {
         let shared = Arc::new(Shared {
             session,
             audience_url: keys.as_ref().map(|keys| keyed(&keys.audience)),
-            bookmarks: Tour::bookmarks(),
-            second: second.map(SecondRun::new),
+            second: second.clone(),
         });
-        let router = router(Arc::clone(&shared));
-        let server = Server::start(serving, keys, router, limits)?;
+        let page = Self::start(serving, keys, router(shared), limits)?;
+        let url = url.unwrap_or(plain);
         Ok(Self {
-            server,
-            shared,
-            url: url.unwrap_or(plain),
+            second,
+            url,
+            ..page
+        })
+    }
+
+    /// Serves a recording in Rerun's web viewer.
+    ///
+    /// # Errors
+    /// Errors of the operating system.
+    pub fn of_recording(serving: BoundListener, recording: &std::path::Path) -> io::Result<Self> {
+        let router = recording::router(recording)?;
+        Self::start(serving, None, router, Limits::default())
+    }
+
+    fn start(
+        serving: BoundListener,
+        keys: Option<Keys>,
+        router: Router,
+        limits: Limits,
+    ) -> io::Result<Self> {
+        let address = serving.address;
+        let access = Arc::new(Access { address, keys });
+        let router = router.layer(middleware::from_fn_with_state(access, guard::guard));
+        let (stop, stopped) = oneshot::channel();
+        let serving = std::thread::Builder::new()
+            .name("page".to_owned())
+            .spawn(move || serve(serving.listener, router, limits, stopped))?;
+        Ok(Self {
+            stop,
+            serving,
+            second: None,
+            url: format!("http://{address}/"),
         })
     }
 
@@ -223,7 +210,7 @@ impl Page {
 
     /// Whether the server has stopped.
     pub fn is_finished(&self) -> bool {
-        self.server.serving.is_finished()
+        self.serving.is_finished()
     }
 
     /// Stops the server and the second run, and closes open connections.
@@ -231,16 +218,21 @@ impl Page {
     /// # Errors
     /// The error that stopped the server or the second run earlier.
     pub fn close(self) -> io::Result<()> {
-        let served = self.server.close();
-        let ended = self.shared.second.as_ref().map_or(Ok(()), SecondRun::end);
-        served.and(ended)
+        drop(self.stop);
+        let panicked = |_| Err(io::Error::other("the thread of the page panicked"));
+        let served = self.serving.join().unwrap_or_else(panicked);
+        if let Some(second) = self.second {
+            second.end();
+            second.join().map_err(io::Error::other)?;
+        }
+        served
     }
 }
 
 fn router(shared: Arc<Shared>) -> Router {
-    let mut router = files::routes(Router::new());
+    let mut router = files::routes(Router::new(), files::page());
     if let Some(second) = &shared.second {
-        router = router.nest("/b", run_routes(&second.session));
+        router = router.nest(guard::SECOND, run_routes(second));
     }
     router
         .route("/favicon.ico", get(favicon))
@@ -277,7 +269,7 @@ fn json(value: &impl serde::Serialize) -> Response {
 
 async fn tour(State(shared): State<Arc<Shared>>) -> Response {
     let tour = &shared.session.options.tour;
-    json(&serde_json::json!({ "tour": tour, "bookmarks": shared.bookmarks }))
+    json(&serde_json::json!({ "tour": tour, "bookmarks": Tour::bookmarks() }))
 }
 
 async fn bookmark(Extension(session): Extension<Arc<Session>>) -> Response {

@@ -5,11 +5,14 @@ mod commands;
 mod tests;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use tokio::sync::broadcast;
 
 pub(super) use self::commands::{check_state, preset_scene, start_commands};
-use super::audio::AudioStream;
+use super::audio::{self, AudioSink, Sound};
 use super::command::Promise;
 use super::diagram::{BifurcationEvents, DiagramStore};
 use super::lock;
@@ -20,15 +23,15 @@ use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, Simulation,
-    Sink, SinkError, Source as _, Tee, drive,
+    InteractiveSource, Monitor, PipelineError, RunCommand, RunHandle, Simulation, Sink, SinkError,
+    Source as _, Tee, drive, joined,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene, preset};
 use crate::sound::{Source, WavSink};
 
 /// Options of a session.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct SessionOptions {
     /// The first scene.
     pub scene: Scene,
@@ -60,31 +63,36 @@ pub struct Session {
     /// Data for the views of the page.
     pub views: Arc<ViewStore>,
     /// Audio for the listeners of the page.
-    pub audio: Arc<AudioStream>,
+    pub(super) audio: broadcast::Sender<Sound>,
     store: Arc<StatusStore>,
     /// Recordings of the runs.
     pub(super) recording: Arc<RecordingControl>,
     /// The branch diagram of the present scene.
     pub(super) diagrams: Arc<DiagramStore>,
     current: Mutex<Current>,
-    kicks: AtomicU64,
     /// Stops a run within a frame.
     stop: Arc<AtomicBool>,
+    thread: Mutex<Option<JoinHandle<RunEnd>>>,
 }
+
+/// The summary of the last run, or `None` if there was none; or the first error of a run.
+type RunEnd = Result<Option<Summary>, PipelineError>;
+
+/// Name of the thread of a session.
+const THREAD: &str = "session";
 
 struct Current {
     scene: Scene,
     speed: f64,
     lyapunov: bool,
-    /// Present during a run.
-    handle: Option<RunHandle>,
+    /// The run, or the next one.
+    handle: RunHandle,
+    /// Whether the panel is that of this run.
+    is_running: bool,
     /// The scene with the numbers that commands have changed.
     present: Scene,
-    /// Commands sent before the run existed.
-    early: PendingCommands,
-    /// Whether another run starts, with `scene`.
-    restarts: bool,
-    stopped: bool,
+    /// Number of kicks in the run.
+    kicks: u64,
     /// Step of the tour, from 0, while it is shown.
     step: Option<usize>,
     /// Whether all pages are black.
@@ -101,7 +109,7 @@ impl Session {
     pub fn new(options: SessionOptions) -> Self {
         Self {
             views: Arc::default(),
-            audio: Arc::new(AudioStream::new(options.source)),
+            audio: broadcast::channel(audio::QUEUE).0,
             store: Arc::default(),
             recording: Arc::new(RecordingControl::new(
                 options.folder.clone(),
@@ -112,11 +120,10 @@ impl Session {
                 scene: options.scene.clone(),
                 speed: options.speed,
                 lyapunov: options.lyapunov,
-                handle: None,
+                handle: RunHandle::new(options.speed),
+                is_running: false,
                 present: options.scene.clone(),
-                early: PendingCommands::default(),
-                restarts: false,
-                stopped: false,
+                kicks: 0,
                 step: None,
                 blank: false,
                 opening: TourStep::of_scene(&options.scene.name),
@@ -124,40 +131,75 @@ impl Session {
                 wav: options.wav.clone(),
             }),
             options,
-            kicks: AtomicU64::new(0),
             stop: Arc::default(),
+            thread: Mutex::default(),
         }
+    }
+
+    /// Runs the session on its own thread, see [`Session::run`], unless it was started before.
+    ///
+    /// # Errors
+    /// If the thread cannot be started.
+    pub fn start(self: &Arc<Self>) -> Result<(), PipelineError> {
+        let mut thread = lock(&self.thread);
+        if thread.is_none() {
+            let session = Arc::clone(self);
+            let started = std::thread::Builder::new()
+                .name(THREAD.to_owned())
+                .spawn(move || session.run())
+                .map_err(|source| PipelineError::Thread {
+                    name: THREAD,
+                    source,
+                })?;
+            *thread = Some(started);
+        }
+        Ok(())
+    }
+
+    /// Whether the thread of the session has ended.
+    pub fn is_finished(&self) -> bool {
+        let thread = lock(&self.thread);
+        thread.as_ref().is_some_and(JoinHandle::is_finished)
+    }
+
+    /// Waits for the end of the thread of the session. Returns the summary of the last run, or `None` if there was none.
+    ///
+    /// # Errors
+    /// Errors of [`Session::run`]. A panic counts as an error.
+    pub fn join(&self) -> RunEnd {
+        let thread = lock(&self.thread).take();
+        thread.map_or(Ok(None), |thread| joined(thread.join(), THREAD))
     }
 
     /// Runs one scene after another until the session is stopped.
     ///
     /// # Errors
     /// The first error of a run.
-    pub fn run(&self) -> Result<Option<Summary>, PipelineError> {
+    pub fn run(&self) -> RunEnd {
         let ended = self.run_all();
         self.diagrams.cancel();
         ended
     }
 
-    fn run_all(&self) -> Result<Option<Summary>, PipelineError> {
+    fn run_all(&self) -> RunEnd {
         let mut viewer = self.options.viewer.clone();
         let mut last = None;
         loop {
-            let (scene, speed, wav, lyapunov) = {
+            let (scene, handle, wav, lyapunov) = {
                 let mut current = lock(&self.current);
-                if current.stopped {
+                if self.stop.load(Ordering::Relaxed) {
                     return Ok(last);
                 }
-                current.restarts = false;
                 let followed = current.scene.computes_lyapunov();
                 let lyapunov = followed.then_some(current.lyapunov);
                 let scene = match lyapunov {
                     Some(false) => current.scene.without_lyapunov()?,
                     Some(true) | None => current.scene.clone(),
                 };
-                (scene, current.speed, current.wav.take(), lyapunov)
+                let handle = current.handle.clone();
+                (scene, handle, current.wav.take(), lyapunov)
             };
-            let (run, handle) = InteractiveSource::new(Simulation::new(&scene)?, speed);
+            let run = InteractiveSource::new(Simulation::new(&scene)?, &handle);
             let header = run.header(&self.options.command);
             if self.options.computes_diagram {
                 let interval = header.tilt_slider();
@@ -165,7 +207,7 @@ impl Session {
             }
             self.store.begin_run(&header, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
-            let mut sinks = self.display_sinks(&scene, &handle, viewer.as_mut())?;
+            let mut sinks = self.display_sinks(&scene, handle, viewer.as_mut())?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
@@ -174,23 +216,17 @@ impl Session {
             }
             // The last sink: a file then contains every record that the panel has shown.
             sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
-            {
-                let mut current = lock(&self.current);
-                if current.restarts || current.stopped {
-                    end(&handle);
-                } else {
-                    // Commands sent in the meantime are kept.
-                    handle.set_pending(std::mem::take(&mut current.early));
-                    current.handle = Some(handle);
-                }
-            }
-            let mut tee = BifurcationEvents::new(Tee::new(sinks), Arc::clone(&self.diagrams));
+            lock(&self.current).is_running = true;
+            let mut events = BifurcationEvents::new(Arc::clone(&self.diagrams));
+            let mut tee = Tee::new(sinks).deriving(move |record| events.after(record));
             let monitor = Monitor {
                 stop: &self.stop,
                 ..Monitor::default()
             };
             let ran = drive(run, &self.options.command, &mut tee, monitor);
-            lock(&self.current).handle = None;
+            // The recorder of a failed run reports its file.
+            drop(tee);
+            lock(&self.current).is_running = false;
             if let Some(wav) = wav {
                 let outcome = ran.as_ref().map(|_| ());
                 let outcome =
@@ -205,13 +241,13 @@ impl Session {
     fn display_sinks(
         &self,
         scene: &Scene,
-        handle: &RunHandle,
+        handle: RunHandle,
         output: Option<&mut Output>,
     ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
-        self.audio.set_run(handle.clone());
         // The views of the page come first: they answer at once.
         let views = self.views.sink(scene.record.deformation_scale);
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(self.audio.sink())];
+        let audio = AudioSink::new(self.options.source, handle, self.audio.clone());
+        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(audio)];
         if let Some(output) = output {
             let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
             sinks.push(Box::new(viewer));
@@ -228,12 +264,9 @@ impl Session {
 
     /// Stops the session.
     pub fn end(&self) {
-        let mut current = lock(&self.current);
-        current.stopped = true;
+        let current = lock(&self.current);
         self.stop.store(true, Ordering::Relaxed);
-        if let Some(handle) = &current.handle {
-            end(handle);
-        }
+        end(&current.handle);
     }
 
     /// Results for the requested files, after the end of the session.
@@ -248,17 +281,21 @@ impl Session {
     pub fn panel(&self) -> Panel {
         let (status, tour_step, blank, promise) = {
             let current = lock(&self.current);
-            let status = current.handle.as_ref().map(RunHandle::status);
             // Between two runs the panel is still that of the former one.
-            let promise = status.and(current.promise.clone());
+            let promise = current.promise.clone().filter(|_| current.is_running);
+            let status = current.handle.status();
             (status, current.step, current.blank, promise)
         };
         let mut panel = Panel {
+            speed: status.speed,
+            measured_speed: status.measured_speed,
+            paused: status.paused,
+            watching: self.views.watching(),
             diagram: self.diagrams.number(),
             diagram_note: self.diagrams.note(),
             tour_step,
             blank,
-            ..self.store.read(status, self.views.watching())
+            ..self.store.read()
         };
         panel.departure = promise.and_then(|promise| panel.departure_from(&promise));
         panel

@@ -11,7 +11,6 @@ use std::sync::{Arc, Mutex};
 
 use tokio::sync::watch;
 
-use self::encode::Message;
 use self::store::State;
 use super::lock;
 use crate::pipeline::message::Record;
@@ -41,9 +40,8 @@ impl ViewStore {
 
     /// The message with everything that is new since the last one of a client; `None` without news.
     pub fn next(&self, cursor: &mut ViewCursor) -> Option<Vec<u8>> {
-        let mut message = Message::default();
-        lock(&self.state).write(cursor, &mut message);
-        (!message.is_empty()).then(|| message.finish())
+        let message = lock(&self.state).news(cursor)?;
+        Some(message.finish())
     }
 
     /// The pictures of the lesson; empty for a scene without one.
@@ -56,7 +54,6 @@ impl ViewStore {
         ViewSink {
             store: Arc::clone(self),
             magnification,
-            changed: false,
         }
     }
 }
@@ -65,32 +62,22 @@ impl ViewStore {
 pub struct ViewSink {
     store: Arc<ViewStore>,
     magnification: f64,
-    /// Whether records have arrived since the clients were notified.
-    changed: bool,
-}
-
-impl ViewSink {
-    fn notify(&mut self) {
-        if std::mem::take(&mut self.changed) {
-            self.store.version.send_modify(|version| *version += 1);
-        }
-    }
 }
 
 impl Sink for ViewSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let is_frame = matches!(record, Record::Samples(_) | Record::Header(_));
         lock(&self.store.state).update(record, self.magnification);
-        self.changed = true;
         // Once per frame: the results of an analysis follow with the next one.
         if is_frame {
-            self.notify();
+            self.idle()?;
         }
         Ok(())
     }
 
+    /// Notifies the clients, which find out what is new.
     fn idle(&mut self) -> Result<(), SinkError> {
-        self.notify();
+        self.store.version.send_modify(|version| *version += 1);
         Ok(())
     }
 

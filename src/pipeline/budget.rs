@@ -1,23 +1,21 @@
 //! Budget of the analyses: fewer windows while they are slower than real time, or than the playback of a live run.
 
 use super::message::{Frame, Record};
-use crate::scene::AnalysisBudget;
 
 /// Simulated time over which the load is measured, s: several windows of each analysis.
 const INTERVAL: f64 = 40e-3;
 
-/// Largest divisor of the rate.
-const MAX_DIVISOR: u64 = 16;
+/// Most halvings of the rate.
+const MOST_HALVINGS: u32 = 4;
 
 /// Load below which the rate is doubled; the load is then still below 1.
 const LOW_LOAD: f64 = 0.4;
 
 /// Measures the time that the analyses take, and sets the divisor of their rate: of the windows that a scene
 /// requests, every `divisor`-th is computed.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Budget {
-    kind: AnalysisBudget,
-    divisor: u64,
+    halvings: u32,
     /// Since the last decision, s: simulated time, the time in which it is to be played, and computing time.
     simulated: f64,
     playback: f64,
@@ -28,32 +26,17 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    pub fn new(kind: AnalysisBudget) -> Self {
-        Self {
-            kind,
-            divisor: 1,
-            simulated: 0.0,
-            playback: 0.0,
-            busy: 0.0,
-            total: 0.0,
-            weighted: 0.0,
-        }
-    }
-
     /// The present divisor.
     pub fn divisor(&self) -> u64 {
-        self.divisor
+        1 << self.halvings
     }
 
     /// Adds a frame whose analyses took `busy` seconds. Returns a warning if the divisor changes.
     pub fn follow(&mut self, frame: &Frame, busy: f64) -> Option<Record> {
         let time = frame.end();
         let simulated = time - frame.t0;
-        if self.kind == AnalysisBudget::Complete {
-            return None;
-        }
         self.total += simulated;
-        self.weighted += simulated / self.divisor as f64;
+        self.weighted += simulated / self.divisor() as f64;
         self.simulated += simulated;
         // A live run is played more slowly or faster.
         self.playback += simulated / frame.shown.map_or(1.0, |shown| shown.speed);
@@ -63,15 +46,15 @@ impl Budget {
         }
         let load = self.busy / self.playback;
         (self.simulated, self.playback, self.busy) = (0.0, 0.0, 0.0);
-        let divisor = match load {
-            1.0.. => MAX_DIVISOR.min(2 * self.divisor),
-            ..LOW_LOAD => (self.divisor / 2).max(1),
-            _ => self.divisor,
+        let halvings = match load {
+            1.0.. => MOST_HALVINGS.min(self.halvings + 1),
+            ..LOW_LOAD => self.halvings.saturating_sub(1),
+            _ => self.halvings,
         };
-        let changed = std::mem::replace(&mut self.divisor, divisor) != divisor;
-        let windows = match divisor {
+        let changed = std::mem::replace(&mut self.halvings, halvings) != halvings;
+        let windows = match self.divisor() {
             1 => "all windows are".to_owned(),
-            _ => format!("1 of {divisor} windows is"),
+            divisor => format!("1 of {divisor} windows is"),
         };
         changed.then(|| Record::Warning {
             time,
@@ -82,10 +65,9 @@ impl Budget {
         })
     }
 
-    /// Mean rate of the analyses over the rate of the scene; `None` if every window is computed.
+    /// Mean rate of the analyses over the rate of the scene; `None` before the first frame.
     pub fn rate(&self) -> Option<f64> {
-        let limited = self.kind == AnalysisBudget::Realtime && self.total > 0.0;
-        limited.then(|| self.weighted / self.total)
+        (self.total > 0.0).then(|| self.weighted / self.total)
     }
 }
 
@@ -97,7 +79,7 @@ mod tests {
     use crate::analysis::recurrence::RecurrenceImage;
     use crate::pipeline::message::{DisplayRates, Summary};
     use crate::pipeline::{Monitor, run};
-    use crate::scene::{AnalysisSpec, Scene};
+    use crate::scene::{AnalysisBudget, AnalysisSpec, Scene};
 
     /// Follows frames of 10 ms whose full analyses take `load` times as long, at a playback speed.
     fn follow_at(speed: f64, budget: &mut Budget, loads: &[f64]) -> Vec<u64> {
@@ -123,7 +105,7 @@ mod tests {
 
     #[test]
     fn a_slow_playback_leaves_more_time() {
-        let mut budget = Budget::new(AnalysisBudget::Realtime);
+        let mut budget = Budget::default();
         assert_eq!(follow_at(0.1, &mut budget, &[8.0; 16]), [1; 16]);
         assert_eq!(budget.rate(), Some(1.0));
         assert!(follow_at(0.1, &mut budget, &[30.0; 16])[15] >= 2);
@@ -131,7 +113,7 @@ mod tests {
 
     #[test]
     fn the_rate_falls_until_the_analyses_keep_up_and_recovers() {
-        let mut budget = Budget::new(AnalysisBudget::Realtime);
+        let mut budget = Budget::default();
         let slow = follow(&mut budget, &[3.0; 16]);
         assert_eq!((slow[2], slow[4], slow[15]), (1, 2, 4));
         let fast = follow(&mut budget, &[0.3; 16]);
@@ -188,12 +170,5 @@ mod tests {
         let rate = limited.analysis_rate.unwrap();
         assert!((0.1..0.9).contains(&rate), "{rate}");
         assert!(fewer.iter().all(|plot| plots.contains(plot)));
-    }
-
-    #[test]
-    fn without_a_budget_every_window_is_computed() {
-        let mut budget = Budget::new(AnalysisBudget::Complete);
-        assert_eq!(follow(&mut budget, &[9.0; 16]), [1; 16]);
-        assert_eq!(budget.rate(), None);
     }
 }

@@ -28,8 +28,6 @@ pub struct RunStatus {
     pub measured_speed: Option<f64>,
     /// Whether the run is paused.
     pub paused: bool,
-    /// End time of the last frame, s of simulated time.
-    pub time: f64,
 }
 
 /// Sends commands to an interactive run. Can be used from any thread and never blocks.
@@ -38,12 +36,29 @@ pub struct RunHandle {
     pending: Arc<Mutex<PendingCommands>>,
     /// Wakes up a waiting run. A run that has ended ignores it.
     wake: Sender<()>,
+    woken: Receiver<()>,
     status: Arc<Mutex<RunStatus>>,
 }
 
 impl RunHandle {
-    /// Sends a command, which takes effect before the next frame. Commands sent between two frames are
-    /// combined, see [`PendingCommands`].
+    /// A handle for a run that will start at the playback speed `speed` (simulated seconds per second).
+    pub fn new(speed: f64) -> Self {
+        let (wake, woken) = bounded(1);
+        Self {
+            pending: Arc::default(),
+            wake,
+            woken,
+            status: Arc::new(Mutex::new(RunStatus {
+                speed,
+                measured_speed: None,
+                paused: false,
+            })),
+        }
+    }
+
+    /// Sends a command, which takes effect before the next frame. Commands sent between two frames are combined: of several
+    /// values of one number, playback speeds, or pause and resume commands, the last one applies; kicks add up to
+    /// [`MAX_KICKS_PER_FRAME`](super::MAX_KICKS_PER_FRAME).
     ///
     /// # Errors
     /// [`TooManyKicks`].
@@ -52,12 +67,6 @@ impl RunHandle {
         // If the channel is full, a wake-up is already pending.
         let _ = self.wake.try_send(());
         Ok(())
-    }
-
-    /// Sets the commands that were sent before the run existed.
-    pub fn set_pending(&self, early: PendingCommands) {
-        *lock(&self.pending) = early;
-        let _ = self.wake.try_send(());
     }
 
     /// The scene of the run, with its present numbers, if it has refused one since the last call.
@@ -71,8 +80,8 @@ impl RunHandle {
     }
 }
 
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    // No holder of the lock leaves the value inconsistent.
+/// Locks a mutex. After a panic in another thread the value may belong to two different instants, which is acceptable.
+pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -97,25 +106,14 @@ pub struct InteractiveSource {
 }
 
 impl InteractiveSource {
-    /// Makes a simulation interactive. It starts at the playback speed `speed` (simulated seconds per second).
-    pub fn new(mut source: Simulation, speed: f64) -> (Self, RunHandle) {
+    /// Makes a simulation interactive, with a handle of its own. Commands sent before apply to its first frame.
+    pub fn new(mut source: Simulation, handle: &RunHandle) -> Self {
         source.run_until_stopped();
-        let (wake, woken) = bounded(1);
         let time = source.time();
-        let handle = RunHandle {
-            pending: Arc::default(),
-            wake,
-            status: Arc::new(Mutex::new(RunStatus {
-                speed,
-                measured_speed: None,
-                paused: false,
-                time,
-            })),
-        };
         let mut run = Self {
             source,
             pending: Arc::clone(&handle.pending),
-            wake: woken,
+            wake: handle.woken.clone(),
             status: Arc::clone(&handle.status),
             anchor: (Instant::now(), time),
             measured: (Instant::now(), time),
@@ -124,8 +122,8 @@ impl InteractiveSource {
             done: Vec::new(),
             kicks: Vec::new(),
         };
-        run.set_speed(speed);
-        (run, handle)
+        run.set_speed(handle.status().speed);
+        run
     }
 
     fn set_speed(&mut self, speed: f64) {
@@ -254,7 +252,6 @@ impl InteractiveSource {
         let now = Instant::now();
         let time = self.source.time();
         let mut status = lock(&self.status);
-        status.time = time;
         let (since, from) = self.measured;
         let wall = now - since;
         if !status.paused && wall >= SPEED_WINDOW {

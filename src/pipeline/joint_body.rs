@@ -150,30 +150,19 @@ impl JointBody {
         }
     }
 
-    /// Integrates to a time (s) and applies tilt, load and rotation of this time. Each jump on the way changes the joint
-    /// exactly at its time.
-    pub fn set_time(&mut self, time: f64, motion: &mut Motion) -> Result<(), PipelineError> {
-        self.apply_jumps(time, motion)?;
-        self.apply_loading(time, motion)
-    }
-
-    /// Advances the loading to a sample at a time (s).
+    /// Advances the loading to a time (s): at a sample, where gradual changes may wait for a later one, or at the end of a run.
+    /// Each jump on the way changes the joint exactly at its time.
     pub fn advance(
         &mut self,
-        sample: u64,
+        sample: Option<u64>,
         time: f64,
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
-        self.apply_jumps(time, motion)?;
-        if self.clock.last_update(sample) == sample {
-            self.apply_loading(time, motion)?;
-        }
-        Ok(())
-    }
-
-    fn apply_jumps(&mut self, time: f64, motion: &mut Motion) -> Result<(), PipelineError> {
         while let Some(jump) = self.clock.take_jump(time) {
             self.apply_loading(jump, motion)?;
+        }
+        if sample.is_none_or(|sample| self.clock.last_update(sample) == sample) {
+            self.apply_loading(time, motion)?;
         }
         Ok(())
     }

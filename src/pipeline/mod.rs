@@ -35,14 +35,16 @@ mod stop_tests;
 pub use analyse::Analyser;
 pub use error::PipelineError;
 pub use motion_changes::ChangeDetector;
-pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, RunState, TooManyKicks};
+pub use pending::{MAX_KICKS_PER_FRAME, RunCommand, RunState, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare};
 pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.
-pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 #[cfg(feature = "live")]
-pub(crate) use run::panic_message;
+pub(crate) use interactive::lock;
+pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 pub use run::{Monitor, drive, run};
+#[cfg(feature = "live")]
+pub(crate) use run::{joined, panic_message};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use source::Source;

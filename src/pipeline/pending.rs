@@ -52,13 +52,10 @@ pub const MAX_KICKS_PER_FRAME: usize = 4;
 #[error("a frame accepts at most {MAX_KICKS_PER_FRAME} kicks; kick again after the next frame")]
 pub struct TooManyKicks;
 
-/// Pending commands since the last frame, combined.
-///
-/// Of several values of one number, playback speeds, or pause and resume commands, the last one applies. A single step
-/// pauses the run, and a resume cancels it; several steps are one. Kicks add up to [`MAX_KICKS_PER_FRAME`],
-/// after the changed numbers. An end is final.
+/// Pending commands since the last frame, combined, see [`RunHandle::send`](super::RunHandle::send). A single step pauses the
+/// run, and a resume cancels it; several steps are one. Kicks follow the changed numbers. An end is final.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PendingCommands {
+pub(super) struct PendingCommands {
     /// State from which the run starts; its own start by default.
     pub(super) start: Option<RunState>,
     /// Changed numbers with their values in the unit of a scene file, each number once.

@@ -14,7 +14,7 @@ use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::record_sender::RecordSender;
 use super::{PipelineError, Simulation, Sink, Source};
-use crate::scene::Scene;
+use crate::scene::{AnalysisBudget, Scene};
 
 /// Capacity of the channel between simulation and analysis, frames.
 const FRAMES_WAITING: usize = 8;
@@ -47,7 +47,7 @@ impl Default for Monitor<'_> {
 ///
 /// `command` is the command line, for the header. Simulation, analysis and recording have one thread each, and the
 /// analyses also use the current thread pool.
-/// On success and after a stop the sink is finished; after an error it is abandoned.
+/// On success and after a stop the sink is finished; after an error it is not.
 ///
 /// # Errors
 /// The error that ended the run, of the simulation, the analysis or the sink. A panic counts as an error.
@@ -81,10 +81,11 @@ pub fn drive(
         });
     }
     let analyser = Analyser::new(source.analysis(), &header);
-    let budget = Budget::new(source.analysis().budget);
+    let is_limited = source.analysis().budget == AnalysisBudget::Realtime;
+    let budget = is_limited.then(Budget::default);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
-    let outcome = std::thread::scope(|scope| {
+    let outcome: Result<Summary, PipelineError> = std::thread::scope(|scope| {
         let simulating = spawn(scope, "simulate", move || {
             simulate(source, frame_out, monitor)
         })?;
@@ -96,9 +97,9 @@ pub fn drive(
         let recording = spawn(scope, "record", move || {
             record(sink, Record::Header(header), record_in)
         })?;
-        let recorded = join(recording, "record");
-        let analysed = join(analysing, "analyse");
-        let simulated = join(simulating, "simulate");
+        let recorded = joined(recording.join(), "record");
+        let analysed = joined(analysing.join(), "analyse");
+        let simulated = joined(simulating.join(), "simulate");
         // Other threads then report only a closed channel. The error of the cause comes first.
         let interrupted = !simulated?;
         recorded?;
@@ -107,16 +108,11 @@ pub fn drive(
             ..analysed?
         })
     });
-    let finish = outcome.and_then(|mut summary| {
-        summary.wall = began.elapsed().as_secs_f64();
-        sink.accept(Record::Summary(Arc::new(summary.clone())))?;
-        sink.finish()?;
-        Ok(summary)
-    });
-    if finish.is_err() {
-        sink.abandon();
-    }
-    finish
+    let mut summary = outcome?;
+    summary.wall = began.elapsed().as_secs_f64();
+    sink.accept(Record::Summary(Arc::new(summary.clone())))?;
+    sink.finish()?;
+    Ok(summary)
 }
 
 /// Sends the frames of a source. Returns whether the planned time was reached.
@@ -141,7 +137,7 @@ fn simulate(
 
 fn analyse(
     mut analyser: Analyser,
-    mut budget: Budget,
+    mut budget: Option<Budget>,
     frames: &Receiver<Frame>,
     mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
@@ -150,7 +146,9 @@ fn analyse(
         let frame = Arc::new(frame);
         let began = Instant::now();
         analyser.push(&frame, &mut record_sender)?;
-        if let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64()) {
+        if let Some(budget) = &mut budget
+            && let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64())
+        {
             analyser.set_rate_divisor(budget.divisor());
             record_sender.accept(warning)?;
         }
@@ -166,7 +164,7 @@ fn analyse(
     record_sender.flush()?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
-    summary.analysis_rate = budget.rate();
+    summary.analysis_rate = budget.and_then(|budget| budget.rate());
     Ok(summary)
 }
 
@@ -197,15 +195,14 @@ fn spawn<'scope, 'env, T: Send + 'scope>(
         .map_err(|source| PipelineError::Thread { name, source })
 }
 
-fn join<T>(
-    handle: ScopedJoinHandle<'_, Result<T, PipelineError>>,
+/// The result of a thread of a run; a panic is an error.
+pub(crate) fn joined<T>(
+    ended: std::thread::Result<Result<T, PipelineError>>,
     name: &'static str,
 ) -> Result<T, PipelineError> {
-    handle.join().unwrap_or_else(|panic| {
-        Err(PipelineError::Panic {
-            name,
-            message: panic_message(&*panic),
-        })
+    ended.unwrap_or_else(|panic| {
+        let message = panic_message(&*panic);
+        Err(PipelineError::Panic { name, message })
     })
 }
 

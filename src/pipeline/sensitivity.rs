@@ -9,8 +9,8 @@ use crate::scene::{Scene, SystemSpec};
 /// Computes exponents and the perturbed trajectory at the samples of a simulation.
 #[derive(Debug)]
 pub(super) struct SensitivityTracker {
-    /// Samples at which exponents are reported, if the scene requests them.
-    exponents: Option<ExponentSchedule>,
+    /// If the scene requests exponents: the sample at which averaging starts, and the number of samples between two reports.
+    exponents: Option<[u64; 2]>,
     /// Changes of the motion, from the start of the averaging on.
     detector: Option<ChangeDetector>,
     /// Sampling interval, s.
@@ -23,15 +23,6 @@ pub(super) struct SensitivityTracker {
     floor: f64,
 }
 
-/// Samples at which exponents are reported.
-#[derive(Clone, Copy, Debug)]
-struct ExponentSchedule {
-    /// Index of the sample at which averaging starts.
-    from: u64,
-    /// Number of samples between two reports.
-    every: u64,
-}
-
 impl SensitivityTracker {
     /// Sets up the analyses that a scene requests.
     pub fn new(scene: &Scene) -> Self {
@@ -39,9 +30,9 @@ impl SensitivityTracker {
         let seed = scene.start.seed;
         let analysis = &scene.analysis;
         Self {
-            exponents: analysis.exponents.map(|spec| ExponentSchedule {
-                from: (spec.settle * rate).ceil() as u64,
-                every: (spec.every * rate).round().max(1.0) as u64,
+            exponents: analysis.exponents.map(|spec| {
+                let every = (spec.every * rate).round().max(1.0);
+                [(spec.settle * rate).ceil() as u64, every as u64]
             }),
             detector: None,
             interval: 1.0 / rate,
@@ -91,8 +82,8 @@ impl SensitivityTracker {
         (index, time): (u64, f64),
         z: &[f64],
     ) -> Option<Exponents> {
-        let due = self.exponents?;
-        let since = index.checked_sub(due.from)?;
+        let [from, every] = self.exponents?;
+        let since = index.checked_sub(from)?;
         if self.detector.is_none() {
             integrator.reset_growth();
             self.detector = Some(ChangeDetector::new(integrator, time, self.interval));
@@ -100,7 +91,7 @@ impl SensitivityTracker {
         }
         let detector = self.detector.as_mut()?;
         detector.push(integrator, z);
-        if since % due.every != 0 {
+        if since % every != 0 {
             return None;
         }
         let segments = detector.segments(integrator);

@@ -21,7 +21,8 @@ pub struct SignalSource<'a> {
     samples: &'a [f64],
     rate: f64,
     analysis: AnalysisSpec,
-    frames: u64,
+    /// Index of the next sample.
+    next: usize,
 }
 
 impl<'a> SignalSource<'a> {
@@ -47,13 +48,8 @@ impl<'a> SignalSource<'a> {
                 perturbed_trajectory: None,
                 ..analysis
             },
-            frames: 0,
+            next: 0,
         }
-    }
-
-    /// Index of the next sample.
-    fn next_sample(&self) -> usize {
-        self.samples.len().min(self.frames as usize * FRAME_SAMPLES)
     }
 }
 
@@ -82,26 +78,26 @@ impl Source for SignalSource<'_> {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        let first = self.next_sample();
+        let first = self.next;
         let end = self.samples.len().min(first + FRAME_SAMPLES);
         if first == end {
             return Ok(None);
         }
         let piece = self.samples[first..end].to_vec();
         let frame = Frame {
-            index: self.frames,
+            index: (first / FRAME_SAMPLES) as u64,
             t0: self.info.start + first as f64 / self.rate,
             dt: 1.0 / self.rate,
             velocity: piece.clone(),
             displacement: piece,
             ..Frame::default()
         };
-        self.frames += 1;
+        self.next = end;
         Ok(Some(frame))
     }
 
     fn is_finished(&self) -> bool {
-        self.next_sample() == self.samples.len()
+        self.next == self.samples.len()
     }
 }
 

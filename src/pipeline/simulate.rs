@@ -133,18 +133,14 @@ impl Simulation {
     /// # Errors
     /// If the joint cannot be assembled under this loading, or the integrator cannot restart.
     pub fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
-        let time = self.time();
-        match &mut self.body {
-            Body::Joint(body) => body.set_time(time, &mut self.motion),
-            Body::Small(_) => Ok(()),
-        }
+        self.advance_loading(None)
     }
 
-    /// Advances the loading to the next sample.
-    fn advance_loading(&mut self) -> Result<(), PipelineError> {
+    /// Advances the loading to the time of the next sample, see [`JointBody::advance`].
+    fn advance_loading(&mut self, sample: Option<u64>) -> Result<(), PipelineError> {
         let time = self.time();
         match &mut self.body {
-            Body::Joint(body) => body.advance(self.next_sample, time, &mut self.motion),
+            Body::Joint(body) => body.advance(sample, time, &mut self.motion),
             Body::Small(_) => Ok(()),
         }
     }
@@ -204,7 +200,7 @@ impl Simulation {
     /// # Errors
     /// If the scene does not permit the value, or the system cannot be assembled with it: the run continues unchanged.
     pub fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {
-        self.advance_loading()?;
+        self.advance_loading(Some(self.next_sample))?;
         let time = self.time();
         let mut scene = self.scene.clone();
         scene.set(parameter, value)?;
@@ -230,7 +226,7 @@ impl Simulation {
     /// # Errors
     /// If the integrator cannot restart.
     pub fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError> {
-        self.advance_loading()?;
+        self.advance_loading(Some(self.next_sample))?;
         let time = self.time();
         let integrator = &mut self.motion.integrator;
         integrator.integrate_to(time)?;
@@ -344,7 +340,7 @@ impl Source for Simulation {
             return Ok(None);
         }
         let began = Instant::now();
-        match self.advance_loading() {
+        match self.advance_loading(Some(self.next_sample)) {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }

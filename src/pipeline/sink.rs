@@ -37,17 +37,14 @@ pub trait Sink: Send {
         Ok(())
     }
 
-    /// Called once after the last record. Flushes all pending data.
+    /// Called once after the last record. Flushes all pending data. A sink that is dropped without it belongs to a run that has
+    /// failed: its partial result stays readable, but does not replace an older one.
     ///
     /// # Errors
     /// If pending data cannot be written.
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
-
-    /// Called if the run or [`Sink::finish`] has failed. Keeps the partial result readable, but does not
-    /// replace an older result with it. After a successful `finish` it does nothing.
-    fn abandon(&mut self) {}
 }
 
 impl Sink for Vec<Record> {
@@ -57,24 +54,38 @@ impl Sink for Vec<Record> {
     }
 }
 
+/// The records that follow from a record.
+type Derive = dyn FnMut(&Record) -> Vec<Record> + Send;
+
 /// Passes every record to several sinks.
-#[derive(Default)]
 pub struct Tee {
     sinks: Vec<Box<dyn Sink>>,
+    derive: Box<Derive>,
 }
 
 impl Tee {
     /// Passes records to `sinks` in the given order.
     pub fn new(sinks: Vec<Box<dyn Sink>>) -> Self {
-        Self { sinks }
+        let derive = Box::new(|_: &Record| Vec::new());
+        Self { sinks, derive }
+    }
+
+    /// The same, with the records that a function derives from each record after it.
+    pub fn deriving(self, derive: impl FnMut(&Record) -> Vec<Record> + Send + 'static) -> Self {
+        let derive = Box::new(derive);
+        Self { derive, ..self }
     }
 }
 
 impl Sink for Tee {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        self.sinks
-            .iter_mut()
-            .try_for_each(|sink| sink.accept(record.clone()))
+        let derived = (self.derive)(&record);
+        for record in [record].into_iter().chain(derived) {
+            for sink in &mut self.sinks {
+                sink.accept(record.clone())?;
+            }
+        }
+        Ok(())
     }
 
     fn idle(&mut self) -> Result<(), SinkError> {
@@ -90,9 +101,5 @@ impl Sink for Tee {
     fn finish(&mut self) -> Result<(), SinkError> {
         // After the first error the remaining sinks must not replace older results.
         self.sinks.iter_mut().try_for_each(|sink| sink.finish())
-    }
-
-    fn abandon(&mut self) {
-        self.sinks.iter_mut().for_each(|sink| sink.abandon());
     }
 }

@@ -9,7 +9,7 @@ use super::{
     stream::{RecordingStream, nanos},
     style::{self, ColorMap},
 };
-use crate::pipeline::message::{Frame, JointInfo, SurfaceMesh, vertex_normals};
+use crate::pipeline::message::{Frame, JointInfo, vertex_normals};
 use crate::plot::{FullScale, Unit};
 
 /// Vertices per batch, summed over its pictures.
@@ -64,7 +64,7 @@ impl Body {
             next: 0.0,
             scale: FullScale::new(SMALLEST),
             map: ColorMap::steel(),
-            shapes: by_mode(outline, joint.modes.len()),
+            shapes: outline.shapes_by_mode().collect(),
             moved: vec![0.0; 3 * outline.vertices.len()],
             times: Vec::new(),
             positions: Vec::new(),
@@ -146,14 +146,6 @@ impl Body {
     }
 }
 
-/// Mode shapes in the order of summation: all vertices of a mode consecutively.
-fn by_mode(outline: &SurfaceMesh, modes: usize) -> Vec<f32> {
-    (0..modes)
-        .flat_map(|mode| outline.shapes.iter().skip(mode).step_by(modes))
-        .flat_map(|shape| shape.map(|c| c as f32))
-        .collect()
-}
-
 /// Eq. (7) at all vertices: sum of mode shapes times modal coordinates, m.
 fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
     moved.fill(0.0);
@@ -191,16 +183,19 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pipeline::message::SurfaceMesh;
 
     #[test]
     fn displacement_sums_shapes() {
         // Two vertices, two modes.
         let outline = SurfaceMesh {
             shapes: vec![[1.0, 0.0, 2.0], [0.0, -3.0, 1.0], [4.0; 3], [-8.0; 3]],
+            modes: 2,
             ..SurfaceMesh::default()
         };
         let mut moved = [f32::NAN; 6];
-        displace(&by_mode(&outline, 2), &[2.0, 0.5], &mut moved);
+        let shapes: Vec<f32> = outline.shapes_by_mode().collect();
+        displace(&shapes, &[2.0, 0.5], &mut moved);
         assert_eq!(moved, [2.0, -1.5, 4.5, 4.0, 4.0, 4.0]);
     }
 }

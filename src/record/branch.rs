@@ -15,7 +15,7 @@ use super::{
     sdk::TimelineName,
     stream::{Moment, RecordingStream, STATIC},
     sweep::TimelineTicks,
-    text::{self, Origin},
+    text,
 };
 use crate::{
     plot::{Color, Panel, branch_figure, multipliers_panel, response},
@@ -41,13 +41,8 @@ fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let courses = courses(study);
     blueprint::send_branch(rec, study, &courses);
     let scene = study.scene;
-    let origin = Origin {
-        name: &format!("{} over {}", scene.name, study.branch.parameter),
-        scene: &scene.name,
-        scene_text: &scene.text,
-        command: study.command,
-    };
-    text::send_properties(rec, origin);
+    let name = format!("{} over {}", scene.name, study.branch.parameter);
+    text::send_properties(rec, &name, [&scene.name, &scene.text, study.command]);
     let about = words::about(study.branch) + &text::study_about(scene, study.command);
     rec.log_static(paths::ABOUT, &text::document(about));
     for course in &courses {

@@ -9,7 +9,7 @@ use crate::pipeline::message::JointInfo;
 const INTERACTIVE_TILT: f64 = 0.09;
 
 /// Centre of the view and directions of the screen, in the frame of the ball centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Camera {
     /// Point of the ball at the centre of the view, mm.
     pub middle: [f64; 3],

@@ -46,7 +46,8 @@ pub struct Encoder {
 impl Encoder {
     /// Creates the encoders, and logs the static entities and the description.
     pub fn new(rec: &RecordingStream, header: Arc<Header>, spec: RecordSpec) -> Self {
-        text::send_properties(rec, header.as_ref().into());
+        let origin = [&*header.scene, &header.scene_text, &header.command];
+        text::send_properties(rec, &header.scene, origin);
         text::log_about(rec, &header);
         regime::name_regimes(rec);
         rec.name(paths::ZERO_ONE, [("K", style::ACCENT)]);

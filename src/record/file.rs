@@ -87,15 +87,14 @@ impl RecordingFile {
     /// # Errors
     /// [`RecordError::Create`] and [`RecordError::Thread`]; the part file is then removed.
     pub fn begin(part: PartFile) -> Result<Self, RecordError> {
-        let writing = Open::begin(part.part()).map_err(|source| RecordError::Create {
+        let open = Open::begin(part.part()).map_err(|source| RecordError::Create {
             path: part.abandon(),
             source,
         })?;
-        let state = State::Writing(Box::new(writing));
         let (commands, received) = bounded(QUEUE_LENGTH);
         let thread = thread::Builder::new()
             .name("recording".to_owned())
-            .spawn(move || write(state, &received))
+            .spawn(move || write(open, &received))
             .map_err(|source| RecordError::Thread {
                 path: part.abandon(),
                 source,
@@ -201,12 +200,6 @@ impl MessageSink for RrdWriter {
     }
 }
 
-enum State {
-    Writing(Box<Open>),
-    /// A write failed for this reason; no more messages are written.
-    Broken(String),
-}
-
 /// The encoder of an open `.rrd` file.
 struct Open {
     encoder: Encoder<File>,
@@ -218,29 +211,23 @@ struct Open {
 
 /// Executes commands until the last one or until all senders are dropped. Returns the reason if the file is
 /// incomplete.
-fn write(mut state: State, commands: &Receiver<Command>) -> Result<(), String> {
+fn write(mut open: Open, commands: &Receiver<Command>) -> Result<(), String> {
+    // After a failed write, the reason; no more messages are written.
+    let mut result = Ok(());
     for command in commands {
-        let sealed = matches!(command, Command::Seal);
-        if let State::Writing(writing) = &mut state {
-            let written = match &command {
-                Command::Write(message) => writing.append(message),
-                Command::Flush(_) => Ok(()),
-                Command::Seal => writing.encoder.finish(),
-            };
-            if let Err(fault) = written {
-                state = writing.fail(&fault);
-            }
-        }
-        let result = match &state {
-            State::Writing(_) => Ok(()),
-            State::Broken(reason) => Err(reason.clone()),
+        let written = match &command {
+            Command::Write(message) if result.is_ok() => open.append(message),
+            Command::Seal if result.is_ok() => open.encoder.finish(),
+            _ => Ok(()),
         };
-        if sealed {
-            return result;
+        if let Err(fault) = written {
+            result = Err(open.fail(&fault));
         }
-        if let Command::Flush(done) = command {
+        match command {
+            Command::Write(_) => {}
             // The caller may have timed out.
-            let _ = done.send(result);
+            Command::Flush(done) => drop(done.send(result.clone())),
+            Command::Seal => return result,
         }
     }
     Ok(())
@@ -275,8 +262,8 @@ impl Open {
         Ok(())
     }
 
-    /// Stops the encoding and removes an incomplete message.
-    fn fail(&mut self, fault: &EncodeError) -> State {
+    /// Stops the encoding, removes an incomplete message, and returns the reason.
+    fn fail(&mut self, fault: &EncodeError) -> String {
         // The encoder would otherwise write an index when it is dropped.
         self.encoder.do_not_emit_footer();
         let cut = self.file.set_len(self.complete_bytes);
@@ -284,9 +271,9 @@ impl Open {
             EncodeError::Write(source) => source.to_string(),
             other => other.to_string(),
         };
-        State::Broken(match cut {
+        match cut {
             Ok(()) => said,
             Err(uncut) => format!("{said}, and the last message is incomplete: {uncut}"),
-        })
+        }
     }
 }

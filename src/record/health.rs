@@ -26,30 +26,25 @@ pub fn log(rec: &RecordingStream, health: &Health) {
         health.rejections_per_ms,
         health.events_per_ms,
     ];
-    let [calls, speed] = [health.rhs_evals_per_ms, health.real_time_factor];
-    let entities: [(&str, &[&str], Vec<f64>); 6] = [
-        (
-            paths::SOLVER_ERROR,
-            &["local error over tolerance"],
-            Vec::from_iter(error),
-        ),
-        (paths::SOLVER_RHS_EVALS, &["RHS evals per ms"], vec![calls]),
-        (paths::SOLVER_SPEED, &["simulated s per s"], vec![speed]),
-        (paths::SOLVER_STEPS, &STEPS, steps.to_vec()),
-        (paths::SOLVER_QUEUES, &QUEUES, queues.to_vec()),
-        (
-            paths::SOLVER_ENERGY_RESIDUAL,
-            &["relative energy residual"],
-            Vec::from_iter(health.audit),
-        ),
-    ];
-    for (path, names, values) in entities {
+    let log = |path: &str, names: &[&str], values: &[f64]| {
         let colors = style::MODES.into_iter().step_by(2);
         rec.name(path, names.iter().copied().zip(colors));
         if !values.is_empty() {
-            rec.row(path, health.time, values);
+            rec.row(path, health.time, values.iter().copied());
         }
-    }
+    };
+    let [calls, speed] = [health.rhs_evals_per_ms, health.real_time_factor];
+    let (audit, residual) = (health.audit, "relative energy residual");
+    log(
+        paths::SOLVER_ERROR,
+        &["local error over tolerance"],
+        error.as_slice(),
+    );
+    log(paths::SOLVER_RHS_EVALS, &["RHS evals per ms"], &[calls]);
+    log(paths::SOLVER_SPEED, &["simulated s per s"], &[speed]);
+    log(paths::SOLVER_STEPS, &STEPS, &steps);
+    log(paths::SOLVER_QUEUES, &QUEUES, &queues);
+    log(paths::SOLVER_ENERGY_RESIDUAL, &[residual], audit.as_slice());
     let words = text::document(words(health));
     rec.log(paths::SOLVER_TEXT, health.time, &words);
 }

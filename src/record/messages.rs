@@ -5,7 +5,6 @@
 //! can be concatenated. The library's own decoder is not used, because it allocates the lengths that the
 //! headers claim.
 
-use std::fmt;
 use std::io::{self, BufReader, Read};
 
 use crate::record::sdk::log::Chunk;
@@ -27,18 +26,13 @@ const MAX_MESSAGE: u64 = 256 << 20;
 const MAX_RATIO: u64 = 255;
 
 /// Position and reason of damage in a recording. The data behind it are not read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("byte {at}: {reason}")]
 pub struct Damage {
     /// Offset of the first damaged message, bytes.
     pub at: u64,
     /// Description of the damage.
     pub reason: String,
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "byte {}: {}", self.at, self.reason)
-    }
 }
 
 /// The part of a stream expected next.

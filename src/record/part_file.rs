@@ -46,28 +46,15 @@ impl PartFile {
             return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
         };
         // An existing part file belongs to another run or is the remainder of one: it is not overwritten.
-        let mut taken = 0;
-        loop {
-            let mut part_name = name.to_owned();
+        let parts = (0..=MOST_PARTS).map(|taken| {
+            let mut part = name.to_owned();
             if taken > 0 {
-                part_name.push(format!(".{taken}"));
+                part.push(format!(".{taken}"));
             }
-            part_name.push(".part");
-            let part = path.with_file_name(part_name);
-            match File::create_new(&part) {
-                Ok(_) => {
-                    return Ok(Self {
-                        path: path.to_owned(),
-                        part,
-                        replaces: true,
-                    });
-                }
-                Err(error) if error.kind() == ErrorKind::AlreadyExists && taken < MOST_PARTS => {
-                    taken += 1;
-                }
-                Err(error) => return Err(fault(error)),
-            }
-        }
+            part.push(".part");
+            (path.to_owned(), path.with_file_name(part))
+        });
+        Self::claim(parts, true)
     }
 
     /// Reserves the first unused name. No other run gets the same name, and a file that appears there in the
@@ -76,10 +63,21 @@ impl PartFile {
     /// # Errors
     /// [`RecordError::Create`] if no file can be created.
     pub fn reserve(names: impl IntoIterator<Item = PathBuf>) -> Result<Self, RecordError> {
-        let mut last = PathBuf::new();
-        for path in names {
+        let parts = names.into_iter().map(|path| {
             let mut part = path.clone().into_os_string();
             part.push(".part");
+            (path, part.into())
+        });
+        Self::claim(parts, false)
+    }
+
+    /// Creates the first part file that does not exist, of pairs of final path and part.
+    fn claim(
+        pairs: impl Iterator<Item = (PathBuf, PathBuf)>,
+        replaces: bool,
+    ) -> Result<Self, RecordError> {
+        let mut last = PathBuf::new();
+        for (path, part) in pairs {
             match File::create_new(&part) {
                 Ok(_) => {}
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {
@@ -90,11 +88,11 @@ impl PartFile {
             }
             let file = Self {
                 path,
-                part: part.into(),
-                replaces: false,
+                part,
+                replaces,
             };
             // Checked only now: the previous owner of the part file may just have committed it.
-            if file.path.symlink_metadata().is_err() {
+            if replaces || file.path.symlink_metadata().is_err() {
                 return Ok(file);
             }
             last = file.abandon();

@@ -38,7 +38,7 @@ const KEY: f64 = -1.02;
 const STATES: [NodeState; 3] = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
 
 /// The contact patch and its snapshots that are not sent yet.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Patch {
     /// Current geometry; frames of the same tilt and load share it.
     geometry: Arc<PatchGeometry>,
@@ -70,17 +70,11 @@ impl Patch {
         draw_circles(rec, joint);
         draw_pole(rec, joint);
         Self {
-            geometry: Arc::default(),
             load: joint.largest_load(),
             radius: joint.patch_radius,
             ball_radius: joint.ball_radius,
             camera: Camera::new(joint),
-            times: Vec::new(),
-            lengths: Vec::new(),
-            colors: Vec::new(),
-            radii: Vec::new(),
-            friction: Vec::new(),
-            redraw: RedrawTimer::default(),
+            ..Self::default()
         }
     }
 

@@ -29,45 +29,25 @@ pub fn draw(
     let rate = (format!(", 1/{}", units[1].symbol), long.1.recip());
     // TREND is per thousand states.
     let trend = m.trend.map(|trend| 1e-3 * trend);
-    let recurrence_rate = Some(m.recurrence_rate);
-    let longest = Some(m.longest_diagonal);
-    let series = [
-        (
-            paths::RECURRENCE_RATE,
-            "RR",
-            &number,
-            SIGNAL,
-            recurrence_rate,
-        ),
-        (paths::DETERMINISM, "DET", &number, ACCENT, m.determinism),
-        (paths::LAMINARITY, "LAM", &number, ROTATION, m.laminarity),
-        (paths::MEAN_DIAGONAL, "L", &long, SIGNAL, m.mean_diagonal),
-        (paths::LONGEST_DIAGONAL, "Lmax", &long, ACCENT, longest),
-        (paths::TRAPPING_TIME, "TT", &short, SIGNAL, m.trapping_time),
-        (
-            paths::RECURRENCE_TIME_1,
-            "T1",
-            &short,
-            ROTATION,
-            m.recurrence_time_1,
-        ),
-        (
-            paths::RECURRENCE_TIME_2,
-            "T2",
-            &short,
-            FRICTION,
-            m.recurrence_time_2,
-        ),
-        (paths::ENTROPY, "ENTR, nats", &number, SIGNAL, m.entropy),
-        (paths::DIVERGENCE_RATE, "DIV", &rate, ACCENT, m.divergence),
-        (paths::TREND, "TREND", &rate, FRICTION, trend),
-    ];
-    for (path, name, (unit, factor), color, value) in series {
+    let series = |path: &str, name, (unit, factor): &(String, f64), color, value: Option<f64>| {
         rec.name(path, once_with(|| (format!("{name}{unit}"), color)));
         // An undefined measure is a gap.
         let value = value.map_or(f64::NAN, |value| factor * value);
         rec.row(path, time, [value]);
-    }
+    };
+    let (rr, longest) = (Some(m.recurrence_rate), Some(m.longest_diagonal));
+    let [t1, t2] = [m.recurrence_time_1, m.recurrence_time_2];
+    series(paths::RECURRENCE_RATE, "RR", &number, SIGNAL, rr);
+    series(paths::DETERMINISM, "DET", &number, ACCENT, m.determinism);
+    series(paths::LAMINARITY, "LAM", &number, ROTATION, m.laminarity);
+    series(paths::MEAN_DIAGONAL, "L", &long, SIGNAL, m.mean_diagonal);
+    series(paths::LONGEST_DIAGONAL, "Lmax", &long, ACCENT, longest);
+    series(paths::TRAPPING_TIME, "TT", &short, SIGNAL, m.trapping_time);
+    series(paths::RECURRENCE_TIME_1, "T1", &short, ROTATION, t1);
+    series(paths::RECURRENCE_TIME_2, "T2", &short, FRICTION, t2);
+    series(paths::ENTROPY, "ENTR, nats", &number, SIGNAL, m.entropy);
+    series(paths::DIVERGENCE_RATE, "DIV", &rate, ACCENT, m.divergence);
+    series(paths::TREND, "TREND", &rate, FRICTION, trend);
     let kinds = [
         (RecurrenceKind::Finest, "finest period", ACCENT),
         (RecurrenceKind::Beat, "beat", SIGNAL),

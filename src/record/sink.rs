@@ -142,11 +142,12 @@ impl RerunSink {
         Ok(Self::with_destination(end, spec))
     }
 
-    /// Records into a file with a reserved name.
+    /// Records into a part file.
     ///
     /// # Errors
-    /// [`RecordError::Create`] if the file cannot be written.
-    pub fn into_reserved_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
+    /// [`RecordError::Memory`], or [`RecordError::Create`] if the file cannot be written.
+    pub fn into_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
+        check_memory()?;
         let file = RecordingFile::begin(part)?;
         let destination = Destination::File { file, feed: None };
         Ok(Self::with_destination(destination, spec))

@@ -11,7 +11,7 @@
 use std::{
     cell::RefCell,
     collections::BTreeMap,
-    fmt::{self, Display},
+    fmt::{Debug, Display},
     sync::Arc,
 };
 
@@ -57,13 +57,14 @@ impl From<f64> for Moment {
 }
 
 /// Receives the messages of a recording in order.
-pub trait MessageSink: Send + Sync {
+pub trait MessageSink: Debug + Send + Sync {
     /// Receives a message. The owner of the sink reports errors.
     fn send(&self, message: LogMsg);
 }
 
 /// Stream of a recording: batches rows into chunks and sends them to a sink. Pending rows are lost when the
 /// stream is dropped; call [`RecordingStream::send_pending`] first.
+#[derive(Debug)]
 pub struct RecordingStream {
     store: StoreId,
     sink: Arc<dyn MessageSink>,
@@ -75,14 +76,14 @@ pub struct RecordingStream {
 }
 
 /// Rows of an entity that wait for a larger batch.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct PendingRows {
     rows: Vec<PendingRow>,
     bytes: u64,
 }
 
 /// Rows of time series that wait for a larger batch, all of the same width.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct PendingSeries {
     times: Vec<i64>,
     values: Vec<f64>,
@@ -274,13 +275,5 @@ impl RecordingStream {
             self.sink
                 .send(LogMsg::ArrowMsg(self.store.clone(), message));
         }
-    }
-}
-
-impl fmt::Debug for RecordingStream {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RecordingStream")
-            .field("store", &self.store)
-            .finish_non_exhaustive()
     }
 }

@@ -1,7 +1,7 @@
 //! Colours and full scales. Colours are the same in every view, legible on the viewer's dark background and
 //! distinguishable by colour-blind readers (after the palette of Okabe and Ito).
 
-use crate::record::sdk::Color;
+use crate::record::sdk::{Color, Rgba32};
 
 pub(crate) use crate::number::short;
 pub(crate) use crate::text::capitalize;
@@ -69,14 +69,7 @@ pub const fn on_dark(color: plot::Color) -> Color {
 
 /// An opaque colour.
 pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
-    rgba(r, g, b, 0xff)
-}
-
-/// A colour with opacity `a` (0 transparent, 255 opaque).
-pub const fn rgba(r: u8, g: u8, b: u8, a: u8) -> Color {
-    Color(crate::record::sdk::datatypes::Rgba32(u32::from_be_bytes([
-        r, g, b, a,
-    ])))
+    Color(Rgba32(u32::from_be_bytes([r, g, b, 0xff])))
 }
 
 /// A colour blended with the dark background; `share` (0 to 1) is the fraction of the colour.

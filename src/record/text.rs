@@ -59,38 +59,14 @@ fn moving(header: &Header) -> &'static str {
     }
 }
 
-/// The origin of a recording.
-#[derive(Clone, Copy, Debug)]
-pub struct Origin<'a> {
-    /// Name of the recording in the viewer.
-    pub name: &'a str,
-    /// Name of the scene.
-    pub scene: &'a str,
-    /// Text of the scene file.
-    pub scene_text: &'a str,
-    /// Command line.
-    pub command: &'a str,
-}
-
-impl<'a> From<&'a Header> for Origin<'a> {
-    fn from(header: &'a Header) -> Self {
-        Self {
-            name: &header.scene,
-            scene: &header.scene,
-            scene_text: &header.scene_text,
-            command: &header.command,
-        }
-    }
-}
-
-/// Logs the properties of the recording: versions, scene, command.
-pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) {
-    let name = RecordingInfo::update_fields().with_name(&*escape::line(origin.name));
+/// Logs the properties of the recording: its name in the viewer; versions, name and text of the scene, command line.
+pub fn send_properties(rec: &RecordingStream, name: &str, [scene, scene_text, command]: [&str; 3]) {
+    let name = RecordingInfo::update_fields().with_name(&*escape::line(name));
     rec.log_static(EntityPath::properties(), &name);
     let fields = [
-        ("scene", origin.scene),
-        ("scene_text", origin.scene_text),
-        ("command", origin.command),
+        ("scene", scene),
+        ("scene_text", scene_text),
+        ("command", command),
         ("squeakscope_version", VERSION),
         ("rerun_version", RERUN_VERSION),
     ];

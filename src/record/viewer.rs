@@ -115,10 +115,6 @@ struct Shared {
 }
 
 impl Shared {
-    fn is_finished(&self) -> bool {
-        self.finished.load(Ordering::Acquire)
-    }
-
     fn is_away(&self) -> bool {
         self.away.load(Ordering::Acquire)
     }
@@ -251,7 +247,7 @@ fn feed(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
         }
         shared.set_away(true);
         loop {
-            if shared.is_finished() {
+            if shared.finished.load(Ordering::Acquire) {
                 return false;
             }
             thread::sleep(RECONNECT_EVERY);
@@ -299,7 +295,7 @@ impl Read for Tail<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
         loop {
             // Read the flag before the file, so that data written before the end are not missed.
-            let over = self.shared.is_finished();
+            let over = self.shared.finished.load(Ordering::Acquire);
             let count = self.file.read(buffer)?;
             if count > 0 || over {
                 return Ok(count);

@@ -19,30 +19,14 @@ const CONTENT_POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; \
     worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// Headers of every response.
-const HEADERS: [(HeaderName, &str); 5] = [
-    (header::CONTENT_SECURITY_POLICY, CONTENT_POLICY),
-    (
-        HeaderName::from_static("cross-origin-resource-policy"),
-        "same-origin",
-    ),
-    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-    (header::REFERRER_POLICY, "no-referrer"),
-    (header::CACHE_CONTROL, "no-store"),
-];
-
+/// Header that keeps other pages from loading what this server serves.
+const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 /// Header with the browser's statement about the origin of a request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Paths of the run itself, which need a key if other machines can reach them.
-const KEYED: [&str; 6] = [
-    "/control",
-    "/views",
-    "/sound",
-    "/b/control",
-    "/b/views",
-    "/b/sound",
-];
+/// Paths of a run itself, which need a key if other machines can reach them, and the folder of the second run.
+const KEYED: [&str; 3] = ["/control", "/views", "/sound"];
+pub(super) const SECOND: &str = "/b";
 /// Folder of the complete recordings, which need one, too.
 const RECORDINGS: &str = "/recordings/";
 
@@ -72,13 +56,18 @@ pub(super) async fn guard(
         }
         Err(refusal) => refusal.into_response(),
     };
-    for (name, value) in HEADERS {
+    let switches = response.status() == StatusCode::SWITCHING_PROTOCOLS;
+    let mut set = |name, value| {
         let value = HeaderValue::from_static(value);
         response.headers_mut().insert(name, value);
-    }
-    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
-        let close = HeaderValue::from_static("close");
-        response.headers_mut().insert(header::CONNECTION, close);
+    };
+    set(header::CONTENT_SECURITY_POLICY, CONTENT_POLICY);
+    set(RESOURCE_POLICY, "same-origin");
+    set(header::X_CONTENT_TYPE_OPTIONS, "nosniff");
+    set(header::REFERRER_POLICY, "no-referrer");
+    set(header::CACHE_CONTROL, "no-store");
+    if !switches {
+        set(header::CONNECTION, "close");
     }
     response
 }
@@ -89,7 +78,8 @@ fn role(request: &Request, keys: Option<&Keys>) -> Result<Role, Refusal> {
         return Ok(Role::Presenter);
     };
     let path = request.uri().path();
-    let needs_key = KEYED.contains(&path) || path.starts_with(RECORDINGS);
+    let of_run = path.strip_prefix(SECOND).unwrap_or(path);
+    let needs_key = KEYED.contains(&of_run) || path.starts_with(RECORDINGS);
     match keys.role(request.uri()) {
         Some(role) => Ok(role),
         None if needs_key => Err((

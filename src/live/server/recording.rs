@@ -9,10 +9,8 @@
 //! The content policy of the guard also stops the usage statistics that the viewer sends to its makers.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -22,72 +20,25 @@ use axum::routing::get;
 use tokio::fs::File;
 use tokio_util::io::ReaderStream;
 
-use super::accept::Limits;
-use super::{BoundListener, Server, viewer};
+use super::files::{HTML, JS, routes};
+use super::viewer;
 
-/// Period of the checks for the end.
-const POLL_EVERY: Duration = Duration::from_millis(25);
-
-/// The running server of a recording.
-#[derive(Debug)]
-pub struct RecordingPage {
-    server: Server,
-    url: String,
-}
-
-impl RecordingPage {
-    /// Serves a recording and the viewer.
-    ///
-    /// # Errors
-    /// Errors of the operating system.
-    pub fn open(serving: BoundListener, recording: &Path) -> io::Result<Self> {
-        let viewer = viewer()?;
-        let file: Arc<PathBuf> = Arc::new(recording.to_owned());
-        let routes: [(&str, &str, &'static [u8]); 5] = [
-            (
-                "/",
-                "text/html; charset=utf-8",
-                include_bytes!("../page/viewer/index.html"),
-            ),
-            (
-                "/start.js",
-                "text/javascript",
-                include_bytes!("../page/viewer/start.js"),
-            ),
-            ("/viewer.js", "text/javascript", viewer.viewer_js()),
-            ("/viewer.wasm", "application/wasm", viewer.viewer_wasm()),
-            ("/favicon.ico", "image/x-icon", viewer.favicon()),
-        ];
-        let router = Router::new().route(
-            "/recording.rrd",
-            get(move || async move { streamed(&file).await }),
-        );
-        let router = routes
-            .into_iter()
-            .fold(router, |router, (path, kind, content)| {
-                let answer = ([(header::CONTENT_TYPE, kind)], Bytes::from_static(content));
-                router.route(path, get(answer))
-            });
-        let url = format!("http://{}/", serving.address);
-        let server = Server::start(serving, None, router, Limits::default())?;
-        Ok(Self { server, url })
-    }
-
-    /// Address of the page.
-    pub fn url(&self) -> &str {
-        &self.url
-    }
-
-    /// Serves until the flag is set, and closes open connections.
-    ///
-    /// # Errors
-    /// The error that stopped the server earlier.
-    pub fn serve_until(self, stop: &AtomicBool) -> io::Result<()> {
-        while !stop.load(Ordering::Relaxed) && !self.server.serving.is_finished() {
-            std::thread::sleep(POLL_EVERY);
-        }
-        self.server.close()
-    }
+/// The paths of a recording and of the viewer.
+pub(super) fn router(recording: &Path) -> io::Result<Router> {
+    let viewer = viewer()?;
+    let file: Arc<Path> = recording.into();
+    let page = include_bytes!("../page/viewer/index.html");
+    let start = include_bytes!("../page/viewer/start.js");
+    let files: [(&str, &str, &'static [u8]); 5] = [
+        ("/", HTML, page),
+        ("/start.js", JS, start),
+        ("/viewer.js", JS, viewer.viewer_js()),
+        ("/viewer.wasm", "application/wasm", viewer.viewer_wasm()),
+        ("/favicon.ico", "image/x-icon", viewer.favicon()),
+    ];
+    let files = files.map(|(path, kind, bytes)| (path.to_owned(), kind, Bytes::from_static(bytes)));
+    let file = get(move || async move { streamed(&file).await });
+    Ok(routes(Router::new(), files).route("/recording.rrd", file))
 }
 
 /// A file, read while it is sent.

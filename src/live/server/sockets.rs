@@ -30,14 +30,12 @@ const VIEWS_AHEAD: u64 = 3;
 
 pub(super) async fn control(
     State(shared): State<Arc<Shared>>,
-    Extension(connection): Extension<Arc<Connection>>,
     Extension(role): Extension<Role>,
-    Extension(session): Extension<Arc<Session>>,
-    upgrade: WebSocketUpgrade,
+    (Extension(session), Extension(connection), upgrade): Opening,
 ) -> Response {
     // A second run starts with its first client.
     if let Some(second) = &shared.second
-        && Arc::ptr_eq(&second.session, &session)
+        && Arc::ptr_eq(second, &session)
         && let Err(fault) = second.start()
     {
         return (StatusCode::SERVICE_UNAVAILABLE, fault.to_string()).into_response();
@@ -49,7 +47,6 @@ pub(super) async fn control(
 
 /// A message to the page: a JSON object with one key.
 fn message(key: &str, value: &impl Serialize) -> Message {
-    let value = serde_json::to_value(value).unwrap_or_default();
     let text = serde_json::json!({ key: value }).to_string();
     Message::Text(Utf8Bytes::from(text))
 }
@@ -117,10 +114,15 @@ async fn apply(session: &Arc<Session>, text: &str) -> Message {
     }
 }
 
+/// What opens a web socket of a run.
+type Opening = (
+    Extension<Arc<Session>>,
+    Extension<Arc<Connection>>,
+    WebSocketUpgrade,
+);
+
 pub(super) async fn views(
-    Extension(session): Extension<Arc<Session>>,
-    Extension(connection): Extension<Arc<Connection>>,
-    upgrade: WebSocketUpgrade,
+    (Extension(session), Extension(connection), upgrade): Opening,
 ) -> Response {
     Client::serve(upgrade, connection, |client| serve_views(client, session))
 }
@@ -170,17 +172,14 @@ struct ViewAcknowledgement {
 }
 
 pub(super) async fn sound(
-    Extension(session): Extension<Arc<Session>>,
-    Extension(connection): Extension<Arc<Connection>>,
-    upgrade: WebSocketUpgrade,
+    (Extension(session), Extension(connection), upgrade): Opening,
 ) -> Response {
     Client::serve(upgrade, connection, |client| serve_sound(client, session))
 }
 
 /// Streams audio to a listener until it disconnects. A slow listener misses some.
 async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Disconnected> {
-    let stream = &session.audio;
-    let mut blocks = stream.subscribe();
+    let mut blocks = session.audio.subscribe();
     let mut sent = AudioInfo::default();
     loop {
         let sound = tokio::select! {
@@ -194,11 +193,11 @@ async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Di
                 continue;
             }
         };
-        let info = stream.info();
+        let (info, sound) = &*sound;
         let change = (info.time_stretch - sent.time_stretch).abs();
         if info.what != sent.what || change > 0.02 * sent.time_stretch {
-            client.send(message("audio", &info)).await?;
-            sent = info;
+            client.send(message("audio", info)).await?;
+            sent = info.clone();
         }
         let bytes: Vec<u8> = sound.iter().flat_map(|x| x.to_le_bytes()).collect();
         client.send(Message::Binary(bytes.into())).await?;

@@ -1,14 +1,15 @@
 //! The commands of a session: what they may ask for, and what they do.
 
 use std::f64::consts::TAU;
-use std::sync::atomic::Ordering;
 
 use super::{Current, Session, end};
-use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
+use crate::live::command::{
+    Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range, rejected,
+};
 use crate::live::lock;
 use crate::live::tour::TourStep;
-use crate::pipeline::{PendingCommands, RunCommand, RunHandle, RunState, prepare};
-use crate::scene::{PRESETS, Scene, SceneError};
+use crate::pipeline::{RunCommand, RunHandle, RunState, prepare};
+use crate::scene::{PRESETS, Scene};
 
 /// Range of the values of a state: far beyond any motion of a joint.
 const STATE_RANGE: [f64; 2] = [-1e3, 1e3];
@@ -27,8 +28,7 @@ impl Session {
         let current = &mut *current;
         let run_command = match command {
             Command::Set { key, value } => {
-                let handle = current.handle.as_ref();
-                if let Some(scene) = handle.and_then(RunHandle::take_refusal) {
+                if let Some(scene) = current.handle.take_refusal() {
                     current.present = scene;
                 }
                 change(&current.scene, &mut current.present, key, *value)?
@@ -42,8 +42,12 @@ impl Session {
                 RunCommand::Speed(speed)
             }
             Command::Kick { mm_per_s } => {
-                let kicks = self.kicks.fetch_add(1, Ordering::Relaxed);
-                kick(&current.scene, mm_per_s.unwrap_or(DEFAULT_KICK), kicks)?
+                current.kicks += 1;
+                kick(
+                    &current.scene,
+                    mm_per_s.unwrap_or(DEFAULT_KICK),
+                    current.kicks,
+                )?
             }
             Command::Reset {} => return self.restart(current),
             Command::Lyapunov { enabled } => {
@@ -65,8 +69,7 @@ impl Session {
                 return Ok(());
             }
             Command::Record {} => {
-                let begun = self.recording.start();
-                begun.map_err(|fault| Rejected(fault.to_string()))?;
+                self.recording.start().map_err(rejected)?;
                 return Ok(());
             }
             Command::StopRecording {} => {
@@ -77,32 +80,30 @@ impl Session {
         if matches!(run_command, RunCommand::Set(..) | RunCommand::Kick { .. }) {
             current.promise = None;
         }
-        match &current.handle {
-            Some(handle) => handle.send(run_command)?,
-            // The run that is being set up receives it.
-            None => current.early.add(run_command)?,
-        }
-        Ok(())
+        current.handle.send(run_command).map_err(rejected)
     }
 
     /// Starts a run of a scene with the settings of a step.
     fn open(&self, current: &mut Current, step: &TourStep) -> Result<(), Rejected> {
         let scene = self.named(&step.scene)?;
-        (current.present, current.early) = start_commands(&scene, step)?;
+        let (present, commands) = start_commands(&scene, step)?;
         if let Some(ms_per_s) = step.speed_ms_per_s {
             current.speed = playback_speed(ms_per_s)?;
         }
-        current.scene = scene;
-        current.restarts = true;
+        // The present run ends, and the next one has these commands and those that follow.
+        end(&current.handle);
+        current.handle = RunHandle::new(current.speed);
+        for command in commands {
+            current.handle.send(command).map_err(rejected)?;
+        }
+        current.is_running = false;
+        (current.scene, current.present) = (scene, present);
         current.promise.clone_from(&step.promise);
         current.opening = TourStep {
             speed_ms_per_s: None,
             ..step.clone()
         };
-        self.kicks.store(0, Ordering::Relaxed);
-        if let Some(handle) = current.handle.take() {
-            end(&handle);
-        }
+        current.kicks = 0;
         Ok(())
     }
 
@@ -143,7 +144,7 @@ pub(in crate::live) fn preset_scene(name: &str) -> Result<Scene, Rejected> {
         let known = known.join(", ");
         Rejected(format!("unknown scene `{name}`; choose one of: {known}"))
     })?;
-    preset.scene().map_err(|fault| Rejected(fault.to_string()))
+    preset.scene().map_err(rejected)
 }
 
 /// A scene with the numbers of a step, and the commands with which a run of it starts, all of them checked.
@@ -153,16 +154,15 @@ pub(in crate::live) fn preset_scene(name: &str) -> Result<Scene, Rejected> {
 pub(in crate::live) fn start_commands(
     scene: &Scene,
     step: &TourStep,
-) -> Result<(Scene, PendingCommands), Rejected> {
-    let (mut present, mut commands) = (scene.clone(), PendingCommands::default());
-    if let Some(state) = &step.state {
-        commands.add(RunCommand::Continue(state.clone()))?;
-    }
+) -> Result<(Scene, Vec<RunCommand>), Rejected> {
+    let mut present = scene.clone();
+    let state = step.state.clone().map(RunCommand::Continue);
+    let mut commands = Vec::from_iter(state);
     for (key, value) in &step.set {
-        commands.add(change(scene, &mut present, key, *value)?)?;
+        commands.push(change(scene, &mut present, key, *value)?);
     }
     if let Some(size) = step.kick_mm_per_s {
-        commands.add(kick(scene, size, 0)?)?;
+        commands.push(kick(scene, size, 1)?);
     }
     step.speed_ms_per_s.map(playback_speed).transpose()?;
     Ok((present, commands))
@@ -181,7 +181,7 @@ pub(in crate::live) fn check_state(
     else {
         return Ok(());
     };
-    let fits = prepare(scene).map_err(|fault| Rejected(fault.to_string()))?;
+    let fits = prepare(scene).map_err(rejected)?;
     let (name, found, expected) = (&scene.name, values.len(), fits.state.len());
     if found != expected {
         return Err(Rejected(format!(
@@ -203,8 +203,7 @@ fn change(
     key: &str,
     value: f64,
 ) -> Result<RunCommand, Rejected> {
-    let refused = |fault: SceneError| Rejected(fault.to_string());
-    let parameter = scene.parameter(key).map_err(refused)?;
+    let parameter = scene.parameter(key).map_err(rejected)?;
     let control = scene.control(parameter).ok_or_else(|| {
         Rejected(format!(
             "a run of the scene `{}` cannot change `{}`",
@@ -214,7 +213,7 @@ fn change(
     })?;
     let what = format!("the {}", parameter.label());
     check_range(&what, value, control.range, parameter.unit())?;
-    present.set(parameter, value).map_err(refused)?;
+    present.set(parameter, value).map_err(rejected)?;
     Ok(RunCommand::Set(parameter, value))
 }
 
@@ -223,9 +222,9 @@ fn playback_speed(ms_per_s: f64) -> Result<f64, Rejected> {
     Ok(1e-3 * check_range("the playback speed", ms_per_s, SPEED_RANGE, "ms/s")?)
 }
 
-/// The kick with this number in a run, mm/s. Each has another direction, and differs from the initial kick.
+/// The kick with this number in a run, from 1, mm/s. Each has another direction, and differs from the initial kick.
 fn kick(scene: &Scene, mm_per_s: f64, number: u64) -> Result<RunCommand, Rejected> {
     let size = 1e-3 * check_range("a kick", mm_per_s, KICK_RANGE, "mm/s")?;
-    let seed = scene.start.seed.wrapping_add(1 + number);
+    let seed = scene.start.seed.wrapping_add(number);
     Ok(RunCommand::Kick { size, seed })
 }

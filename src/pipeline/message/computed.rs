@@ -117,7 +117,7 @@ pub struct UnstablePass {
 }
 
 /// Birth of a torus at a Neimark-Sacker point of a periodic motion over the tilt, by Floquet multipliers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TorusBirth {
     /// Tilt of the Neimark-Sacker point, rad.
     pub tilt: f64,

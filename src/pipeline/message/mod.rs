@@ -10,24 +10,10 @@ mod segment;
 
 pub use crate::analysis::{poincare::SectionPoint, regime::Regime, tones::SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
-pub use computed::{
-    Coupling, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
-    SecondToneGrowth, TableReading, TiltDirection, TorusBirth, UnstablePass, fastest, unstable,
-};
-pub use frame::{
-    ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
-    PatchSnapshot, PerturbedSamples,
-};
-pub use header::{
-    AnalysisKind, Header, JointInfo, ModeInfo, SILENCE_RATIO, SignalInfo, SmallInfo, StatusInfo,
-    StatusKind, Subject,
-};
-pub use lesson::{
-    Growth, Lesson, LevelSample, Measurements, NodeShares, SecondToneLevel, SmallFrequency,
-    SqueakPass, StatusShares, TiltLoop, TiltedTone, ToneChange, ToneGrowth,
-};
-pub use observation::{
-    Appearance, DivergenceFit, Observation, OperatingPoint, TrajectoryDivergence, Vibration,
-};
-pub use record::{Health, Record, Summary};
-pub use segment::MotionSegment;
+pub use computed::*;
+pub use frame::*;
+pub use header::*;
+pub use lesson::*;
+pub use observation::*;
+pub use record::*;
+pub use segment::*;

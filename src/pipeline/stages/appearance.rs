@@ -55,53 +55,35 @@ const TONE_TIME: f64 = 20e-3;
 
 /// Natural logarithm of the ratio of the RMS values of two consecutive segments. Above the first threshold
 /// the vibration is growing (or decaying), until the logarithm falls below the second one.
-const GROWTH: Limits = Limits {
-    enter: 0.69,
-    leave: 0.22,
-};
+const GROWTH: Limits = Limits([0.69, 0.22]);
 
 /// Ratio of peak velocity to sliding speed below which a vibration is silent. Silence starts below the
 /// smaller value and ends above the larger one.
-const SILENCE: Limits = Limits {
-    enter: SILENCE_RATIO,
-    leave: 2.0 * SILENCE_RATIO,
-};
+const SILENCE: Limits = Limits([SILENCE_RATIO, 2.0 * SILENCE_RATIO]);
 
 /// Ratio of peak velocity to [`Header::rest_speed`](crate::pipeline::message::Header::rest_speed) below which a
 /// vibration is at rest.
-const REST: Limits = Limits {
-    enter: 1.0,
-    leave: 2.0,
-};
+const REST: Limits = Limits([1.0, 2.0]);
 
 /// Peak velocity, m/s, below which a vibration is silent at any sliding speed; needed for a joint at rest,
 /// whose sliding speed is zero.
 const MIN_SPEED: f64 = 1e-12;
 
 /// Broadband share of the power above which the appearance is broadband.
-const BROADBAND: Limits = Limits {
-    enter: 3e-4,
-    leave: 6e-5,
-};
+const BROADBAND: Limits = Limits([3e-4, 6e-5]);
 
 /// Amplitude ratio of the second tone to the first above which there are two tones.
-const SECOND_TONE: Limits = Limits {
-    enter: 0.05,
-    leave: 0.025,
-};
+const SECOND_TONE: Limits = Limits([0.05, 0.025]);
 
 /// Time after which an unchanged appearance is reported again with new numbers, s.
 const REFRESH: f64 = 50e-3;
 
-/// Two thresholds with hysteresis.
-struct Limits {
-    enter: f64,
-    leave: f64,
-}
+/// Two thresholds with hysteresis: that to enter a state, and that to leave it.
+struct Limits([f64; 2]);
 
 impl Limits {
     fn now(&self, inside: bool) -> f64 {
-        if inside { self.leave } else { self.enter }
+        self.0[usize::from(inside)]
     }
 }
 

@@ -117,10 +117,7 @@ impl SummaryStage {
             summary.motion = Some(exponents.attractor().to_string());
         } else if let Some(verdict) = &verdict {
             summary.motion_confidence = verdict.decided_confidence();
-            summary.motion = Some(match summary.motion_confidence {
-                Some(_) => verdict.regime.to_string(),
-                None => verdict.summary(),
-            });
+            summary.motion = Some(verdict.name());
         }
         summary.verdict = verdict;
         summary.amplitude = half_range(displacement);

@@ -2,7 +2,7 @@
 
 use re_sdk_types::blueprint::{
     archetypes::TimePanelBlueprint,
-    components::{LoopMode, PanelState, PlayState},
+    components::{LoopMode, PlayState},
 };
 
 use super::{
@@ -47,7 +47,6 @@ pub fn send(rec: &RecordingStream, study: &BranchStudy<'_>, courses: &[Course<'_
     let about = View::text("About this recording", paths::ABOUT);
     tabs.push(Part::tab("About", vec![Part::View(about)]));
     let mut time_panel = TimePanelBlueprint::new()
-        .with_state(PanelState::Collapsed)
         .with_loop_mode(LoopMode::All)
         .with_play_state(PlayState::Paused);
     if let Some(course) = courses.first() {
@@ -55,5 +54,5 @@ pub fn send(rec: &RecordingStream, study: &BranchStudy<'_>, courses: &[Course<'_
             .with_timeline(course.timeline.name.as_str())
             .with_fps(PLAYS * course.timeline.gap().abs());
     }
-    tree::send(rec, tabs, &time_panel);
+    tree::send(rec, tabs, time_panel);
 }

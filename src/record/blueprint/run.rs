@@ -1,9 +1,6 @@
 //! The layout of a run: a joint, a small system or a signal.
 
-use re_sdk_types::blueprint::{
-    archetypes::TimePanelBlueprint,
-    components::{PanelState, PlayState},
-};
+use re_sdk_types::blueprint::{archetypes::TimePanelBlueprint, components::PlayState};
 
 use super::{
     layout::{Row, tab},
@@ -73,11 +70,10 @@ pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec, first: usi
     }
     shown.rotate_left(first);
     let time_panel = TimePanelBlueprint::new()
-        .with_state(PanelState::Collapsed)
         .with_timeline(paths::TIMELINE)
         .with_playback_speed(speed)
         .with_play_state(PlayState::Following);
-    tree::send(rec, shown, &time_panel);
+    tree::send(rec, shown, time_panel);
 }
 
 /// The numbers that commands change during a live run: those that the scene names.
@@ -188,17 +184,12 @@ impl Run<'_> {
     /// A title with its placeholders replaced.
     fn title(&self, title: &str) -> String {
         let subject = &self.header.subject;
-        let [velocity, displacement] = match subject {
-            Subject::Signal(_) => ["", ""],
-            Subject::Joint(_) | Subject::Small(_) => [" of the velocity", " of the displacement"],
-        };
-        let key = match subject {
-            Subject::Small(small) => format!(": {}", small::key(small)),
-            Subject::Joint(_) | Subject::Signal(_) => String::new(),
-        };
-        let signal = match subject {
-            Subject::Signal(signal) => style::signal_title(signal),
-            Subject::Joint(_) | Subject::Small(_) => String::new(),
+        let of_run = [" of the velocity", " of the displacement"];
+        let none = String::new;
+        let ([velocity, displacement], key, signal) = match subject {
+            Subject::Joint(_) => (of_run, none(), none()),
+            Subject::Small(small) => (of_run, format!(": {}", small::key(small)), none()),
+            Subject::Signal(signal) => ([""; 2], none(), style::signal_title(signal)),
         };
         let values = [
             ("{velocity}", velocity),

@@ -2,7 +2,7 @@
 
 use re_sdk_types::blueprint::{
     archetypes::TimePanelBlueprint,
-    components::{LoopMode, PanelState, PlayState},
+    components::{LoopMode, PlayState},
 };
 
 use super::{
@@ -48,12 +48,11 @@ pub fn send(rec: &RecordingStream, sweep: &SweepStudy<'_>, scales: &SharedScales
     let about = View::text("About this recording", paths::ABOUT);
     tabs.push(Part::tab("About", vec![Part::View(about)]));
     let time_panel = TimePanelBlueprint::new()
-        .with_state(PanelState::Collapsed)
         .with_timeline(scales.timeline.name.as_str())
         .with_fps(PLAYS * scales.timeline.gap())
         .with_loop_mode(LoopMode::All)
         .with_play_state(PlayState::Paused);
-    tree::send(rec, tabs, &time_panel);
+    tree::send(rec, tabs, time_panel);
 }
 
 /// A view of a start.

@@ -190,7 +190,7 @@ impl View {
 }
 
 /// Writes a layout and activates it.
-pub fn send(rec: &RecordingStream, tabs: Vec<Part>, time_panel: &TimePanelBlueprint) {
+pub fn send(rec: &RecordingStream, tabs: Vec<Part>, time_panel: TimePanelBlueprint) {
     let mut writer = Writer {
         blueprint: rec.blueprint(),
         ids: HashMap::new(),
@@ -206,7 +206,7 @@ pub fn send(rec: &RecordingStream, tabs: Vec<Part>, time_panel: &TimePanelBluepr
     let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
     writer.log("blueprint_panel", &hidden);
     writer.log("selection_panel", &hidden);
-    writer.log("time_panel", time_panel);
+    writer.log("time_panel", &time_panel.with_state(PanelState::Collapsed));
     match writer.blueprint.send_pending() {
         Ok(()) => rec.activate_blueprint(&writer.blueprint),
         Err(fault) => rec.fail(fault),

@@ -23,7 +23,7 @@ use super::{
     error::RecordError,
     file, paths,
     stream::{Moment, RecordingStream},
-    text::{self, Origin},
+    text,
 };
 use crate::joint::BallJoint;
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
@@ -93,13 +93,7 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) {
     let scene = &sweep.plan.scene;
     let name = format!("{} over {}", scene.name, description::parameter(sweep));
     blueprint::send_sweep(rec, sweep, &scales);
-    let origin = Origin {
-        name: &name,
-        scene: &scene.name,
-        scene_text: &scene.text,
-        command: sweep.command,
-    };
-    text::send_properties(rec, origin);
+    text::send_properties(rec, &name, [&scene.name, &scene.text, sweep.command]);
     let about = description::about(sweep, &scales.timeline.name);
     rec.log_static(paths::ABOUT, &text::document(about));
     if let Some(ball) = sweep.ball {

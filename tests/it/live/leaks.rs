@@ -6,7 +6,7 @@ use std::process::Command as Process;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use squeakscope::live::{Command, Panel, Session, SessionOptions, SessionThread};
+use squeakscope::live::{Command, Panel, Session, SessionOptions};
 use squeakscope::scene::Scene;
 use squeakscope::sound::Source;
 
@@ -109,7 +109,7 @@ fn child_with_a_long_session() {
         source: Source::default(),
         tour: None,
     }));
-    let running = SessionThread::start(&session).expect("started");
+    session.start().expect("started");
     let long = LongSession(session);
     long.until("samples", |panel| panel.time_s > 0.0);
     long.work(WARM_UP);
@@ -129,7 +129,7 @@ fn child_with_a_long_session() {
         "{before:?}, then {after:?}"
     );
     long.0.end();
-    running.end().expect("no error");
+    long.0.join().expect("no error");
     let saved = long.0.saved();
     assert_eq!(saved.len(), WARM_UP + TIMES);
     assert!(saved.iter().all(|file| file.outcome.is_ok()));

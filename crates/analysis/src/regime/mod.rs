@@ -88,6 +88,14 @@ impl Verdict {
         }
     }
 
+    /// The regime without its confidence, such as `chaotic`; of an undetermined one also the likeliest regimes.
+    pub fn name(&self) -> String {
+        match self.regime {
+            Regime::Undetermined => self.summary(),
+            regime => regime.to_string(),
+        }
+    }
+
     /// The confidence of a decided regime; `None` if the regime is undetermined.
     pub fn decided_confidence(&self) -> Option<f64> {
         (self.regime != Regime::Undetermined).then_some(self.confidence)

@@ -249,6 +249,14 @@ impl SurfaceMesh {
         &self.shapes[vertex * self.modes..][..self.modes]
     }
 
+    /// The shapes mode by mode, all vertices of one mode together, in single precision.
+    pub fn shapes_by_mode(&self) -> impl Iterator<Item = f32> + Clone {
+        (0..self.modes)
+            .flat_map(|mode| self.shapes.iter().skip(mode).step_by(self.modes))
+            .flatten()
+            .map(|&x| x as f32)
+    }
+
     fn push(&mut self, position: [f64; 3], shapes: &[[f64; 3]]) {
         self.vertices.push(position);
         self.shapes.extend_from_slice(shapes);

@@ -8,6 +8,7 @@ use crate::pipeline::message::{Growth, SmallFrequency};
 /// The decaying part of a kick must vanish before the growth rate can be measured. The fit therefore starts
 /// when the level has risen by the factor [`Level::START_RATIO`], or after [`Level::START_SEGMENTS`]
 /// segments.
+#[derive(Default)]
 pub struct Level {
     /// Samples per segment: half the lowest natural period, the period of the square of a sine.
     segment: usize,
@@ -38,15 +39,7 @@ impl Level {
         Self {
             segment,
             limit,
-            squares: 0.0,
-            count: 0,
-            segments: 0,
-            last: 0.0,
-            first: None,
-            anchor: None,
-            line: LineFit::default(),
-            crossings: Crossings::default(),
-            ended: None,
+            ..Self::default()
         }
     }
 

@@ -14,6 +14,7 @@ use crate::scene::{AnalysisSpec, Evidence, Parameter};
 const SMALL: f64 = 0.05;
 
 /// Accumulates the measurements of a lesson.
+#[derive(Default)]
 pub struct LessonMeasurements {
     pub level: Level,
     /// Counts of contact nodes since the last evaluation.
@@ -55,8 +56,6 @@ impl LessonMeasurements {
         let is_turning = evidence == Evidence::Turning;
         Self {
             level: Level::new(segment, SMALL * computed.sliding_speed),
-            nodes: Vec::new(),
-            statuses: StatusCounts::default(),
             kinds,
             leaders: DominantModes::new(header.joint()),
             tilts: (is_turning || evidence == Evidence::Loop).then(|| TiltHistory::new(window)),
@@ -67,9 +66,7 @@ impl LessonMeasurements {
                 .map(|birth| SecondTone::new(birth, 1.0 / header.sample_rate)),
             dt: 1.0 / header.sample_rate,
             rest: header.rest_speed,
-            fastest: 0.0,
-            next: [0; 2],
-            so_far: Measurements::default(),
+            ..Self::default()
         }
     }
 

@@ -25,6 +25,7 @@ const FIRST: f64 = 0.5;
 ///
 /// The predicted rate varies with the tilt. The slope of `ln ratio` minus the integral of the predicted rate is therefore
 /// the difference between the measured and the predicted rate.
+#[derive(Default)]
 pub struct SecondTone {
     birth: TorusBirth,
     /// Sample spacing, s.
@@ -68,13 +69,7 @@ impl SecondTone {
             birth,
             dt,
             weights: Window::BlackmanHarris.samples(STEPS * step),
-            now: None,
-            velocity: Vec::new(),
-            steps: VecDeque::new(),
-            integral: 0.0,
-            windows: 0,
-            stretch: Vec::new(),
-            found: None,
+            ..Self::default()
         }
     }
 

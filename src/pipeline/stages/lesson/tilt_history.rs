@@ -7,7 +7,7 @@ use crate::pipeline::message::{TiltDirection, TiltLoop, TiltedTone, ToneChange};
 const SAME: f64 = 0.1;
 
 /// Tracks the strongest line while the tilt rises and falls.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct TiltHistory {
     /// Length of the windows of the spectrum, s.
     window: f64,
@@ -28,11 +28,7 @@ impl TiltHistory {
     pub fn new(window: f64) -> Self {
         Self {
             window,
-            course: Vec::new(),
-            tone: None,
-            pending: None,
-            changes: Vec::new(),
-            observed: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -6,6 +6,7 @@ use crate::pipeline::message::{SqueakPass, TiltDirection};
 const PAUSE: f64 = 5e-3;
 
 /// Detects the squeak in each pass, from one reversal to the next.
+#[derive(Default)]
 pub struct Turning {
     /// Level above which the joint squeaks, m/s.
     limit: f64,
@@ -21,9 +22,7 @@ impl Turning {
     pub fn new(limit: f64) -> Self {
         Self {
             limit,
-            tilt: None,
-            passes: Vec::new(),
-            last_above: None,
+            ..Self::default()
         }
     }
 
