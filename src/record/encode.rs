@@ -141,8 +141,8 @@ impl Encoder {
                 }
             }
             Record::Narration { time, observation } => {
-                let words = crate::text::narration(observation);
-                text::narrate(rec, header, *time, &words);
+                let narration = crate::text::narration(observation);
+                text::narrate(rec, header, *time, &narration);
             }
             Record::Event { time, text } => text::note(rec, *time, text, TextLogLevel::INFO),
             Record::Lesson(now) => {
@@ -191,8 +191,8 @@ impl Encoder {
         if self.joint.is_none() {
             let status = self.small.as_mut().map(SmallFrames::status_summary);
             let status = status.map_or_else(String::new, |status| format!("\n{status}"));
-            let words = format!("{}{status}", regime::words(verdict));
-            text::narrate(rec, header, time, &words);
+            let text = format!("{}{status}", regime::markdown(verdict));
+            text::narrate(rec, header, time, &text);
         }
     }
 

@@ -267,13 +267,13 @@ impl Open {
         // The encoder would otherwise write an index when it is dropped.
         self.encoder.do_not_emit_footer();
         let cut = self.file.set_len(self.complete_bytes);
-        let said = match fault {
+        let reason = match fault {
             EncodeError::Write(source) => source.to_string(),
             other => other.to_string(),
         };
         match cut {
-            Ok(()) => said,
-            Err(uncut) => format!("{said}, and the last message is incomplete: {uncut}"),
+            Ok(()) => reason,
+            Err(uncut) => format!("{reason}, and the last message is incomplete: {uncut}"),
         }
     }
 }

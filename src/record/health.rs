@@ -45,12 +45,12 @@ pub fn log(rec: &RecordingStream, health: &Health) {
     log(paths::SOLVER_STEPS, &STEPS, &steps);
     log(paths::SOLVER_QUEUES, &QUEUES, &queues);
     log(paths::SOLVER_ENERGY_RESIDUAL, &[residual], audit.as_slice());
-    let words = text::document(words(health));
-    rec.log(paths::SOLVER_TEXT, health.time, &words);
+    let document = text::document(markdown(health));
+    rec.log(paths::SOLVER_TEXT, health.time, &document);
 }
 
 /// Accuracy and cost of the current steps as a line of text.
-fn words(health: &Health) -> String {
+fn markdown(health: &Health) -> String {
     let error = match health.error {
         Some(error) => format!(
             "Largest local error of a step: **{:.1e}** ({} of the tolerance {:.0e})",
@@ -98,7 +98,7 @@ mod tests {
             ..Health::default()
         };
         assert_eq!(
-            words(&health),
+            markdown(&health),
             "Largest local error of a step: **9.0e-6** (0.9 of the tolerance 1e-5). \
              **1.1 million** right-hand-side evaluations and **0.714 s** of wall time per simulated \
              second (1.4 times real time)."
@@ -108,7 +108,7 @@ mod tests {
             ..Health::default()
         };
         assert_eq!(
-            words(&fixed),
+            markdown(&fixed),
             "The steps have no error estimate. **500** right-hand-side evaluations per \
              simulated second."
         );

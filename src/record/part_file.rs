@@ -126,8 +126,8 @@ impl PartFile {
     /// # Errors
     /// [`RecordError::Removed`] if it does not.
     pub fn check_exists(&self) -> Result<(), RecordError> {
-        let there = self.part.symlink_metadata();
-        there.map(drop).map_err(|source| RecordError::Removed {
+        let file = self.part.symlink_metadata();
+        file.map(drop).map_err(|source| RecordError::Removed {
             path: self.path.clone(),
             part: self.part.clone(),
             source,

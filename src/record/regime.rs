@@ -53,7 +53,7 @@ fn heading(verdict: &Verdict) -> String {
 }
 
 /// The classification with the strongest evidence.
-pub fn words(verdict: &Verdict) -> String {
+pub fn markdown(verdict: &Verdict) -> String {
     let strongest: String = evidence(verdict).take(3).collect();
     let limitation = limitation(verdict);
     format!("{}\n\n{limitation}\n\n{strongest}", heading(verdict))
@@ -131,7 +131,7 @@ mod tests {
             limitation: Some(Limitation::TooShort),
             evidence: Vec::new(),
         };
-        let text = words(&verdict);
+        let text = markdown(&verdict);
         assert!(
             text.contains("**Undetermined: quasi-periodic or chaotic**"),
             "{text}"

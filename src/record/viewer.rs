@@ -399,7 +399,7 @@ impl MessageSink for LiveConnection {
 /// Executes commands until the last one or until the viewer disconnects.
 fn run_connection(viewer: GrpcSink, commands: &Receiver<Command>, shared: &Shared) {
     for command in commands {
-        let there = match command {
+        let connected = match command {
             Command::Send(message) => shared.forward(&viewer, message),
             Command::Flush(done) => {
                 // The recorder may have timed out.
@@ -412,7 +412,7 @@ fn run_connection(viewer: GrpcSink, commands: &Receiver<Command>, shared: &Share
                 return;
             }
         };
-        if !there {
+        if !connected {
             shared.set_away(true);
             return;
         }
