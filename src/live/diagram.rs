@@ -7,12 +7,11 @@ use std::thread::JoinHandle;
 use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::Record;
-use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
+use crate::study::Stopped;
 use crate::study::branch::{
     DiagramBifurcation, DiagramBifurcationKind, TiltDiagram, shipped_diagram, tilt_diagram,
 };
-use crate::study::{Stopped, StudyError};
 
 /// The store of the diagram of the present scene.
 #[derive(Default)]
@@ -111,18 +110,20 @@ impl DiagramStore {
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
             change(&mut |present| present.set(Some(diagram.clone())));
         });
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
         let time = store.read(None, 0).time_s;
-        let (note, message) = match found {
-            Ok(()) => (String::new(), "the branch diagram is complete".to_owned()),
-            Err(StudyError::Stopped(_)) => return,
-            Err(fault) => {
-                let note = format!("no branch diagram: {fault}");
-                (note.clone(), note)
+        change(&mut |present| match &found {
+            Ok(diagram) => {
+                present.set(Some(diagram.clone()));
+                present.note.clear();
+                store.log(time, "the branch diagram is complete");
             }
-        };
-        change(&mut |present| {
-            present.note.clone_from(&note);
-            store.log(time, message.clone());
+            Err(fault) => {
+                present.note = format!("no branch diagram: {fault}");
+                store.log(time, present.note.clone());
+            }
         });
     }
 
@@ -166,9 +167,8 @@ impl Present {
     }
 }
 
-/// A sink that adds an event for each bifurcation of the diagram that the tilt passes.
-pub(super) struct BifurcationEvents<S> {
-    sink: S,
+/// An event for each bifurcation of the diagram that the tilt of a run passes.
+pub(super) struct BifurcationEvents {
     diagrams: Arc<DiagramStore>,
     /// Tilt of the last frame, degrees.
     tilt_deg: Option<f64>,
@@ -176,15 +176,29 @@ pub(super) struct BifurcationEvents<S> {
     base_hz: Vec<f64>,
 }
 
-impl<S: Sink> BifurcationEvents<S> {
-    /// Adds the events to the records for a sink.
-    pub fn new(sink: S, diagrams: Arc<DiagramStore>) -> Self {
+impl BifurcationEvents {
+    /// The events of a run.
+    pub fn new(diagrams: Arc<DiagramStore>) -> Self {
         Self {
-            sink,
             diagrams,
             tilt_deg: None,
             base_hz: Vec::new(),
         }
+    }
+
+    /// The events at a record.
+    pub fn of(&mut self, record: &Record) -> Vec<Record> {
+        match record {
+            Record::Samples(frame) => return self.passed(frame.tilt.to_degrees(), frame.t0),
+            Record::Spectrum { peaks, .. } => {
+                let bases = peaks
+                    .iter()
+                    .filter(|line| ["f1", "f2"].contains(&&*line.label));
+                self.base_hz = bases.map(|line| line.frequency).collect();
+            }
+            _ => {}
+        }
+        Vec::new()
     }
 
     /// Whether a bifurcation concerns the motion of the run: its frequency is a base frequency to 2 %. Bifurcations of steady
@@ -200,7 +214,7 @@ impl<S: Sink> BifurcationEvents<S> {
     }
 
     /// The events of a change of the tilt to a value (degrees) at a time (s).
-    fn events(&mut self, tilt_deg: f64, time: f64) -> Vec<Record> {
+    fn passed(&mut self, tilt_deg: f64, time: f64) -> Vec<Record> {
         let Some(before) = self.tilt_deg.replace(tilt_deg).filter(|t| *t != tilt_deg) else {
             return Vec::new();
         };
@@ -216,42 +230,6 @@ impl<S: Sink> BifurcationEvents<S> {
             ),
         });
         events.collect()
-    }
-}
-
-impl<S: Sink> Sink for BifurcationEvents<S> {
-    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let events = match &record {
-            Record::Samples(frame) => self.events(frame.tilt.to_degrees(), frame.t0),
-            Record::Spectrum { peaks, .. } => {
-                let bases = peaks
-                    .iter()
-                    .filter(|line| ["f1", "f2"].contains(&&*line.label));
-                self.base_hz = bases.map(|line| line.frequency).collect();
-                Vec::new()
-            }
-            _ => Vec::new(),
-        };
-        self.sink.accept(record)?;
-        events
-            .into_iter()
-            .try_for_each(|event| self.sink.accept(event))
-    }
-
-    fn idle(&mut self) -> Result<(), SinkError> {
-        self.sink.idle()
-    }
-
-    fn delivery(&self) -> Delivery {
-        self.sink.delivery()
-    }
-
-    fn finish(&mut self) -> Result<(), SinkError> {
-        self.sink.finish()
-    }
-
-    fn abandon(&mut self) {
-        self.sink.abandon();
     }
 }
 
@@ -278,7 +256,8 @@ mod tests {
     #[test]
     fn the_tilt_of_a_run_passes_the_birth_of_the_torus_in_both_directions() {
         let scene = Scene::load("torus-birth").unwrap();
-        let mut sink = BifurcationEvents::new(Vec::new(), shown(&scene, [0.0, 10.0]));
+        let mut passed = BifurcationEvents::new(shown(&scene, [0.0, 10.0]));
+        let mut records = Vec::new();
         let tilts = [0.1, 0.2, 0.34, 0.35, 0.35, 0.5, 0.3, 0.4, 2.5];
         let tone = |frequency| Record::Spectrum {
             time: 0.0,
@@ -290,20 +269,20 @@ mod tests {
                 label: "f1".to_owned(),
             }],
         };
-        sink.accept(tone(4104.0)).unwrap();
+        passed.of(&tone(4104.0));
         for (k, tilt) in tilts.into_iter().enumerate() {
             if tilt == 0.4 {
                 // The run is on another branch, on which nothing happens here.
-                sink.accept(tone(12_430.0)).unwrap();
+                passed.of(&tone(12_430.0));
             }
             let frame = Frame {
                 t0: k as f64,
                 tilt: f64::to_radians(tilt),
                 ..Frame::default()
             };
-            sink.accept(Record::Samples(Arc::new(frame))).unwrap();
+            records.extend(passed.of(&Record::Samples(Arc::new(frame))));
         }
-        let events = sink.sink.iter().filter_map(|record| match record {
+        let events = records.iter().filter_map(|record| match record {
             Record::Event { time, text } => Some((*time, text.as_str())),
             _ => None,
         });

@@ -184,7 +184,8 @@ impl Session {
                     current.handle = Some(handle);
                 }
             }
-            let mut tee = BifurcationEvents::new(Tee::new(sinks), Arc::clone(&self.diagrams));
+            let mut events = BifurcationEvents::new(Arc::clone(&self.diagrams));
+            let mut tee = Tee::new(sinks).with_events(move |record| events.of(record));
             let monitor = Monitor {
                 stop: &self.stop,
                 ..Monitor::default()

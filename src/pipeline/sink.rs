@@ -57,24 +57,44 @@ impl Sink for Vec<Record> {
     }
 }
 
+/// Gives events that follow a record.
+type EventsOf = Box<dyn FnMut(&Record) -> Vec<Record> + Send>;
+
 /// Passes every record to several sinks.
 #[derive(Default)]
 pub struct Tee {
     sinks: Vec<Box<dyn Sink>>,
+    events: Option<EventsOf>,
 }
 
 impl Tee {
     /// Passes records to `sinks` in the given order.
     pub fn new(sinks: Vec<Box<dyn Sink>>) -> Self {
-        Self { sinks }
+        Self {
+            sinks,
+            events: None,
+        }
+    }
+
+    /// Adds the events that `of` gives for a record, after it.
+    #[must_use]
+    pub fn with_events(self, of: impl FnMut(&Record) -> Vec<Record> + Send + 'static) -> Self {
+        Self {
+            events: Some(Box::new(of)),
+            ..self
+        }
     }
 }
 
 impl Sink for Tee {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        self.sinks
-            .iter_mut()
-            .try_for_each(|sink| sink.accept(record.clone()))
+        let events = self.events.as_mut().map(|of| of(&record));
+        for record in [record].into_iter().chain(events.unwrap_or_default()) {
+            for sink in &mut self.sinks {
+                sink.accept(record.clone())?;
+            }
+        }
+        Ok(())
     }
 
     fn idle(&mut self) -> Result<(), SinkError> {

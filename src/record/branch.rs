@@ -170,7 +170,7 @@ impl Course<'_> {
 
 /// The branch diagram: the first panel of its figure.
 pub(super) fn diagram(study: &BranchStudy<'_>) -> Panel {
-    let figure = branch_figure(&study.scene.name, study.branch, &[]);
+    let figure = branch_figure(&study.scene.name, study.branch);
     let mut panels = figure.rows.into_iter().flatten();
     panels.next().expect("the figure has panels")
 }

@@ -6,9 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::equilibria::{BranchPlan, add_equilibria};
+use super::equilibria::BranchPlan;
 use super::hopf::{SteadyBifurcation, SteadyBifurcationKind};
-use super::orbits::{OrbitStarts, add_orbits_one_by_one};
+use super::orbits::OrbitStarts;
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
@@ -106,12 +106,12 @@ pub struct UnstableModes {
 
 impl TiltDiagram {
     /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
-    pub fn new(branch: &Branch, settled: &[SweepPoint]) -> Self {
+    pub fn new(branch: &Branch) -> Self {
         let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
         let found = branch.bifurcations.iter();
         let mut bifurcations: Vec<_> = found.map(|found| bifurcation(branch, found)).collect();
         bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
-        let responses = Start::ALL.map(|start| responses(start, settled));
+        let responses = Start::ALL.map(|start| responses(start, &branch.settled));
         let modes = branch.unstable_intervals().into_iter();
         Self {
             parameter: branch.name().to_owned(),
@@ -151,31 +151,23 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch.
+/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch. If `progress`
+/// stops the study, the rest is missing.
 ///
 /// # Errors
-/// [`StudyError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
+/// If the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
     progress: OnProgress<'_>,
-    mut on_part: impl FnMut(&TiltDiagram),
-) -> Result<(), StudyError> {
+    mut on_part: impl FnMut(TiltDiagram),
+) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
-    let mut branch = Branch::new(&plan);
-    // What a stop leaves is no part.
-    add_equilibria(&plan, &mut branch, progress)?;
-    progress(0.0, "settled motions")?;
-    on_part(&TiltDiagram::new(&branch, &[]));
-    let settled = settled_responses(scene, interval, threads, progress)?;
-    progress(0.0, "periodic motions")?;
-    on_part(&TiltDiagram::new(&branch, &settled));
-    let starts = OrbitStarts::Settled(&settled);
-    let mut on_branch = |branch: &Branch| on_part(&TiltDiagram::new(branch, &settled));
-    add_orbits_one_by_one(&plan, starts, &mut branch, progress, &mut on_branch)?;
-    on_part(&TiltDiagram::new(&branch, &settled));
-    Ok(())
+    let mut on_branch = |branch: &Branch| on_part(TiltDiagram::new(branch));
+    let starts = OrbitStarts::Sweep(scene, threads);
+    let branch = plan.follow(Some(starts), progress, &mut on_branch)?;
+    Ok(TiltDiagram::new(&branch))
 }
 
 /// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
@@ -183,7 +175,7 @@ pub fn tilt_diagram(
 ///
 /// # Errors
 /// If no thread can be started.
-pub fn settled_responses(
+pub(super) fn settled_responses(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
@@ -445,6 +437,7 @@ fn degrees(tilt: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::equilibria::add_equilibria;
     use super::super::orbits::add_orbits;
     use super::*;
     use crate::study::sweep::tests::run;
@@ -461,8 +454,9 @@ mod tests {
         let mut branch = Branch::new(&plan);
         add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
         let starts = OrbitStarts::Settled(&points);
-        add_orbits(&plan, starts, &mut branch, &mut |_, _| Ok(())).unwrap();
-        TiltDiagram::new(&branch, &points)
+        add_orbits(&plan, starts, &mut branch, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
+        branch.settled = points;
+        TiltDiagram::new(&branch)
     }
 
     /// Columns that differ only in their last digits, by the order of operations of another processor.

@@ -1,6 +1,6 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::{Ref, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::differences::{Differences, difference};
@@ -137,12 +137,12 @@ impl SubjectFamily {
     }
 
     /// A value of the parameter with its probe and the period of its drive.
-    fn last(&self, parameter: f64) -> Option<Ref<'_, Last>> {
+    fn last(&self, parameter: f64) -> Option<Last> {
         let is_last = |last: &Last| last.0 == parameter;
         if !self.last.borrow().as_ref().is_some_and(is_last) {
             self.built(parameter).ok()?;
         }
-        Ref::filter_map(self.last.borrow(), Option::as_ref).ok()
+        self.last.borrow().clone()
     }
 }
 
