@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use super::error::CliError;
+use crate::number::to_digits;
 use crate::scene::{Parameter, Scene};
 
 /// Evenly spaced values from A to B, both included if B - A is a multiple of the step.
@@ -28,10 +29,7 @@ impl Steps {
         let Self { from, step, steps } = self;
         // Multiples of the step do not accumulate rounding errors. Rounding gives 2.4, not
         // 2.4000000000000004.
-        (0..=steps).map(move |k| {
-            let value = from + f64::from(k) * step;
-            format!("{value:.11e}").parse().unwrap_or(value)
-        })
+        (0..=steps).map(move |k| to_digits(from + f64::from(k) * step, 12))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::dynamics::continuation::PeriodicOrbit;
 use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind, by_stability};
 
 /// Height of a row of panels, mm.
-const ROW_MM: f64 = 62.0;
+pub(super) const ROW_MM: f64 = 62.0;
 /// Colours of the branches, cyclically.
 const BRANCH_COLORS: [Color; 4] = [
     Color::Series(0),
@@ -28,12 +28,6 @@ const CIRCLE: u32 = 180;
 /// colour of their type of motion.
 pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
-    let dots = branch.settled.iter().filter_map(|point| {
-        let response = point.outcome.as_ref().ok()?;
-        let at = [*point.place.values.first()?, response.amplitude];
-        Some((response.regime, at))
-    });
-    let dots: Vec<(Regime, [f64; 2])> = dots.collect();
     let amplitude = |orbit: &PeriodicOrbit| orbit.amplitude;
     let branches = branch.orbit_branches();
     let mut layers = Vec::new();
@@ -46,8 +40,11 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     layers.extend(stability_lines(equilibria, Color::Faint, "equilibrium"));
     layers.extend(lines(branch, &amplitude));
     let dots = Regime::ALL.map(|regime| {
-        let own = dots.iter().filter(|(found, _)| *found == regime);
-        Layer::points(own.map(|(_, at)| *at).collect(), 1.5, Color::Regime(regime))
+        let dots = branch.settled.iter().filter_map(|point| {
+            let response = point.found().filter(|found| found.regime == regime)?;
+            Some([*point.place.values.first()?, response.amplitude])
+        });
+        Layer::points(dots.collect(), 1.5, Color::Regime(regime))
             .with_label(format!("sweep: {regime}"))
             .with_id(format!("sweep {regime}"))
     });

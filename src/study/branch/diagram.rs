@@ -12,7 +12,7 @@ use super::orbits::OrbitStarts;
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
-use crate::number::{quantity, significant};
+use crate::number::{quantity, significant, to_digits};
 use crate::scene::{Parameter, Scene, preset};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
@@ -123,7 +123,7 @@ impl TiltDiagram {
                 .collect(),
             unstable_modes: modes
                 .map(|(ends, count)| UnstableModes {
-                    tilt_deg: ends.map(|end| rounded(end, DIGITS[0])),
+                    tilt_deg: ends.map(|end| to_digits(end, DIGITS[0])),
                     count,
                 })
                 .collect(),
@@ -239,7 +239,7 @@ fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
     let column = |of: fn(&PeriodicOrbit) -> f64| {
         let values = course
             .iter()
-            .map(|(orbit, _)| rounded(of(orbit), DIGITS[0]));
+            .map(|(orbit, _)| to_digits(of(orbit), DIGITS[0]));
         values.collect()
     };
     DiagramBranch {
@@ -269,9 +269,9 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
     };
     DiagramBifurcation {
         kind,
-        tilt_deg: rounded(found.value(), DIGITS[1]),
-        frequency_hz: rounded(frequency_hz, DIGITS[1]),
-        second_hz: second_hz.map(|hz| rounded(hz, DIGITS[0])),
+        tilt_deg: to_digits(found.value(), DIGITS[1]),
+        frequency_hz: to_digits(frequency_hz, DIGITS[1]),
+        second_hz: second_hz.map(|hz| to_digits(hz, DIGITS[0])),
         attracts,
         text,
     }
@@ -288,19 +288,13 @@ fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
         let (Ok(found), [tilt]) = (&point.outcome, &point.place.values[..]) else {
             continue;
         };
-        columns.tilt_deg.push(rounded(*tilt, DIGITS[0]));
+        columns.tilt_deg.push(to_digits(*tilt, DIGITS[0]));
         columns.regime.push(found.regime);
         let line = found.lines.first();
-        let hz = line.map(|line| rounded(line.frequency, DIGITS[0]));
+        let hz = line.map(|line| to_digits(line.frequency, DIGITS[0]));
         columns.frequency_hz.push(hz);
     }
     columns
-}
-
-/// A number with some significant digits.
-fn rounded(value: f64, digits: usize) -> f64 {
-    let text = format!("{value:.0$e}", digits - 1);
-    text.parse().unwrap_or(value)
 }
 
 macro_rules! shipped {

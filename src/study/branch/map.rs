@@ -159,12 +159,10 @@ pub fn stability_map(
 
 /// Pairs of neighbouring grid points, along both parameters.
 fn edges([columns, rows]: [usize; 2]) -> Vec<[usize; 2]> {
-    let points = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-    let pairs = points.flat_map(|(row, column)| {
-        let here = row * columns + column;
-        let right = (column + 1 < columns).then_some([here, here + 1]);
-        let above = (row + 1 < rows).then_some([here, here + columns]);
-        [right, above].into_iter().flatten()
+    let pairs = (0..columns * rows).flat_map(|here| {
+        let right = (here % columns + 1 < columns).then_some([here, here + 1]);
+        let above = (here / columns + 1 < rows).then_some([here, here + columns]);
+        right.into_iter().chain(above)
     });
     pairs.collect()
 }

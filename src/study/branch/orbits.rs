@@ -124,10 +124,7 @@ impl Study<'_> {
     fn add(&mut self, starts: OrbitStarts<'_>) -> Result<(), StudyError> {
         match starts {
             OrbitStarts::Scene => self.add_first(&self.values())?,
-            OrbitStarts::At(value) => {
-                self.plan.check_start(value)?;
-                self.add_first(&[value])?;
-            }
+            OrbitStarts::At(value) => self.add_first(&[value])?,
             OrbitStarts::Settled(points) => self.add_settled(points)?,
             OrbitStarts::Sweep(scene, threads) => {
                 let progress = &mut *self.progress;

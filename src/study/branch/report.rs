@@ -211,11 +211,11 @@ fn unit(unit: &str) -> String {
 }
 
 /// How a curve over two parameters ends.
-fn curve_end(closed: bool, reasons: &[String]) -> String {
-    match (closed, reasons) {
-        (true, _) => "closed".to_owned(),
-        (false, []) => "at the borders".to_owned(),
-        (false, reasons) => reasons.join("; "),
+fn curve_end(curve: &Curve) -> String {
+    match &curve.ended[..] {
+        _ if curve.closed => "closed".to_owned(),
+        [] => "at the borders".to_owned(),
+        reasons => reasons.join("; "),
     }
 }
 
@@ -250,7 +250,7 @@ impl Report for StabilityMap {
                 .right("frequency, Hz", |curve| {
                     span(curve.points.iter().map(|point| point.frequency_hz), 1)
                 })
-                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+                .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }
         if !map.torus_curves.is_empty() {
@@ -272,7 +272,7 @@ impl Report for StabilityMap {
                 .right("second frequency, Hz", |curve| {
                     spans(curve, |point| point.second_hz.unwrap_or(f64::NAN), 1)
                 })
-                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+                .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }
         blocks

@@ -10,7 +10,6 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::equilibria::BranchPlan;
-use super::family::started;
 use super::result::{At, Branch};
 use crate::analysis::tones::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
@@ -20,7 +19,7 @@ use crate::dynamics::continuation::{
     BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, PeriodicOrbit,
     ReturnSearch, continue_orbits, settled_orbit,
 };
-use crate::dynamics::{Accuracy, DynamicsError, Method, MethodName, System};
+use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
 use crate::study::{OnProgress, StudyError};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
@@ -285,12 +284,13 @@ impl TorusStudy<'_> {
         value: f64,
         (count, rate): (usize, f64),
     ) -> Result<Vec<f64>, DynamicsError> {
-        let (mut integrator, mut z) = started(self.method, sys, &self.state)?;
+        let (mut integrator, mut z) = Integrator::started(self.method, sys, &self.state)?;
+        let factors = self.family.observable(value);
         let n = sys.tangent_dim();
         let mut signal = Vec::with_capacity(count);
         for k in 1..=count {
             integrator.sample(k as f64 / rate, &mut z)?;
-            signal.push(self.family.observable(value, &z[..n]));
+            signal.push(factors.iter().zip(&z).map(|(a, z)| a * z).sum::<f64>());
         }
         let end = count as f64 / rate;
         let drive = self.family.drive_period(value);
