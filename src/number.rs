@@ -11,6 +11,12 @@ pub(crate) fn degrees(radians: f64) -> f64 {
     exact.unwrap_or(near)
 }
 
+/// A value rounded to `digits` significant digits.
+pub(crate) fn to_digits(value: f64, digits: usize) -> f64 {
+    let text = format!("{value:.*e}", digits - 1);
+    text.parse().unwrap_or(value)
+}
+
 /// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];

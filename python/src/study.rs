@@ -3,13 +3,10 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use squeakscope::dynamics::equilibrium::EquilibriumError;
 use squeakscope::joint::BallJoint;
 use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figure};
 use squeakscope::scene::SceneError;
-use squeakscope::study::branch::{
-    self as branches, Branch, BranchPlan, OrbitStarts, add_equilibria, add_orbits,
-};
+use squeakscope::study::branch::{self as branches, Branch, BranchPlan, OrbitStarts};
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{
     ExponentCount, Goal, LyapunovRequest, LyapunovResult, scene_lyapunov,
@@ -17,7 +14,7 @@ use squeakscope::study::lyapunov::{
 use squeakscope::study::{StudyError, Subject, stability as linear_modes};
 
 use crate::array::{optional, vector, whole};
-use crate::call::{Watch, long_call};
+use crate::call::long_call;
 use crate::error::{input, raise};
 use crate::own::{OwnSystems, Studied};
 use crate::result::{Fields, result};
@@ -148,7 +145,7 @@ pub fn branch<'py>(
         ));
     }
     let (interval, points) = ([from, to], whole("points", points, 2)?);
-    let starts = start.map_or(OrbitStarts::Scene, OrbitStarts::At);
+    let starts = orbits.then(|| start.map_or(OrbitStarts::Scene, OrbitStarts::At));
     let scene = match scene {
         Studied::Scene(scene) => scene.load(None)?,
         Studied::Systems(function) => {
@@ -162,7 +159,7 @@ pub fn branch<'py>(
                 points,
             };
             let found = systems.call(py, progress.as_ref(), |watch| {
-                branches_of(&plan, orbits.then_some(starts), watch)
+                plan.follow(starts, &mut |share, _| watch.report(share), &mut |_| ())
             })?;
             return Fields::of(py, &found)?
                 .unitless(&systems.names)?
@@ -175,39 +172,16 @@ pub fn branch<'py>(
         for value in interval {
             scene.with_values(&[(parameter, value)])?;
         }
-        branches_of(&plan, orbits.then_some(starts), watch)
+        plan.follow(starts, &mut |share, _| watch.report(share), &mut |_| ())
     })?;
     let fields = Fields::of(py, &found)?;
     let name = scene.name.clone();
     let figures = move || {
         let modes = (!found.equilibria.is_empty()).then(|| modes_figure(&name, &found));
-        let orbits = (!found.points.is_empty()).then(|| branch_figure(&name, &found, &[]));
+        let orbits = (!found.points.is_empty()).then(|| branch_figure(&name, &found));
         modes.into_iter().chain(orbits).collect()
     };
     fields.drawn(figures)?.finish::<Branch>()
-}
-
-/// The equilibria over a range of the parameter, and the periodic orbits if they are wanted.
-fn branches_of(
-    plan: &BranchPlan,
-    starts: Option<OrbitStarts<'_>>,
-    watch: &Watch,
-) -> Result<Branch, StudyError> {
-    if let Some(OrbitStarts::At(start)) = starts {
-        plan.check_start(start)?;
-    }
-    let mut found = Branch::new(plan);
-    let steady = add_equilibria(plan, &mut found, &mut |share, _| watch.report(0.1 * share));
-    match steady {
-        // A system driven in time has no equilibria, but periodic orbits.
-        Err(StudyError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {}
-        steady => steady?,
-    }
-    if let Some(starts) = starts {
-        let progress = &mut |share: f64, _: &str| watch.report(0.2 + 0.8 * share);
-        add_orbits(plan, starts, &mut found, progress)?;
-    }
-    Ok(found)
 }
 
 /// Compute Lyapunov exponents with 95 % intervals, and classify the attractor.

@@ -15,14 +15,13 @@ use super::harness::{OutputArgs, Outputs, Watch};
 use super::output::{Kind, OutputFile};
 use super::resources;
 use super::run::command_line;
-use super::steps::{Interval, Keyed};
-use crate::dynamics::equilibrium::EquilibriumError;
+use super::steps::{Interval, Keyed, parameters};
 use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
 use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
-    Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_equilibria, add_orbits, add_tori,
-    portraits, settled_responses, stability_map, write_branch,
+    Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_tori, portraits, stability_map,
+    write_branch,
 };
 use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
 use crate::study::{StudyError, threads};
@@ -105,7 +104,7 @@ pub struct BranchArgs {
 }
 
 /// Default interval of the tilt, degrees.
-const TILTS: [f64; 2] = [0.0, 8.0];
+const TILTS: Interval = Interval([0.0, 8.0]);
 /// Default numbers of points of the equilibria, and of each parameter of a map.
 const POINTS: [u32; 2] = [81, 41];
 /// Stems of the figures' file names over one parameter, and over two.
@@ -136,7 +135,7 @@ fn branch(
     scene: Scene,
     (parameter, interval): Span,
 ) -> Result<(), CliError> {
-    let mut settled = settled(args, parameter)?;
+    let settled = settled(args, parameter)?;
     let points = args.points.unwrap_or(POINTS[0]) as usize;
     let plan = BranchPlan::new(scene.clone(), parameter, interval, points);
     if args.diagram.is_some() && parameter != Parameter::tilt() {
@@ -159,12 +158,13 @@ fn branch(
     resources::start_thread_pool()?;
     let name = &scene.name;
     let watch = Watch::new(stop);
-    let mut result = compute(args, &watch, &scene, &plan, &mut settled)?;
+    let mut result = compute(args, &watch, &scene, &plan).map_err(failed)?;
+    result.settled.extend(settled);
     result.interrupted = stop.load(Ordering::Relaxed);
     files.finish(watch, Some(name), &result, |files| {
         // A part of a diagram would look like all of it.
         if !result.interrupted {
-            let diagram = TiltDiagram::new(&result, &settled);
+            let diagram = TiltDiagram::new(&result);
             files.write("--diagram", |file| {
                 file.write(|out| {
                     serde_json::to_writer(&mut *out, &diagram)?;
@@ -182,7 +182,7 @@ fn branch(
                 figures.push(modes_figure(name, &result));
             }
             if !result.points.is_empty() {
-                figures.push(branch_figure(name, &result, &settled));
+                figures.push(branch_figure(name, &result));
                 figures.push(multipliers_figure(name, &result));
             }
             figures
@@ -194,44 +194,23 @@ fn branch(
     })
 }
 
-/// Computes the equilibria and, if requested, the periodic orbits. A system driven in time has no equilibria.
-/// For a diagram, the settled responses are computed, too.
+/// Computes the branches and, if requested, the tori.
 fn compute(
     args: &BranchArgs,
     watch: &Watch<'_>,
     scene: &Scene,
     plan: &BranchPlan,
-    settled: &mut Vec<SweepPoint>,
-) -> Result<Branch, CliError> {
-    let mut result = Branch::new(plan);
-    let equilibria = add_equilibria(plan, &mut result, &mut |share, task| {
-        watch.update(0.1 * share, task)
-    });
-    match equilibria {
-        Err(StudyError::Equilibrium(EquilibriumError::Driven)) if !args.equilibria => {}
-        equilibria => equilibria.map_err(failed)?,
-    }
-    if args.equilibria {
-        return Ok(result);
-    }
-    if args.diagram.is_some() {
-        let responses = settled_responses(
-            scene,
-            plan.interval,
-            threads(args.threads),
-            &mut |share, task| watch.update(0.1 + 0.7 * share, task),
-        );
-        *settled = responses.map_err(failed)?;
-    }
-    let starts = match (args.start, args.diagram.is_some()) {
-        (Some(value), _) => OrbitStarts::At(value),
-        (None, true) => OrbitStarts::Settled(settled),
-        (None, false) => OrbitStarts::Scene,
+) -> Result<Branch, StudyError> {
+    let starts = match (args.start, &args.diagram) {
+        _ if args.equilibria => None,
+        (Some(value), _) => Some(OrbitStarts::At(value)),
+        (None, Some(_)) => Some(OrbitStarts::Sweep(scene, threads(args.threads))),
+        (None, None) => Some(OrbitStarts::Scene),
     };
-    let mut update = |share: f64, task: &str| watch.update(0.2 + 0.8 * share, task);
-    add_orbits(plan, starts, &mut result, &mut update).map_err(failed)?;
+    let mut update = |share: f64, task: &str| watch.update(share, task);
+    let mut result = plan.follow(starts, &mut update, &mut |_| ())?;
     if let Some(count) = args.tori {
-        add_tori(plan, count, &mut result, &mut update).map_err(failed)?;
+        add_tori(plan, count, &mut result, &mut update)?;
     }
     Ok(result)
 }
@@ -315,26 +294,9 @@ fn map(
 
 /// The parameters and their intervals: one, or two for a map.
 fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
-    let mut spans = Vec::new();
-    if let Some(Interval(interval)) = args.tilt {
-        spans.push((Parameter::tilt(), interval));
-    }
-    for Keyed { key, range } in &args.param {
-        spans.push((scene.parameter(key)?, range.0));
-    }
-    if spans.is_empty() {
-        spans.push((Parameter::tilt(), TILTS));
-    }
-    if spans.len() > 2 {
-        return Err(CliError::too_many_axes(spans.len()));
-    }
-    if spans.len() == 2 && spans[0].0 == spans[1].0 {
-        return Err(CliError::axis_twice(spans[0].0));
-    }
+    let spans = parameters(scene, args.tilt, &args.param, TILTS)?.into_iter();
+    let spans: Vec<Span> = spans.map(|(parameter, span)| (parameter, span.0)).collect();
     for &(parameter, interval) in &spans {
-        if scene.joint().is_err() && parameter == Parameter::tilt() {
-            return Err(CliError::no_tilt(scene));
-        }
         if !parameter.is_continuous() {
             return Err(CliError::Input(format!(
                 "`{}` is a count or a seed, over which no branch is continuous; choose a real number (`squeakscope \

@@ -14,7 +14,7 @@ use crate::joint::AssemblyError;
 use crate::live::TourError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
-use crate::scene::{Parameter, Scene, SceneError};
+use crate::scene::SceneError;
 use crate::sound::NoSurface;
 use crate::study::Stopped;
 use crate::study::signal::{CalibrationError, SignalError};
@@ -134,27 +134,6 @@ impl CliError {
             }
             Self::Run { task, source }
         }
-    }
-
-    /// More than two parameters are swept.
-    pub(super) fn too_many_axes(count: usize) -> Self {
-        Self::Input(format!(
-            "{count} parameters are swept; give one, or two for a map (--tilt counts as one)"
-        ))
-    }
-
-    /// One parameter is swept twice.
-    pub(super) fn axis_twice(parameter: Parameter) -> Self {
-        let path = parameter.path();
-        Self::Input(format!("`{path}` is swept twice; give it once"))
-    }
-
-    /// A scene without a load has no tilt.
-    pub(super) fn no_tilt(scene: &Scene) -> Self {
-        Self::Input(format!(
-            "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param KEY=A:B:STEP",
-            scene.name
-        ))
     }
 
     /// The exit code: 1 failure, 2 invalid input, 130 interrupted.

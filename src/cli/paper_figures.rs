@@ -34,7 +34,7 @@ pub(super) fn figures(
         let motion = tilt.and_then(|tilt| Some((*tilt, evidence.at(*tilt)?)));
         let figure = match (number, motion) {
             (4..=7, Some((tilt, response))) => {
-                let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
+                let modes = ball.model(tilt.to_radians())?.explained_modes()?;
                 Some(self::motion(number.into(), tilt, response, &modes))
             }
             (1..=3, _) => joint_figure(number, &ball)?,

@@ -7,12 +7,10 @@ use super::console;
 use super::error::CliError;
 use super::figures::STUDY;
 use super::harness::{Outputs, Watch};
-use crate::joint::BallJoint;
 use crate::number::degrees;
 use crate::plot::{Figure, causes_figure, sensitivities_figure};
-use crate::scene::{Parameter, Scene, SceneError, Schedule};
+use crate::scene::{Parameter, Schedule};
 use crate::study::StabilityResult;
-use crate::study::branch::sensitivities;
 
 /// Stem of a figure at a tilt among several.
 fn figure_name(stem: &str, tilt_deg: f64, of: usize) -> String {
@@ -23,29 +21,22 @@ fn figure_name(stem: &str, tilt_deg: f64, of: usize) -> String {
 }
 
 /// The requested figures at each tilt.
-fn figures(
-    args: &StabilityArgs,
-    scene: &str,
-    tilts_deg: &[f64],
-    result: &StabilityResult,
-) -> Vec<Figure> {
-    let figures = tilts_deg
-        .iter()
-        .zip(&result.tilts)
-        .flat_map(|(tilt_deg, modes)| {
-            let title = format!("{scene} at {tilt_deg} deg");
-            let causes = args
-                .causes
-                .then(|| causes_figure(&title, &modes.at, &modes.explained));
-            let sensitivities = args
-                .sensitivities
-                .then(|| sensitivities_figure(&title, &modes.sensitive()));
-            let named = move |figure: Figure| Figure {
-                name: figure_name(&figure.name, *tilt_deg, tilts_deg.len()),
-                ..figure
-            };
-            causes.into_iter().chain(sensitivities).map(named)
-        });
+fn figures(args: &StabilityArgs, scene: &str, result: &StabilityResult) -> Vec<Figure> {
+    let figures = result.tilts.iter().flat_map(|modes| {
+        let tilt_deg = degrees(modes.at.tilt);
+        let title = format!("{scene} at {tilt_deg} deg");
+        let causes = args
+            .causes
+            .then(|| causes_figure(&title, &modes.at, &modes.explained));
+        let sensitivities = args
+            .sensitivities
+            .then(|| sensitivities_figure(&title, &modes.sensitive()));
+        let named = move |figure: Figure| Figure {
+            name: figure_name(&figure.name, tilt_deg, result.tilts.len()),
+            ..figure
+        };
+        causes.into_iter().chain(sensitivities).map(named)
+    });
     figures.collect()
 }
 
@@ -62,11 +53,6 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         Some(steps) => steps.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
     };
-    let tilts = tilts_deg.iter().map(|&tilt_deg| {
-        let tilted = scene.clone().with_tilt(tilt_deg)?;
-        Ok(tilted.joint()?.tilt.at(0.0))
-    });
-    let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
     if args.causes && scene.joint()?.spec.friction.states() > 0 {
         return Err(CliError::NoCauses);
     }
@@ -76,39 +62,20 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     ];
     let stems = requested.iter().filter(|(is_drawn, _)| *is_drawn);
     let stems = stems.flat_map(|(_, stem)| {
-        let tilts_deg = tilts_deg.iter();
-        tilts_deg.map(|tilt_deg| figure_name(stem, *tilt_deg, tilts.len()))
+        let (tilts, of) = (tilts_deg.iter(), tilts_deg.len());
+        tilts.map(move |tilt_deg| figure_name(stem, *tilt_deg, of))
     });
     let outputs = Outputs::new(args.scene.input(), &args.output);
     let files = outputs.figures(&args.figures, STUDY, stems).check()?;
     let watch = Watch::new(stop);
-    let failed = "stability analysis";
-    let ball = BallJoint::new(&scene.joint()?.spec).map_err(CliError::during(failed))?;
-    let result = StabilityResult::new(&ball, &tilts, args.causes);
-    let mut result = result.map_err(CliError::during(failed))?;
-    if args.sensitivities {
-        add_sensitivities(&scene, &tilts_deg, &mut result, &watch)?;
-    }
+    let requested = [args.causes, args.sensitivities];
+    let result = StabilityResult::new(&scene, &tilts_deg, requested, &mut |share, task| {
+        watch.update(share, task)
+    });
+    let result = result.map_err(CliError::during("stability analysis"))?;
     files.finish(watch, Some(&scene.name), &result, |files| {
-        files.draw(|| figures(args, &scene.name, &tilts_deg, &result))
+        files.draw(|| figures(args, &scene.name, &result))
     })
-}
-
-/// Computes the sensitivities at each tilt.
-fn add_sensitivities(
-    scene: &Scene,
-    tilts_deg: &[f64],
-    result: &mut StabilityResult,
-    watch: &Watch<'_>,
-) -> Result<(), CliError> {
-    for (k, (tilt_deg, at)) in tilts_deg.iter().zip(&mut result.tilts).enumerate() {
-        let tilted = scene.with_values(&[(Parameter::tilt(), *tilt_deg)])?;
-        at.sensitivities = sensitivities(&tilted, &mut |share, task| {
-            watch.update((k as f64 + share) / tilts_deg.len() as f64, task)
-        })
-        .map_err(CliError::during("study of sensitivities"))?;
-    }
-    Ok(())
 }
 
 /// The distinct tilts of the knots of a schedule, degrees, in ascending order.
@@ -123,6 +90,7 @@ fn tilts_of(tilt: &Schedule) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::cli::tests::parsed;
+    use crate::scene::Scene;
 
     #[test]
     fn modes_are_computed_at_each_tilt() {

@@ -2,6 +2,10 @@
 
 use std::str::FromStr;
 
+use super::error::CliError;
+use crate::number::to_digits;
+use crate::scene::{Parameter, Scene};
+
 /// Evenly spaced values from A to B, both included if B - A is a multiple of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
@@ -11,6 +15,12 @@ pub struct Steps {
 }
 
 impl Steps {
+    /// Tilts in degrees as in Fig. 11.
+    pub const TILTS: Self = Self {
+        from: 1.0,
+        step: 0.5,
+        steps: 14,
+    };
     /// Limit on the number of values.
     const MAX_STEPS: f64 = 10_000.0;
 
@@ -19,10 +29,7 @@ impl Steps {
         let Self { from, step, steps } = self;
         // Multiples of the step do not accumulate rounding errors. Rounding gives 2.4, not
         // 2.4000000000000004.
-        (0..=steps).map(move |k| {
-            let value = from + f64::from(k) * step;
-            format!("{value:.11e}").parse().unwrap_or(value)
-        })
+        (0..=steps).map(move |k| to_digits(from + f64::from(k) * step, 12))
     }
 }
 
@@ -37,6 +44,45 @@ pub struct Keyed<T> {
     pub key: String,
     /// Values in the unit of the key.
     pub range: T,
+}
+
+/// One or two different parameters of a scene, each with its range: the tilt and keys. Without any, the tilt has the range
+/// `default`.
+///
+/// # Errors
+/// Other parameters; a scene without a tilt.
+pub fn parameters<T: Copy>(
+    scene: &Scene,
+    tilt: Option<T>,
+    keys: &[Keyed<T>],
+    default: T,
+) -> Result<Vec<(Parameter, T)>, CliError> {
+    let tilt = tilt.or(keys.is_empty().then_some(default));
+    let tilt = tilt.map(|range| Ok((Parameter::tilt(), range)));
+    let keys = keys
+        .iter()
+        .map(|Keyed { key, range }| Ok((scene.parameter(key)?, *range)));
+    let all: Vec<_> = tilt
+        .into_iter()
+        .chain(keys)
+        .collect::<Result<_, CliError>>()?;
+    if scene.joint().is_err() && all.iter().any(|(one, _)| *one == Parameter::tilt()) {
+        return Err(CliError::Input(format!(
+            "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param KEY=RANGE",
+            scene.name
+        )));
+    }
+    match &all[..] {
+        [(one, _), (two, _)] if one == two => Err(CliError::Input(format!(
+            "`{}` is swept twice; give it once",
+            one.path()
+        ))),
+        [_] | [_, _] => Ok(all),
+        _ => Err(CliError::Input(format!(
+            "{} parameters are swept; give one, or two for a map (--tilt counts as one)",
+            all.len()
+        ))),
+    }
 }
 
 /// The numbers of a range of this form.

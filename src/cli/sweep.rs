@@ -12,7 +12,7 @@ use super::harness::{Files, Outputs, Watch};
 use super::output::Kind;
 use super::resources;
 use super::run::command_line;
-use super::steps::Keyed;
+use super::steps::{Steps, parameters};
 use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
 use crate::joint::BallJoint;
 use crate::plot::sweep_figures;
@@ -25,9 +25,6 @@ use crate::study::sweep::{
     read_table, sweep, write_table,
 };
 use crate::study::{StudyError, threads};
-
-/// Default tilts, degrees: first, last, step, as in Fig. 11.
-const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
 /// The table while it grows: an Arrow stream, which is removed when the table is complete.
 const GROWING: &str = "--out, while it grows";
@@ -290,34 +287,9 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
             scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
         }
     }
-    let mut axes = Vec::new();
-    if let Some(tilts) = &args.tilt {
-        axes.push(Axis::new(Parameter::tilt(), tilts.values()));
-    }
-    for Keyed { key, range } in &args.param {
-        axes.push(Axis::new(scene.parameter(key)?, range.values()));
-    }
-    if scene.joint().is_err()
-        && axes
-            .iter()
-            .all(|axis| axis.parameter() == Parameter::tilt())
-    {
-        return Err(CliError::no_tilt(&scene));
-    }
-    if axes.is_empty() {
-        let [from, to, step] = TILTS;
-        let count = ((to - from) / step).round() as u32;
-        let tilts = (0..=count).map(|k| from + f64::from(k) * step);
-        axes.push(Axis::new(Parameter::tilt(), tilts));
-    }
-    if axes.len() > 2 {
-        return Err(CliError::too_many_axes(axes.len()));
-    }
-    if let [one, two] = &axes[..]
-        && one.parameter() == two.parameter()
-    {
-        return Err(CliError::axis_twice(one.parameter()));
-    }
+    let axes = parameters(&scene, args.tilt, &args.param, Steps::TILTS)?.into_iter();
+    let axes = axes.map(|(parameter, steps)| Axis::new(parameter, steps.values()));
+    let axes: Vec<Axis> = axes.collect();
     let plan = SweepPlan {
         scene,
         response: response_plan(&args.response, axes.len() == 1),

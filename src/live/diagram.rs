@@ -8,10 +8,10 @@ use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::Record;
 use crate::scene::Scene;
+use crate::study::Stopped;
 use crate::study::branch::{
     DiagramBifurcation, DiagramBifurcationKind, TiltDiagram, shipped_diagram, tilt_diagram,
 };
-use crate::study::{Stopped, StudyError};
 
 /// The store of the diagram of the present scene.
 #[derive(Default)]
@@ -103,16 +103,20 @@ impl DiagramStore {
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
             change(&mut |present| present.set(Some(diagram.clone())));
         });
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
         let time = store.read().time_s;
-        let fault = match found {
-            Ok(()) => None,
-            Err(StudyError::Stopped(_)) => return,
-            Err(fault) => Some(format!("no branch diagram: {fault}")),
-        };
-        change(&mut |present| {
-            present.note = fault.clone().unwrap_or_default();
-            let message = fault.as_deref();
-            store.log(time, message.unwrap_or("the branch diagram is complete"));
+        change(&mut |present| match &found {
+            Ok(diagram) => {
+                present.set(Some(diagram.clone()));
+                present.note.clear();
+                store.log(time, "the branch diagram is complete");
+            }
+            Err(fault) => {
+                present.note = format!("no branch diagram: {fault}");
+                store.log(time, present.note.clone());
+            }
         });
     }
 

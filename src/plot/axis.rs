@@ -314,6 +314,15 @@ pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low <= high { [low, high] } else { [0.0, 1.0] }
 }
 
+/// The lower end of an axis of growth rates, from the smallest and the largest: overdamped modes would determine it.
+pub fn lowest_growth([low, high]: [f64; 2]) -> f64 {
+    if high > 0.0 {
+        low.max(-1.2 * high)
+    } else {
+        low
+    }
+}
+
 /// Exponents of the powers of ten that enclose the positive values; at least one decade.
 pub fn decades(values: impl Iterator<Item = f64>) -> [i32; 2] {
     let [low, high] = range(values.filter(|v| *v > 0.0).map(f64::log10));

@@ -60,7 +60,7 @@ fn name(attractor: &Attractor) -> String {
 
 fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
     let member = attractor.members.first().and_then(|&k| points.get(k));
-    let response = member.and_then(|point| point.outcome.as_ref().ok());
+    let response = member.and_then(SweepPoint::found);
     let portrait = response.and_then(|response| response.portrait.as_ref());
     let trail = portrait.map_or_else(Vec::new, response::samples);
     let color = Color::Regime(attractor.regime);

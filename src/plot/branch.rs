@@ -2,20 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::axis::{Axis, extent, readable};
+use super::axis::{Axis, extent, lowest_growth, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Layer, Panel};
-use super::orbits::stability_lines;
+use super::orbits::{ROW_MM, stability_lines};
 use crate::analysis::stats::range;
 use crate::joint::NamedMode;
 use crate::study::branch::{
-    Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
+    Branch, Curve, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
 };
 
-/// Height of a row of panels, mm.
-const ROW_MM: f64 = 62.0;
-/// Lowest growth rate of the figure of the modes, relative to the largest size of a positive one.
-const LOWEST: f64 = -1.2;
 /// Colour of a stable grid point.
 const STABLE: Rgb = [226, 238, 230];
 /// Colours of grid points with unstable modes: positions in the colour map of the first, and steps between.
@@ -30,8 +26,8 @@ const MAX_COLORS: usize = 8;
 pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let points = &branch.equilibria;
     let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
-    let shown = |growth: f64| -> bool { growth >= lowest(points) };
-    let growths = all(points, |mode| mode.growth).filter(|growth| shown(*growth));
+    let lowest = lowest_growth(range(all(points, |mode| mode.growth)));
+    let growths = all(points, |mode| mode.growth).filter(|growth| *growth >= lowest);
     let [low, high] = extent(growths.chain([0.0]));
     let margin = 0.08 * (high - low);
     let y = Axis::linear("growth rate, 1/s", [low - margin, high + margin]);
@@ -44,16 +40,6 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let title = format!("{scene}: modes of steady sliding");
     let rows = vec![vec![growth], vec![frequency]];
     Figure::new("modes", title, 2.0 * ROW_MM, rows)
-}
-
-/// The lowest growth rate shown: overdamped modes would determine the axis.
-fn lowest(points: &[EquilibriumPoint]) -> f64 {
-    let [low, high] = range(all(points, |mode| mode.growth));
-    if high > 0.0 {
-        (LOWEST * high).max(low)
-    } else {
-        low
-    }
 }
 
 /// Values of all oscillating modes.
@@ -180,26 +166,22 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
     Figure::grid("stability-map", title, 85.0, 2, &panels)
 }
 
-/// The Hopf curves, by mode.
+/// The Hopf curves, by mode, and those of the births of tori.
 fn curves(map: &StabilityMap) -> Vec<Layer> {
-    let mut labels: Vec<&str> = map.curves.iter().map(|curve| &curve.label[..]).collect();
-    labels.sort_unstable();
-    labels.dedup();
-    let layers = labels.iter().enumerate().map(|(k, label)| {
-        let own = map.curves.iter().filter(|curve| curve.label == *label);
-        let strips = own.map(|curve| curve.points.iter().map(|point| point.values).collect());
-        Layer::lines(strips.collect(), Color::Series(k))
-            .with_size(1.6)
-            .with_label(*label)
+    let lines = |curves: &mut dyn Iterator<Item = &Curve>, color| {
+        let strips = curves.map(|curve| curve.points.iter().map(|point| point.values).collect());
+        Layer::lines(strips.collect(), color).with_size(1.6)
+    };
+    let labels: BTreeSet<&str> = map.curves.iter().map(|curve| &curve.label[..]).collect();
+    let layers = labels.into_iter().enumerate().map(|(k, label)| {
+        let mut own = map.curves.iter().filter(|curve| curve.label == label);
+        lines(&mut own, Color::Series(k))
+            .with_label(label)
             .with_id(format!("curve {k}"))
     });
-    let tori = map.torus_curves.iter();
-    let tori = tori.map(|curve| curve.points.iter().map(|point| point.values).collect());
-    let tori: Vec<_> = tori.collect();
-    let torus = (!tori.is_empty()).then(|| {
-        Layer::lines(tori, Color::Ink)
+    let torus = (!map.torus_curves.is_empty()).then(|| {
+        lines(&mut map.torus_curves.iter(), Color::Ink)
             .dashed()
-            .with_size(1.6)
             .with_label("birth of a torus")
             .with_id("torus curves")
     });

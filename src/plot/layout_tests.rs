@@ -8,8 +8,7 @@ use crate::joint::{BallJoint, Friction};
 use crate::scene::{Parameter, Scene};
 use crate::study::basins::attractors;
 use crate::study::branch::{
-    Branch, BranchPlan, MapPlan, OrbitStarts, add_equilibria, add_orbits, sensitivities,
-    stability_map,
+    Branch, BranchPlan, MapPlan, OrbitStarts, sensitivities, stability_map,
 };
 use crate::study::cost::cost;
 use crate::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
@@ -17,7 +16,7 @@ use crate::study::paper as evidence;
 use crate::study::response::ResponsePlan;
 use crate::study::signal::{SignalOptions, analyse_signal};
 use crate::study::sweep::{Axis as SweptAxis, Shard, Start, SweepPlan, SweepPoint, sweep};
-use crate::study::{StudyError, growth_causes, stability};
+use crate::study::{StudyError, stability};
 use crate::test_signals::{noise, sines};
 
 /// Sizes that are tried besides the default, mm.
@@ -59,15 +58,9 @@ fn swept(
 fn branch(scene: &str, key: &str, interval: [f64; 2], start: Option<f64>) -> Branch {
     let parameter = Parameter::named(key).unwrap();
     let plan = BranchPlan::new(Scene::load(scene).unwrap(), parameter, interval, 20);
-    let mut branch = Branch::new(&plan);
-    add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
-    if let Some(start) = start {
-        add_orbits(&plan, OrbitStarts::At(start), &mut branch, &mut |_, _| {
-            Ok(())
-        })
-        .unwrap();
-    }
-    branch
+    let starts = start.map(OrbitStarts::At);
+    plan.follow(starts, &mut |_, _| Ok(()), &mut |_| ())
+        .unwrap()
 }
 
 /// The figures of the paper from a sweep over the tilt.
@@ -82,14 +75,14 @@ fn paper(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     let Friction::Stribeck { law, .. } = &ball.spec().friction else {
         panic!("the paper has Stribeck friction");
     };
-    let causes = growth_causes(&ball, &[tilt]).unwrap();
+    let causes = ball.model(tilt).unwrap().explained_modes().unwrap();
     let (choice, dt) = evidence::embedding(found[0].1).unwrap().unwrap();
     vec![
         configuration(&ball, &ball.model(tilt).unwrap(), tilt).unwrap(),
         mode_shapes(&ball).unwrap(),
         friction_curves(law, 0.02),
-        motion(5, found[1].0, found[1].1, &causes[0]),
-        motion(6, found[5].0, found[5].1, &causes[0]),
+        motion(5, found[1].0, found[1].1, &causes),
+        motion(6, found[5].0, found[5].1, &causes),
         embedding(5.0, &choice, dt),
         recurrence_plots(&found),
         sections(&found),
@@ -161,9 +154,9 @@ fn studies() -> Vec<Figure> {
             .unwrap();
         let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
         let tilt = [scene.joint().unwrap().tilt.at(0.0)];
-        let causes = growth_causes(&ball, &tilt).unwrap();
+        let causes = ball.model(tilt[0]).unwrap().explained_modes().unwrap();
         let at = stability(&ball, &tilt).unwrap();
-        figures.push(causes_figure(name, &at[0], &causes[0]));
+        figures.push(causes_figure(name, &at[0], &causes));
         let modes = sensitivities(&scene, &mut |_, _| Ok(())).unwrap();
         figures.push(sensitivities_figure(
             name,
@@ -185,7 +178,7 @@ fn studies() -> Vec<Figure> {
     ] {
         let branch = branch(scene, key, interval, start);
         figures.push(modes_figure(scene, &branch));
-        figures.push(branch_figure(scene, &branch, &[]));
+        figures.push(branch_figure(scene, &branch));
         figures.push(multipliers_figure(scene, &branch));
     }
     let map = MapPlan {

@@ -7,11 +7,10 @@ use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind};
-use crate::study::sweep::SweepPoint;
+use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind, by_stability};
 
 /// Height of a row of panels, mm.
-const ROW_MM: f64 = 62.0;
+pub(super) const ROW_MM: f64 = 62.0;
 /// Colours of the branches, cyclically.
 const BRANCH_COLORS: [Color; 4] = [
     Color::Series(0),
@@ -25,16 +24,10 @@ const RADIUS: f64 = 1.35;
 const CIRCLE: u32 = 180;
 
 /// The figure `branch`: amplitude and frequency of the periodic orbits over the parameter, solid where they attract and
-/// dashed where they do not, the equilibrium at amplitude zero, and the bifurcations. `settled` are the points of a
-/// sweep over the same parameter, drawn as dots in the colour of their type of motion.
-pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Figure {
+/// dashed where they do not, the equilibrium at amplitude zero, and the bifurcations. The points of a sweep are dots in the
+/// colour of their type of motion.
+pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
-    let dots = settled.iter().filter_map(|point| {
-        let response = point.outcome.as_ref().ok()?;
-        let at = [*point.place.values.first()?, response.amplitude];
-        Some((response.regime, at))
-    });
-    let dots: Vec<(Regime, [f64; 2])> = dots.collect();
     let amplitude = |orbit: &PeriodicOrbit| orbit.amplitude;
     let branches = branch.orbit_branches();
     let mut layers = Vec::new();
@@ -47,8 +40,11 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
     layers.extend(stability_lines(equilibria, Color::Faint, "equilibrium"));
     layers.extend(lines(branch, &amplitude));
     let dots = Regime::ALL.map(|regime| {
-        let own = dots.iter().filter(|(found, _)| *found == regime);
-        Layer::points(own.map(|(_, at)| *at).collect(), 1.5, Color::Regime(regime))
+        let dots = branch.settled.iter().filter_map(|point| {
+            let response = point.found().filter(|found| found.regime == regime)?;
+            Some([*point.place.values.first()?, response.amplitude])
+        });
+        Layer::points(dots.collect(), 1.5, Color::Regime(regime))
             .with_label(format!("sweep: {regime}"))
             .with_id(format!("sweep {regime}"))
     });
@@ -214,29 +210,13 @@ fn lines(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
     layers.collect()
 }
 
-/// The unstable (dashed) and the stable parts (solid) of a line, which is interrupted at `None`. Neighbouring parts share a
-/// point.
+/// The unstable (dashed) and the stable parts (solid) of a line, which is interrupted at `None`.
 pub(super) fn stability_lines(
     points: impl Iterator<Item = Option<([f64; 2], bool)>>,
     color: Color,
     id: &str,
 ) -> [Layer; 2] {
-    let mut parts: [Vec<Vec<[f64; 2]>>; 2] = [Vec::new(), Vec::new()];
-    let mut last = None;
-    for point in points {
-        if let Some((at, stable)) = point {
-            let strips = &mut parts[usize::from(stable)];
-            match (last, strips.last_mut()) {
-                (Some((_, before)), Some(strip)) if before == stable => strip.push(at),
-                (before, _) => {
-                    let before = before.map(|(before, _)| before);
-                    strips.push(before.into_iter().chain([at]).collect());
-                }
-            }
-        }
-        last = point;
-    }
-    let [unstable, stable] = parts.map(|strips| Layer::lines(strips, color));
+    let [unstable, stable] = by_stability(points).map(|strips| Layer::lines(strips, color));
     [
         unstable.dashed().with_id(format!("{id}, unstable")),
         stable.with_size(1.6).with_id(format!("{id}, stable")),

@@ -25,11 +25,6 @@ pub const NAMED_LINES: usize = 6;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
-/// The colour of a response.
-pub fn color(response: &SettledResponse) -> Color {
-    Color::Regime(response.regime)
-}
-
 /// Displacement (m) and velocity (m/s) at the samples.
 pub fn samples(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
     let samples = portrait.displacement.iter().zip(&portrait.velocity);
@@ -208,7 +203,8 @@ pub fn section_axes(found: &[&SettledResponse], letter: &str, fallback: f64) -> 
 /// The section of one response; an empty panel without one.
 pub fn section(axes: &SectionAxes, response: Option<&SettledResponse>) -> Panel {
     let points = response.map_or(&[][..], |response| &response.section);
-    axes.section(points, response.map_or(Color::Ink, color))
+    let color = response.map_or(Color::Ink, |response| Color::Regime(response.regime));
+    axes.section(points, color)
 }
 
 /// Distance classes of a recurrence plot, 0 the nearest; recurrences are the next class. The number is small,

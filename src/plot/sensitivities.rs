@@ -1,6 +1,6 @@
 //! Figures of the growth of the modes of steady sliding: what contributes to it, and what changes it.
 
-use super::axis::{Axis, extent, readable};
+use super::axis::{Axis, extent, lowest_growth, readable};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
 use crate::joint::{Cause, ExplainedMode};
@@ -12,8 +12,6 @@ use crate::study::branch::ModeSensitivities;
 const MOST: usize = 9;
 /// Largest number of modes of the figure of the causes.
 const MODES: usize = 10;
-/// Lowest end of the axis of the contributions, relative to the upper end.
-const LOWEST: f64 = -1.2;
 /// Height of a row, mm, and of the rest of a panel.
 const ROW_MM: [f64; 2] = [5.0, 30.0];
 /// Colours of a growing and a decreasing growth rate.
@@ -53,13 +51,13 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
         }
     }
     let [low, high] = extent(bars.iter().map(|(_, [_, end], _)| *end).chain([0.0]));
-    let lowest = if high > 0.0 { LOWEST * high } else { low };
+    let lowest = lowest_growth([low, high]);
     let title = if low < lowest {
         "strong damping is cut at the left edge"
     } else {
         ""
     };
-    let axis = Axis::with_margin("growth rate, 1/s", [low.max(lowest), high].into_iter());
+    let axis = Axis::with_margin("growth rate, 1/s", [lowest, high].into_iter());
     let names = modes.iter().map(|(name, _)| name.clone());
     let mut panel = Panel::bars(title, axis, names.collect(), bars);
     let causes = modes.first().map_or(&[][..], |(_, mode)| &mode.causes);

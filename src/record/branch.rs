@@ -96,19 +96,8 @@ fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
         if !rises && falls {
             orbits.reverse();
         }
-        let mut values = rounded(&orbits);
         let timeline = if rises || falls {
-            let ticks = values.clone();
-            values.dedup();
-            let distinct = TimelineTicks::new(branch.name(), &branch.unit, &values);
-            let tick = |value: &f64| {
-                let place = values.iter().position(|own| own == value).unwrap_or(0);
-                distinct.ticks[place]
-            };
-            TimelineTicks {
-                ticks: ticks.iter().map(tick).collect(),
-                name: distinct.name,
-            }
+            TimelineTicks::new(branch.name(), &branch.unit, &rounded(&orbits))
         } else {
             TimelineTicks {
                 name: format!("branch {number}, orbit"),
@@ -165,7 +154,7 @@ impl Course<'_> {
 
 /// The branch diagram: the first panel of its figure.
 pub(super) fn diagram(study: &BranchStudy<'_>) -> Panel {
-    let figure = branch_figure(&study.scene.name, study.branch, &[]);
+    let figure = branch_figure(&study.scene.name, study.branch);
     let mut panels = figure.rows.into_iter().flatten();
     panels.next().expect("the figure has panels")
 }

@@ -19,7 +19,7 @@ mod table;
 pub use crate::dynamics::Stopped;
 pub use error::StudyError;
 pub use pool::threads;
-pub use stability::{ModesAt, StabilityAt, StabilityResult, growth_causes, stability};
+pub use stability::{ModesAt, StabilityAt, StabilityResult, stability};
 pub use subject::{Subject, Trial};
 
 /// Receives the progress of a study: the share of the work that is done, 0 to 1, and the task. It stops the study with an

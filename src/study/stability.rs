@@ -3,11 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::StudyError;
-use super::branch::ModeSensitivities;
+use super::branch::{ModeSensitivities, sensitivities};
+use super::{OnProgress, StudyError};
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH, NamedMode};
 use crate::number::{degrees, fixed, significant};
 use crate::report::{Block, Report, Table, TableOf, Tone};
+use crate::scene::Scene;
 
 /// Linear stability at one tilt of the load: the linear modes of steady sliding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,37 +21,30 @@ pub struct StabilityAt {
 }
 
 impl StabilityAt {
+    /// The modes of a joint at a tilt (rad), from its complex eigenvalues.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled, or its eigenvalues cannot be computed.
+    pub fn new(ball: &BallJoint, tilt: f64) -> Result<Self, StudyError> {
+        let families = ball.family_labels();
+        let modes = ball.joint(tilt)?.linear_modes()?;
+        let modes = modes.iter().map(|mode| mode.named(&families)).collect();
+        Ok(Self { tilt, modes })
+    }
+
     /// The unstable modes.
     pub fn unstable(&self) -> impl Iterator<Item = &NamedMode> {
         self.modes.iter().filter(|mode| mode.unstable)
     }
 }
 
-/// Linear modes of a joint, from its complex eigenvalues, at each of `tilts` (rad).
+/// [`StabilityAt`] of a joint at each of `tilts` (rad).
 ///
 /// # Errors
-/// If the joint cannot be assembled at a tilt, or its eigenvalues cannot be computed.
+/// As [`StabilityAt::new`].
 pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
-    let families = ball.family_labels();
-    let at = |&tilt: &f64| {
-        let modes = ball.joint(tilt)?.linear_modes()?;
-        let modes = modes.iter().map(|mode| mode.named(&families)).collect();
-        Ok(StabilityAt { tilt, modes })
-    };
+    let at = |&tilt: &f64| StabilityAt::new(ball, tilt);
     tilts.iter().map(at).collect()
-}
-
-/// Oscillating modes at each of `tilts` (rad) with the causes of their growth, in ascending order of
-/// frequency. None for a friction law with states, as for [`Model::explained_modes`](crate::joint::Model::explained_modes).
-///
-/// # Errors
-/// As [`stability`].
-pub fn growth_causes(
-    ball: &BallJoint,
-    tilts: &[f64],
-) -> Result<Vec<Vec<ExplainedMode>>, StudyError> {
-    let explained = |&tilt: &f64| Ok(ball.model(tilt)?.explained_modes()?);
-    tilts.iter().map(explained).collect()
 }
 
 /// The modes at each tilt.
@@ -77,25 +71,40 @@ pub struct ModesAt {
 }
 
 impl StabilityResult {
-    /// The modes of a joint at each of `tilts` (rad), with the causes of growth if requested.
+    /// The modes of a scene at some tilts (degrees), with the causes of growth and the sensitivities if requested.
     ///
     /// # Errors
-    /// As [`stability`] and [`growth_causes`].
-    pub fn new(ball: &BallJoint, tilts: &[f64], causes: bool) -> Result<Self, StudyError> {
-        let explained = if causes {
-            growth_causes(ball, tilts)?
-        } else {
-            vec![Vec::new(); tilts.len()]
-        };
-        let modes = stability(ball, tilts)?.into_iter().zip(explained);
-        let tilts = modes.map(|(at, explained)| ModesAt {
-            at,
-            explained,
-            sensitivities: Vec::new(),
-        });
+    /// [`StudyError::Stopped`]; if the scene has no joint, or it cannot be assembled or analysed at a tilt.
+    pub fn new(
+        scene: &Scene,
+        tilts_deg: &[f64],
+        [causes, sensitive]: [bool; 2],
+        progress: OnProgress<'_>,
+    ) -> Result<Self, StudyError> {
+        let ball = BallJoint::new(&scene.joint()?.spec)?;
+        let mut tilts = Vec::new();
+        for tilt_deg in tilts_deg {
+            let scene = scene.clone().with_tilt(*tilt_deg)?;
+            let tilt = scene.joint()?.tilt.at(0.0);
+            let mut modes = ModesAt {
+                at: StabilityAt::new(&ball, tilt)?,
+                explained: Vec::new(),
+                sensitivities: Vec::new(),
+            };
+            if causes {
+                modes.explained = ball.model(tilt)?.explained_modes()?;
+            }
+            if sensitive {
+                let done = tilts.len() as f64;
+                modes.sensitivities = sensitivities(&scene, &mut |share, task| {
+                    progress((done + share) / tilts_deg.len() as f64, task)
+                })?;
+            }
+            tilts.push(modes);
+        }
         Ok(Self {
             min_growth_per_s: MIN_GROWTH,
-            tilts: tilts.collect(),
+            tilts,
         })
     }
 }

@@ -1,7 +1,5 @@
 //! The ball joint over its tilt: the tone of 4.1 kHz and the torus that is born from it.
 
-use std::sync::{Mutex, PoisonError};
-
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,14 +9,12 @@ use squeakscope::dynamics::continuation::{
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
-use squeakscope::joint::{BallJoint, Joint};
+use squeakscope::joint::BallJoint;
 use squeakscope::scene::Scene;
 
 /// The joint of a scene over the tilt in degrees; the observable is the displacement of the central contact point.
 struct TiltFamily {
     ball: BallJoint,
-    /// The probe row of the system that was built last.
-    probe: Mutex<Vec<f64>>,
 }
 
 impl TiltFamily {
@@ -29,26 +25,22 @@ impl TiltFamily {
         spec.contact.nodes = nodes;
         Self {
             ball: BallJoint::new(&spec).unwrap(),
-            probe: Mutex::new(Vec::new()),
         }
     }
 }
 
 impl Family for TiltFamily {
     fn system(&self, tilt_deg: f64) -> Result<Box<dyn System>, FamilyError> {
-        let joint = Joint::new(&self.ball.model(tilt_deg.to_radians())?);
-        let mut probe = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
-        *probe = joint.probe().to_vec();
-        Ok(Box::new(joint))
+        Ok(Box::new(self.ball.joint(tilt_deg.to_radians())?))
     }
 
     fn drive_period(&self, _tilt_deg: f64) -> Option<f64> {
         None
     }
 
-    fn observable(&self, _tilt_deg: f64, z: &[f64]) -> f64 {
-        let probe = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
-        probe.iter().zip(z).map(|(row, q)| row * q).sum()
+    fn observable(&self, tilt_deg: f64) -> Vec<f64> {
+        let joint = self.ball.joint(tilt_deg.to_radians()).unwrap();
+        joint.probe().to_vec()
     }
 }
 

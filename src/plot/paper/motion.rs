@@ -2,6 +2,7 @@
 
 use crate::analysis::{delay::DelayChoice, recurrence::RecurrenceImage};
 use crate::joint::ExplainedMode;
+use crate::plot::color::Color;
 use crate::plot::response::{
     self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, samples, section, section_axes,
 };
@@ -34,7 +35,7 @@ pub fn motion(
     let growth = contributions(&named.collect::<Vec<_>>());
     let mut panels = vec![growth.with_title(format!("{unstable} unstable modes"))];
     if let Some(portrait) = &response.portrait {
-        let color = response::color(response);
+        let color = Color::Regime(response.regime);
         let strongest = response.lines.first();
         let strongest = strongest.map_or(SMALLEST[0], |line| line.amplitude);
         let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);

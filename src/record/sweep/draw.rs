@@ -193,7 +193,7 @@ fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
 fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     let motion = found.and_then(|found| found.portrait.as_ref());
     let trail = motion.map_or_else(Vec::new, samples);
-    let color = found.map_or(Color::Ink, response::color);
+    let color = found.map_or(Color::Ink, |found| Color::Regime(found.regime));
     let mut panel = response::phase_portrait(&trail, Some(reach), color);
     let still = found.is_some_and(|found| found.maxima.is_empty());
     let last = trail.last().copied().filter(|_| still);

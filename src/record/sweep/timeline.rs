@@ -34,8 +34,8 @@ pub struct TimelineTicks {
 }
 
 impl TimelineTicks {
-    /// Ticks for ascending values of a parameter with a unit. If no unit makes them integers, they are
-    /// numbered.
+    /// Ticks for ascending values of a parameter with a unit, which may repeat. If no unit makes them integers, they
+    /// are numbered.
     pub fn new(name: &str, unit: &str, values: &[f64]) -> Self {
         let mut divided = (0..).zip(PARTS);
         let found = divided.find_map(|(power, _)| Some((power, ticks(values, power)?)));
@@ -64,7 +64,7 @@ impl TimelineTicks {
 fn ticks(values: &[f64], power: i32) -> Option<Vec<i64>> {
     let parts = 1e3f64.powi(power);
     let gaps = values.windows(2).map(|pair| pair[1] - pair[0]);
-    let gap = gaps.fold(f64::INFINITY, f64::min);
+    let gap = gaps.filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
     let sizes = values.iter().map(|value| value.abs());
     let missed = MISSED * parts * gap.min(sizes.fold(0.0, f64::max));
     let tick = |value: &f64| {

@@ -34,7 +34,7 @@ pub fn hysteresis_ends(
     let branches = BranchPlan::new(plan.scene.clone(), parameter, [*from, *to], 2);
     let mut branch = Branch::new(&branches);
     let starts = OrbitStarts::Settled(points);
-    add_orbits(&branches, starts, &mut branch, progress)?;
+    add_orbits(&branches, starts, &mut branch, progress, &mut |_| ())?;
     // The change lies between the last value that differs and the next one.
     let before = values.iter().rfind(|value| *value < first).unwrap_or(from);
     let after = values.iter().find(|value| *value > last).unwrap_or(to);

@@ -33,23 +33,50 @@ const ON_CURVE: f64 = 2e-3;
 /// Largest number of points of a curve in one direction.
 const MAX_POINTS: usize = 1000;
 
-/// A point of a curve.
-pub(super) trait CurvePoint: Clone {
-    /// Values of the parameters, in the units of the scene file.
-    fn values(&self) -> [f64; 2];
+/// Relative difference of the frequencies of one Hopf curve at neighbouring points.
+const SAME_FREQUENCY: f64 = 0.02;
+/// Largest change of the rotation number between neighbouring points of a curve of tori.
+const SAME_ROTATION: f64 = 0.05;
+
+/// A point of a curve: a Hopf point, or a Neimark-Sacker point, at which a torus is born: on one side the periodic motion
+/// attracts, on the other a torus has taken its place.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CurvePoint {
+    /// Values of both parameters, in the units of the scene file.
+    pub values: [f64; 2],
+    /// Frequency of the mode or of the periodic motion, Hz.
+    pub frequency_hz: f64,
+    /// Second base frequency of the torus, Hz; absent for a Hopf point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_hz: Option<f64>,
+}
+
+impl CurvePoint {
+    /// Rotation number of the torus.
+    fn rotation(&self) -> Option<f64> {
+        Some(self.second_hz? / self.frequency_hz)
+    }
 
     /// Whether a point with almost the same values would be on the same curve.
-    fn is_alike(&self, other: &Self) -> bool;
+    fn is_alike(&self, other: &Self) -> bool {
+        match self.rotation().zip(other.rotation()) {
+            Some((a, b)) => (a - b).abs() < SAME_ROTATION,
+            None => (self.frequency_hz / other.frequency_hz - 1.0).abs() < SAME_FREQUENCY,
+        }
+    }
 }
+
+/// A point with its mode or periodic motion, from which the next one is found.
+pub(super) type PointOf<M> = (CurvePoint, M);
 
 /// A curve on which a mode or a periodic motion changes its stability.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Curve<P> {
+pub struct Curve {
     /// Dominant mode of the body where a Hopf curve was found; empty for another curve.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// The points, in their order along the curve.
-    pub points: Vec<P>,
+    pub points: Vec<CurvePoint>,
     /// Whether the curve is closed: the last point is the first one.
     pub closed: bool,
     /// Why the curve ends inside the intervals, one sentence each.
@@ -58,7 +85,8 @@ pub struct Curve<P> {
 
 /// Finds the point of a curve next to another one: with the expected value of one parameter (the index) and near the
 /// expected value of the other one.
-type Solve<'a, P> = &'a mut dyn FnMut(&P, usize, [f64; 2]) -> Result<Option<P>, StudyError>;
+type Solve<'a, M> =
+    &'a mut dyn FnMut(&PointOf<M>, usize, [f64; 2]) -> Result<Option<PointOf<M>>, StudyError>;
 
 impl MapPlan {
     /// The values of the parameters relative to their intervals, 0 to 1.
@@ -69,13 +97,13 @@ impl MapPlan {
         })
     }
 
-    fn between<P: CurvePoint>(&self, from: &P, to: &P) -> [f64; 2] {
-        let [a, b] = [from, to].map(|point| self.relative(point.values()));
+    fn between(&self, from: &CurvePoint, to: &CurvePoint) -> [f64; 2] {
+        let [a, b] = [from, to].map(|point| self.relative(point.values));
         [b[0] - a[0], b[1] - a[1]]
     }
 
     /// Whether a curve passes a point at less than a distance.
-    pub(super) fn passes<P: CurvePoint>(&self, curve: &[P], point: &P, within: f64) -> bool {
+    pub(super) fn passes(&self, curve: &[CurvePoint], point: &CurvePoint, within: f64) -> bool {
         curve.windows(2).any(|pair| {
             let [[x, y], [dx, dy]] = [&pair[1], point].map(|to| self.between(&pair[0], to));
             let along = ((x * dx + y * dy) / (x * x + y * y)).clamp(0.0, 1.0);
@@ -86,16 +114,16 @@ impl MapPlan {
 
     /// Follows a curve from a point in both directions. `direction` is a first guess, `steps` are the first, the smallest and
     /// the largest step.
-    fn follow<P: CurvePoint>(
+    fn follow<M: Clone>(
         &self,
-        start: &P,
+        start: &PointOf<M>,
         direction: [f64; 2],
         steps: [f64; 3],
-        solve: Solve<'_, P>,
-    ) -> Result<Curve<P>, StudyError> {
+        solve: Solve<'_, M>,
+    ) -> Result<Curve, StudyError> {
         let mut curve = Curve {
             label: String::new(),
-            points: vec![start.clone()],
+            points: vec![start.0.clone()],
             closed: false,
             ended: Vec::new(),
         };
@@ -103,25 +131,26 @@ impl MapPlan {
             if !curve.closed {
                 // The first direction is the beginning of the curve, in reverse.
                 curve.points.reverse();
-                self.trace(direction.map(|d| way * d), steps, &mut curve, solve)?;
+                let direction = direction.map(|d| way * d);
+                self.trace(start.clone(), direction, steps, &mut curve, solve)?;
             }
         }
         Ok(curve)
     }
 
     /// Continues a curve from its last point.
-    fn trace<P: CurvePoint>(
+    fn trace<M>(
         &self,
+        mut now: PointOf<M>,
         mut direction: [f64; 2],
         [mut step, least, most]: [f64; 3],
-        curve: &mut Curve<P>,
-        solve: Solve<'_, P>,
+        curve: &mut Curve,
+        solve: Solve<'_, M>,
     ) -> Result<(), StudyError> {
         let start = curve.points.len();
-        let mut now = curve.points[start - 1].clone();
-        let first = now.clone();
+        let first = now.0.clone();
         loop {
-            let here = self.relative(now.values());
+            let here = self.relative(now.0.values);
             let Some((axis, length)) = step_within(here, direction, step) else {
                 return Ok(());
             };
@@ -137,7 +166,7 @@ impl MapPlan {
             };
             let next = solve(&now, axis, expected)?;
             let next = next.filter(|next| {
-                let [x, y] = self.between(&now, next);
+                let [x, y] = self.between(&now.0, &next.0);
                 x * direction[0] + y * direction[1] > cosine * x.hypot(y)
             });
             let Some(next) = next else {
@@ -146,7 +175,7 @@ impl MapPlan {
                 if step >= least {
                     continue;
                 }
-                let at = now.values();
+                let at = now.0.values;
                 let names = self.parameters.map(|parameter| parameter.name());
                 curve.ended.push(format!(
                     "the curve ends at {} = {:.6}, {} = {:.6}: no further point was found",
@@ -154,19 +183,19 @@ impl MapPlan {
                 ));
                 return Ok(());
             };
-            let [x, y] = self.between(&now, &next);
+            let [x, y] = self.between(&now.0, &next.0);
             let [dx, dy] = direction;
             let turn = (y * dx - x * dy).atan2(x * dx + y * dy);
             let moved = x.hypot(y);
             direction = [x / moved, y / moved];
-            let pair = [now, next];
+            let pair = [now.0, next.0.clone()];
+            now = next;
             if curve.points.len() > start + 2 && self.passes(&pair, &first, ON_CURVE) {
                 curve.points.push(first);
                 curve.closed = true;
                 return Ok(());
             }
-            [_, now] = pair;
-            curve.points.push(now.clone());
+            curve.points.push(now.0.clone());
             if curve.points.len() - start >= MAX_POINTS {
                 let reason = "the maximum number of points was reached".to_owned();
                 curve.ended.push(reason);
@@ -210,39 +239,15 @@ const DIFFERENCE: f64 = 1e-5;
 const SECANT_STEPS: usize = 12;
 /// Largest correction, as a fraction of the interval, of a converged point.
 const CONVERGED: f64 = 1e-11;
-/// Relative difference of the frequencies of one curve at neighbouring points.
-const SAME_FREQUENCY: f64 = 0.02;
 
 /// A point of a Hopf curve, or a first approximation of one.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct HopfCurvePoint {
-    /// Values of both parameters, in the units of the scene file.
-    pub values: [f64; 2],
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// The mode there.
-    #[serde(skip)]
-    pub(super) mode: Eigenmode,
-}
-
-impl HopfCurvePoint {
-    pub(super) fn new(values: [f64; 2], mode: Eigenmode) -> Self {
-        Self {
-            values,
-            frequency_hz: mode.frequency_hz(),
-            mode,
-        }
-    }
-}
-
-impl CurvePoint for HopfCurvePoint {
-    fn values(&self) -> [f64; 2] {
-        self.values
-    }
-
-    fn is_alike(&self, other: &Self) -> bool {
-        (self.frequency_hz / other.frequency_hz - 1.0).abs() < SAME_FREQUENCY
-    }
+pub(super) fn of_mode(values: [f64; 2], mode: Eigenmode) -> PointOf<Eigenmode> {
+    let point = CurvePoint {
+        values,
+        frequency_hz: mode.frequency_hz(),
+        second_hz: None,
+    };
+    (point, mode)
 }
 
 /// The curve through a point near a first approximation, which lies on an edge of the grid along a parameter (`along`).
@@ -250,21 +255,21 @@ impl CurvePoint for HopfCurvePoint {
 pub(super) fn hopf_curve(
     plan: &MapPlan,
     family: &SubjectFamily,
-    seed: &HopfCurvePoint,
+    (seed, mode): &PointOf<Eigenmode>,
     along: usize,
-) -> Option<Curve<HopfCurvePoint>> {
-    let start = hopf_point(plan, family, seed, along, seed.values)?;
+) -> Option<Curve> {
+    let start = hopf_point(plan, family, mode, along, seed.values)?;
     // The tangent is normal to the gradient of the growth rate.
     let slope = |axis: usize| {
-        let values = moved(plan, start.values, axis);
+        let values = moved(plan, start.0.values, axis);
         let [from, to] = plan.intervals[axis];
-        let growth = mode_at(family, values, &start.mode)?.value.re - start.mode.value.re;
-        Some(growth * (to - from) / (values[axis] - start.values[axis]))
+        let growth = mode_at(family, values, &start.1)?.value.re - start.1.value.re;
+        Some(growth * (to - from) / (values[axis] - start.0.values[axis]))
     };
     let (a, b) = (slope(0)?, slope(1)?);
     let tangent = [-b / a.hypot(b), a / a.hypot(b)];
-    let mut solve = |near: &HopfCurvePoint, axis: usize, expected: [f64; 2]| {
-        Ok(hopf_point(plan, family, near, 1 - axis, expected))
+    let mut solve = |(_, mode): &PointOf<_>, axis: usize, expected: [f64; 2]| {
+        Ok(hopf_point(plan, family, mode, 1 - axis, expected))
     };
     plan.follow(&start, tangent, HOPF_STEPS, &mut solve).ok()
 }
@@ -286,23 +291,23 @@ fn moved(plan: &MapPlan, mut values: [f64; 2], axis: usize) -> [f64; 2] {
     values
 }
 
-/// The point of a curve next to another one by the secant method over one parameter (`along`), from a guess.
+/// The point of a curve with a mode next to another one by the secant method over one parameter (`along`), from a guess.
 fn hopf_point(
     plan: &MapPlan,
     family: &SubjectFamily,
-    near: &HopfCurvePoint,
+    near: &Eigenmode,
     along: usize,
     guess: [f64; 2],
-) -> Option<HopfCurvePoint> {
+) -> Option<PointOf<Eigenmode>> {
     let [from, to] = plan.intervals[along];
     let mut values = moved(plan, guess, along);
-    let mut mode = mode_at(family, guess, &near.mode)?;
+    let mut mode = mode_at(family, guess, near)?;
     let mut change = values[along] - guess[along];
     for _ in 0..SECANT_STEPS {
         let before = mode.value.re;
         mode = mode_at(family, values, &mode)?;
         if change.abs() < CONVERGED * (to - from) || mode.value.re == 0.0 {
-            return Some(HopfCurvePoint::new(values, mode));
+            return Some(of_mode(values, mode));
         }
         change *= mode.value.re / (before - mode.value.re);
         values[along] += change;
@@ -323,49 +328,14 @@ const PIECE: StepLimits = StepLimits {
 };
 /// First, smallest and largest step along a curve, relative to the intervals.
 const TORUS_STEPS: [f64; 3] = [0.025, 5e-4, 0.1];
-/// Largest change of the rotation number in a step.
-const SAME_ROTATION: f64 = 0.05;
 
-/// A point of a curve of Neimark-Sacker points, at which a torus is born: on one side the periodic motion attracts, on the
-/// other a torus has taken its place.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct TorusCurvePoint {
-    /// Values of the parameters, in the units of the scene file.
-    pub values: [f64; 2],
-    /// Frequency of the periodic motion, Hz.
-    pub frequency_hz: f64,
-    /// Second base frequency of the torus, Hz.
-    pub second_hz: f64,
-    /// The periodic motion.
-    #[serde(skip)]
-    orbit: PeriodicOrbit,
-}
-
-impl TorusCurvePoint {
-    fn new(found: &Bifurcation, values: [f64; 2]) -> Self {
-        Self {
-            values,
-            frequency_hz: found.frequency_hz,
-            second_hz: found.torus_frequency_hz.unwrap_or(f64::NAN),
-            orbit: found.orbit.clone(),
-        }
-    }
-
-    /// The difference of the rotation numbers.
-    fn change(&self, other: &Self) -> f64 {
-        let [a, b] = [self, other].map(|point| point.second_hz / point.frequency_hz);
-        (a - b).abs()
-    }
-}
-
-impl CurvePoint for TorusCurvePoint {
-    fn values(&self) -> [f64; 2] {
-        self.values
-    }
-
-    fn is_alike(&self, other: &Self) -> bool {
-        self.change(other) < SAME_ROTATION
-    }
+fn of_orbit(values: [f64; 2], found: &Bifurcation) -> PointOf<PeriodicOrbit> {
+    let point = CurvePoint {
+        values,
+        frequency_hz: found.frequency_hz,
+        second_hz: found.torus_frequency_hz,
+    };
+    (point, found.orbit.clone())
 }
 
 /// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
@@ -375,22 +345,29 @@ impl CurvePoint for TorusCurvePoint {
 pub(super) fn torus_curves(
     plan: &MapPlan,
     check: &mut dyn FnMut() -> Result<(), Stopped>,
-) -> Result<Vec<Curve<TorusCurvePoint>>, StudyError> {
+) -> Result<Vec<Curve>, StudyError> {
     let [from, to] = plan.intervals[1];
     let own = plan.scene.value_of(plan.parameters[1]);
     let own = own.filter(|value| (from..=to).contains(value));
     let start = own.unwrap_or(0.5 * (from + to));
     let first = branch_over(plan, 0, start)?;
     let mut branch = Branch::new(&first);
-    add_orbits(&first, OrbitStarts::Scene, &mut branch, &mut |_, _| check())?;
+    let progress = &mut |_: f64, _: &str| check();
+    add_orbits(
+        &first,
+        OrbitStarts::Scene,
+        &mut branch,
+        progress,
+        &mut |_| (),
+    )?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
-    let mut curves: Vec<Curve<TorusCurvePoint>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     for found in points {
-        let found = TorusCurvePoint::new(&found.bifurcation, [found.at.value, start]);
-        let is_known = |curve: &Curve<_>| plan.passes(&curve.points, &found, ON_CURVE);
+        let found = of_orbit([found.at.value, start], &found.bifurcation);
+        let is_known = |curve: &Curve| plan.passes(&curve.points, &found.0, ON_CURVE);
         if !curves.iter().any(is_known) {
-            let mut solve = |near: &TorusCurvePoint, axis: usize, expected: [f64; 2]| {
+            let mut solve = |near: &PointOf<_>, axis: usize, expected: [f64; 2]| {
                 check()?;
                 torus_point(plan, near, axis, expected)
             };
@@ -414,10 +391,10 @@ fn branch_over(plan: &MapPlan, axis: usize, other: f64) -> Result<BranchPlan, St
 /// the other one.
 fn torus_point(
     plan: &MapPlan,
-    near: &TorusCurvePoint,
+    (near, orbit): &PointOf<PeriodicOrbit>,
     axis: usize,
     expected: [f64; 2],
-) -> Result<Option<TorusCurvePoint>, StudyError> {
+) -> Result<Option<PointOf<PeriodicOrbit>>, StudyError> {
     let over = 1 - axis;
     let branch = branch_over(plan, over, expected[axis])?;
     let [low, high] = plan.intervals[over];
@@ -430,7 +407,7 @@ fn torus_point(
     };
     let start = BranchStart::from(PeriodicOrbit {
         parameter: middle,
-        ..near.orbit.clone()
+        ..orbit.clone()
     });
     let family = branch.family();
     let Ok(piece) = continue_orbits(&family, &start, &options, &mut |_| Ok(())) else {
@@ -441,8 +418,12 @@ fn torus_point(
     let tori = tori.map(|found| {
         let mut values = expected;
         values[over] = found.parameter;
-        TorusCurvePoint::new(found, values)
+        of_orbit(values, found)
     });
-    let nearest = tori.min_by(|a, b| a.change(near).total_cmp(&b.change(near)));
-    Ok(nearest.filter(|found| found.is_alike(near)))
+    let change = |(found, _): &PointOf<_>| {
+        let change = found.rotation().zip(near.rotation());
+        change.map_or(f64::NAN, |(a, b)| (a - b).abs())
+    };
+    let nearest = tori.min_by(|a, b| change(a).total_cmp(&change(b)));
+    Ok(nearest.filter(|(found, _)| found.is_alike(near)))
 }

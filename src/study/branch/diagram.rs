@@ -6,13 +6,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::equilibria::{BranchPlan, add_equilibria};
+use super::equilibria::BranchPlan;
 use super::hopf::{SteadyBifurcation, SteadyBifurcationKind};
-use super::orbits::{OrbitStarts, add_orbits_one_by_one};
+use super::orbits::OrbitStarts;
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
-use crate::number::{quantity, significant};
+use crate::number::{quantity, significant, to_digits};
 use crate::scene::{Parameter, Scene, preset};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
@@ -106,12 +106,12 @@ pub struct UnstableModes {
 
 impl TiltDiagram {
     /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
-    pub fn new(branch: &Branch, settled: &[SweepPoint]) -> Self {
+    pub fn new(branch: &Branch) -> Self {
         let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
         let found = branch.bifurcations.iter();
         let mut bifurcations: Vec<_> = found.map(|found| bifurcation(branch, found)).collect();
         bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
-        let responses = Start::ALL.map(|start| responses(start, settled));
+        let responses = Start::ALL.map(|start| responses(start, &branch.settled));
         let modes = branch.unstable_intervals().into_iter();
         Self {
             parameter: branch.name().to_owned(),
@@ -123,7 +123,7 @@ impl TiltDiagram {
                 .collect(),
             unstable_modes: modes
                 .map(|(ends, count)| UnstableModes {
-                    tilt_deg: ends.map(|end| rounded(end, DIGITS[0])),
+                    tilt_deg: ends.map(|end| to_digits(end, DIGITS[0])),
                     count,
                 })
                 .collect(),
@@ -151,31 +151,23 @@ impl TiltDiagram {
 }
 
 /// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch.
+/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch. If `progress`
+/// stops the study, the rest is missing.
 ///
 /// # Errors
-/// [`StudyError::Stopped`]; if the joint cannot be built, or has no steady sliding, or no thread can be started.
+/// If the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
     progress: OnProgress<'_>,
-    mut on_part: impl FnMut(&TiltDiagram),
-) -> Result<(), StudyError> {
+    mut on_part: impl FnMut(TiltDiagram),
+) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
-    let mut branch = Branch::new(&plan);
-    // What a stop leaves is no part.
-    add_equilibria(&plan, &mut branch, progress)?;
-    progress(0.0, "settled motions")?;
-    on_part(&TiltDiagram::new(&branch, &[]));
-    let settled = settled_responses(scene, interval, threads, progress)?;
-    progress(0.0, "periodic motions")?;
-    on_part(&TiltDiagram::new(&branch, &settled));
-    let starts = OrbitStarts::Settled(&settled);
-    let mut on_branch = |branch: &Branch| on_part(&TiltDiagram::new(branch, &settled));
-    add_orbits_one_by_one(&plan, starts, &mut branch, progress, &mut on_branch)?;
-    on_part(&TiltDiagram::new(&branch, &settled));
-    Ok(())
+    let mut on_branch = |branch: &Branch| on_part(TiltDiagram::new(branch));
+    let starts = OrbitStarts::Sweep(scene, threads);
+    let branch = plan.follow(Some(starts), progress, &mut on_branch)?;
+    Ok(TiltDiagram::new(&branch))
 }
 
 /// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
@@ -183,7 +175,7 @@ pub fn tilt_diagram(
 ///
 /// # Errors
 /// If no thread can be started.
-pub fn settled_responses(
+pub(super) fn settled_responses(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
@@ -247,7 +239,7 @@ fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
     let column = |of: fn(&PeriodicOrbit) -> f64| {
         let values = course
             .iter()
-            .map(|(orbit, _)| rounded(of(orbit), DIGITS[0]));
+            .map(|(orbit, _)| to_digits(of(orbit), DIGITS[0]));
         values.collect()
     };
     DiagramBranch {
@@ -277,9 +269,9 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
     };
     DiagramBifurcation {
         kind,
-        tilt_deg: rounded(found.value(), DIGITS[1]),
-        frequency_hz: rounded(frequency_hz, DIGITS[1]),
-        second_hz: second_hz.map(|hz| rounded(hz, DIGITS[0])),
+        tilt_deg: to_digits(found.value(), DIGITS[1]),
+        frequency_hz: to_digits(frequency_hz, DIGITS[1]),
+        second_hz: second_hz.map(|hz| to_digits(hz, DIGITS[0])),
         attracts,
         text,
     }
@@ -296,19 +288,13 @@ fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
         let (Ok(found), [tilt]) = (&point.outcome, &point.place.values[..]) else {
             continue;
         };
-        columns.tilt_deg.push(rounded(*tilt, DIGITS[0]));
+        columns.tilt_deg.push(to_digits(*tilt, DIGITS[0]));
         columns.regime.push(found.regime);
         let line = found.lines.first();
-        let hz = line.map(|line| rounded(line.frequency, DIGITS[0]));
+        let hz = line.map(|line| to_digits(line.frequency, DIGITS[0]));
         columns.frequency_hz.push(hz);
     }
     columns
-}
-
-/// A number with some significant digits.
-fn rounded(value: f64, digits: usize) -> f64 {
-    let text = format!("{value:.0$e}", digits - 1);
-    text.parse().unwrap_or(value)
 }
 
 macro_rules! shipped {
@@ -445,6 +431,7 @@ fn degrees(tilt: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::equilibria::add_equilibria;
     use super::super::orbits::add_orbits;
     use super::*;
     use crate::study::sweep::tests::run;
@@ -461,8 +448,9 @@ mod tests {
         let mut branch = Branch::new(&plan);
         add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
         let starts = OrbitStarts::Settled(&points);
-        add_orbits(&plan, starts, &mut branch, &mut |_, _| Ok(())).unwrap();
-        TiltDiagram::new(&branch, &points)
+        add_orbits(&plan, starts, &mut branch, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
+        branch.settled = points;
+        TiltDiagram::new(&branch)
     }
 
     /// Columns that differ only in their last digits, by the order of operations of another processor.

@@ -1,6 +1,6 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::{Ref, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::differences::{Differences, difference};
@@ -8,9 +8,9 @@ use super::equilibria::BranchPlan;
 use super::result::Branch;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
 use crate::dynamics::equilibrium::{Eigenmode, Linearised};
-use crate::dynamics::{DynamicsError, Integrator, Method, System};
+use crate::dynamics::{Integrator, System};
 use crate::joint::{LinearMode, NamedMode};
-use crate::pipeline::{PipelineError, Prepared};
+use crate::pipeline::PipelineError;
 use crate::scene::{Parameter, Scene};
 use crate::study::StudyError;
 use crate::study::subject::{SceneSubject, Subject, Trial};
@@ -25,11 +25,7 @@ pub struct SubjectFamily {
     subject: Arc<dyn Subject>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
-    last: RefCell<Option<Last>>,
 }
-
-/// The last value of the first parameter with its probe and the period of its drive.
-type Last = (f64, Vec<f64>, Option<f64>);
 
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
 pub struct SteadyState {
@@ -54,7 +50,6 @@ impl SubjectFamily {
         Self {
             subject,
             guess: RefCell::default(),
-            last: RefCell::default(),
         }
     }
 
@@ -128,38 +123,22 @@ impl SubjectFamily {
         let max_step = self.trial(&interval[..1])?.max_step;
         Ok(ContinuationOptions::new(interval, max_step))
     }
-
-    fn built(&self, parameter: f64) -> Result<Prepared, PipelineError> {
-        let trial = self.trial(&[parameter])?;
-        let probe = trial.prepared.probe.clone();
-        *self.last.borrow_mut() = Some((parameter, probe, trial.drive_period));
-        Ok(trial.prepared)
-    }
-
-    /// A value of the parameter with its probe and the period of its drive.
-    fn last(&self, parameter: f64) -> Option<Ref<'_, Last>> {
-        let is_last = |last: &Last| last.0 == parameter;
-        if !self.last.borrow().as_ref().is_some_and(is_last) {
-            self.built(parameter).ok()?;
-        }
-        Ref::filter_map(self.last.borrow(), Option::as_ref).ok()
-    }
 }
 
 impl Family for SubjectFamily {
     fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
-        Ok(Box::new(self.built(parameter)?.integrator.into_system()))
+        let prepared = self.trial(&[parameter])?.prepared;
+        Ok(Box::new(prepared.integrator.into_system()))
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        self.last(parameter)?.2
+        self.trial(&[parameter]).ok()?.drive_period
     }
 
     /// The displacement of the probe, m.
-    fn observable(&self, parameter: f64, z: &[f64]) -> f64 {
-        self.last(parameter).map_or(f64::NAN, |last| {
-            last.1.iter().zip(z).map(|(row, q)| row * q).sum()
-        })
+    fn observable(&self, parameter: f64) -> Vec<f64> {
+        let trial = self.trial(&[parameter]);
+        trial.map_or_else(|_| Vec::new(), |trial| trial.prepared.probe)
     }
 }
 
@@ -212,22 +191,6 @@ impl SteadyState {
     }
 }
 
-/// An integrator of a system, with event location if it jumps, at time zero in a state without the auxiliary components.
-pub(super) fn started<'a>(
-    method: Method,
-    system: &'a dyn System,
-    state: &[f64],
-) -> Result<(Integrator<'a>, Vec<f64>), DynamicsError> {
-    let mut integrator = Integrator::new(method, system)?;
-    if system.switching().is_some_and(|s| !s.is_continuous()) {
-        integrator = integrator.with_events()?;
-    }
-    let mut z = state.to_vec();
-    z.resize(system.dim(), 0.0);
-    integrator.start(0.0, &z)?;
-    Ok((integrator, z))
-}
-
 /// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of a result.
 ///
 /// # Errors
@@ -237,9 +200,9 @@ pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>
     let options = family.options(plan.interval)?;
     let portraits = result.points.iter().map(|point| {
         let orbit = &point.orbit;
-        let prepared = family.built(orbit.parameter)?;
+        let prepared = family.trial(&[orbit.parameter])?.prepared;
         let system = prepared.integrator.system();
-        let (mut integrator, mut z) = started(options.method, system, &orbit.state)?;
+        let (mut integrator, mut z) = Integrator::started(options.method, system, &orbit.state)?;
         let modes = system.modes();
         let samples = (0..=PORTRAIT).map(|k| {
             let time = orbit.period_s * k as f64 / PORTRAIT as f64;

@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::curve::{Curve, HopfCurvePoint, TorusCurvePoint, hopf_curve, torus_curves};
+use super::curve::{Curve, PointOf, hopf_curve, of_mode, torus_curves};
 use super::family::SubjectFamily;
 use super::tracking::most_alike;
 use crate::dynamics::equilibrium::Eigenmode;
@@ -59,9 +59,9 @@ pub struct StabilityMap {
     /// The grid, row by row: the horizontal parameter varies fastest, in ascending order.
     pub grid: Vec<MapPoint>,
     /// The curves on which a pair of complex eigenvalues is imaginary.
-    pub curves: Vec<Curve<HopfCurvePoint>>,
+    pub curves: Vec<Curve>,
     /// The curves of Neimark-Sacker points of the periodic motion of the scene, at which a torus is born.
-    pub torus_curves: Vec<Curve<TorusCurvePoint>>,
+    pub torus_curves: Vec<Curve>,
 }
 
 /// A grid point with its modes.
@@ -122,7 +122,7 @@ pub fn stability_map(
     let edges = edges([xs.len(), ys.len()]);
     // A linear approximation lies this close to its curve.
     let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
-    let mut curves: Vec<Curve<HopfCurvePoint>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     for (k, [from, to]) in edges.iter().enumerate() {
         progress(0.5 + 0.5 * k as f64 / edges.len() as f64, TASK)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
@@ -131,7 +131,7 @@ pub fn stability_map(
         let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
         let along = usize::from(to - from > 1);
         for (seed, label) in seeds([place(*from), place(*to)], one, other, names) {
-            let is_known = |curve: &Curve<_>| plan.passes(&curve.points, &seed, cell);
+            let is_known = |curve: &Curve| plan.passes(&curve.points, &seed.0, cell);
             if !curves.iter().any(is_known) {
                 let curve = hopf_curve(plan, &family, &seed, along);
                 let label = label.to_owned();
@@ -159,12 +159,10 @@ pub fn stability_map(
 
 /// Pairs of neighbouring grid points, along both parameters.
 fn edges([columns, rows]: [usize; 2]) -> Vec<[usize; 2]> {
-    let points = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-    let pairs = points.flat_map(|(row, column)| {
-        let here = row * columns + column;
-        let right = (column + 1 < columns).then_some([here, here + 1]);
-        let above = (row + 1 < rows).then_some([here, here + columns]);
-        [right, above].into_iter().flatten()
+    let pairs = (0..columns * rows).flat_map(|here| {
+        let right = (here % columns + 1 < columns).then_some([here, here + 1]);
+        let above = (here / columns + 1 < rows).then_some([here, here + columns]);
+        right.into_iter().chain(above)
     });
     pairs.collect()
 }
@@ -184,7 +182,7 @@ fn seeds<'a>(
     one: &[Eigenmode],
     other: &[Eigenmode],
     names: &'a [NamedMode],
-) -> Vec<(HopfCurvePoint, &'a str)> {
+) -> Vec<(PointOf<Eigenmode>, &'a str)> {
     let seeds = one.iter().zip(names).filter_map(|(from, name)| {
         let to = most_alike(other.to_vec(), from)?;
         // A mode that ceases to oscillate has no partner.
@@ -193,7 +191,7 @@ fn seeds<'a>(
         let crosses = growths[0] * growths[1] < 0.0 && from.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
         let values = [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k]));
-        let seed = HopfCurvePoint::new(values, from.clone());
+        let seed = of_mode(values, from.clone());
         crosses.then_some((seed, &*name.label))
     });
     seeds.collect()

@@ -22,18 +22,18 @@ mod tracking;
 
 #[cfg(feature = "table")]
 pub use coexistence::hysteresis_ends;
-pub use curve::{Curve, HopfCurvePoint, TorusCurvePoint};
+pub use curve::{Curve, CurvePoint};
 pub use diagram::{
     DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramResponses, TiltDiagram,
-    UnstableModes, settled_responses, shipped_diagram, tilt_diagram,
+    UnstableModes, shipped_diagram, tilt_diagram,
 };
 pub use differences::Differences;
-pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint, add_equilibria};
+pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint};
 pub use family::{SteadyState, SubjectFamily, portraits};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OrbitStarts, add_orbits};
-pub use result::{At, Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
+pub use orbits::OrbitStarts;
+pub use result::{At, Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, by_stability};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 #[cfg(feature = "table")]
 pub use table::write_branch;

@@ -1,9 +1,10 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
-use super::equilibria::BranchPlan;
+use super::diagram::settled_responses;
+use super::equilibria::{BranchPlan, add_equilibria};
 use super::family::SubjectFamily;
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
-use super::result::{Branch, BranchBifurcation};
+use super::result::{At, Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
@@ -11,6 +12,8 @@ use crate::dynamics::continuation::{
     OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit, settled_orbit,
     switched_orbit,
 };
+use crate::dynamics::equilibrium::EquilibriumError;
+use crate::scene::Scene;
 use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
 use crate::study::sweep::SweepPoint;
 use crate::study::{OnProgress, StudyError};
@@ -39,6 +42,8 @@ pub enum OrbitStarts<'a> {
     At(f64),
     /// Each periodic motion among these points of a sweep over the parameter that is on no branch yet.
     Settled(&'a [SweepPoint]),
+    /// The same of a sweep over the tilt of this scene, which is computed first on a number of threads.
+    Sweep(&'a Scene, usize),
 }
 
 /// A study of periodic orbits.
@@ -47,32 +52,58 @@ struct Study<'a> {
     family: SubjectFamily,
     options: ContinuationOptions,
     progress: OnProgress<'a>,
-    /// Receives the result after each branch.
-    on_branch: &'a mut dyn FnMut(&Branch),
+    /// Receives the result after the sweep and after each branch.
+    on_part: &'a mut dyn FnMut(&Branch),
     result: &'a mut Branch,
 }
 
+impl BranchPlan {
+    /// The equilibria and, from `starts` on, the periodic orbits. If `progress` stops the study, the rest is missing. A system
+    /// driven in time has no equilibria, but periodic orbits. `on_part` receives the result so far.
+    ///
+    /// # Errors
+    /// If the start is outside the interval; if the system cannot be built, or has no equilibrium at the start of the interval.
+    pub fn follow(
+        &self,
+        starts: Option<OrbitStarts<'_>>,
+        progress: OnProgress<'_>,
+        on_part: &mut dyn FnMut(&Branch),
+    ) -> Result<Branch, StudyError> {
+        if let Some(OrbitStarts::At(value)) = starts {
+            self.check_start(value)?;
+        }
+        let mut result = Branch::new(self);
+        let steady = add_equilibria(self, &mut result, &mut |share, task| {
+            progress(0.1 * share, task)
+        });
+        match steady {
+            Err(StudyError::Equilibrium(EquilibriumError::Driven)) if starts.is_some() => {}
+            steady => steady?,
+        }
+        // What a stop leaves is no part.
+        if let Some(starts) = starts
+            && progress(0.1, "periodic motions").is_ok()
+        {
+            on_part(&result);
+            let progress = &mut |share: f64, task: &str| progress(0.1 + 0.9 * share, task);
+            add_orbits(self, starts, &mut result, progress, on_part)?;
+        }
+        Ok(result)
+    }
+}
+
 /// Adds the branches of periodic orbits to a result that has the equilibria: those of `starts`, those born at the Hopf
-/// points, and those of the first period doublings. If `progress` stops the study, the rest is missing.
+/// points, and those of the first period doublings. If `progress` stops the study, the rest is missing. `on_part` receives the
+/// result after the sweep and after each branch.
 ///
 /// # Errors
 /// If the start is outside the interval, or the system cannot be built. Branches that cannot be followed are reported in the result.
-pub fn add_orbits(
+pub(super) fn add_orbits(
     plan: &BranchPlan,
     starts: OrbitStarts<'_>,
     result: &mut Branch,
     progress: OnProgress<'_>,
-) -> Result<(), StudyError> {
-    add_orbits_one_by_one(plan, starts, result, progress, &mut |_| ())
-}
-
-/// [`add_orbits`], with a function that receives the result after each branch.
-pub(super) fn add_orbits_one_by_one(
-    plan: &BranchPlan,
-    starts: OrbitStarts<'_>,
-    result: &mut Branch,
-    progress: OnProgress<'_>,
-    on_branch: &mut dyn FnMut(&Branch),
+    on_part: &mut dyn FnMut(&Branch),
 ) -> Result<(), StudyError> {
     let family = plan.family();
     let mut study = Study {
@@ -80,7 +111,7 @@ pub(super) fn add_orbits_one_by_one(
         options: family.options(plan.interval)?,
         family,
         progress,
-        on_branch,
+        on_part,
         result,
     };
     match study.add(starts) {
@@ -93,11 +124,19 @@ impl Study<'_> {
     fn add(&mut self, starts: OrbitStarts<'_>) -> Result<(), StudyError> {
         match starts {
             OrbitStarts::Scene => self.add_first(&self.values())?,
-            OrbitStarts::At(value) => {
-                self.plan.check_start(value)?;
-                self.add_first(&[value])?;
-            }
+            OrbitStarts::At(value) => self.add_first(&[value])?,
             OrbitStarts::Settled(points) => self.add_settled(points)?,
+            OrbitStarts::Sweep(scene, threads) => {
+                let progress = &mut *self.progress;
+                let interval = self.plan.interval;
+                let settled = settled_responses(scene, interval, threads, &mut |share, task| {
+                    progress(0.8 * share, task)
+                })?;
+                self.result.settled.clone_from(&settled);
+                progress(0.8, "periodic motions")?;
+                (self.on_part)(self.result);
+                self.add_settled(&settled)?;
+            }
         }
         self.add_hopf_branches()?;
         self.add_doublings()
@@ -161,12 +200,9 @@ impl Study<'_> {
         let trial = self.family.trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
-            max_transient: 1.0,
             measurement_time: 0.05,
             exponents: 0,
-            orbits: false,
-            portrait: false,
-            max_rhs_evals: None,
+            ..ResponsePlan::default()
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let progress = &mut *self.progress;
@@ -207,37 +243,48 @@ impl Study<'_> {
 
     /// The branches born at the Hopf points that no branch has reached.
     fn add_hopf_branches(&mut self) -> Result<(), StudyError> {
-        let points: Vec<SteadyBifurcation> = self
-            .result
-            .steady_bifurcations()
-            .filter(|found| found.kind == SteadyBifurcationKind::Hopf)
-            .cloned()
-            .collect();
-        for found in points {
-            if self.is_known(&found) {
-                continue;
-            }
-            let at = format!("{} = {}", found.at.name, found.at.value);
-            match self.born(&found) {
-                Ok(start) => {
-                    fit_birth(&found, &start.orbit, self.result);
-                    self.follow(&start)?;
+        for k in 0..self.result.bifurcations.len() {
+            if let BranchBifurcation::Steady(found) = &self.result.bifurcations[k]
+                && found.kind == SteadyBifurcationKind::Hopf
+                && !self.is_known(found)
+            {
+                let mut found = found.clone();
+                let start = self.born(&found);
+                if let Ok(start) = &start {
+                    fit_birth(&mut found, &start.orbit);
                 }
-                Err(StudyError::NoOrbit(reason)) => self
-                    .result
-                    .ended
-                    .push(format!("no branch from the Hopf point at {at}: {reason}")),
-                Err(error) => return Err(error),
+                let at = found.at.clone();
+                self.result.bifurcations[k] = BranchBifurcation::Steady(found);
+                self.follow_from("Hopf point", &at, start)?;
             }
         }
         Ok(())
     }
 
+    /// The branch from a bifurcation, if there is one.
+    fn follow_from(
+        &mut self,
+        kind: &str,
+        at: &At,
+        start: Result<BranchStart, StudyError>,
+    ) -> Result<(), StudyError> {
+        match start {
+            Ok(start) => self.follow(&start),
+            Err(StudyError::NoOrbit(reason)) => {
+                let At { name, value } = at;
+                let reason = format!("no branch from the {kind} at {name} = {value}: {reason}");
+                self.result.ended.push(reason);
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    }
+
     /// Whether a branch has an orbit of small amplitude next to a Hopf point.
     fn is_known(&self, found: &SteadyBifurcation) -> bool {
         let width = self.plan.interval[1] - self.plan.interval[0];
-        let largest = self.result.points.iter().map(|point| point.orbit.amplitude);
-        let largest = largest.fold(0.0, f64::max);
+        let amplitudes = self.result.points.iter().map(|point| point.orbit.amplitude);
+        let largest = amplitudes.fold(0.0, f64::max);
         self.result.points.iter().any(|point| {
             let near = (point.at.value - found.at.value).abs() < SAME * width;
             let alike = (point.orbit.frequency_hz() / found.frequency_hz - 1.0).abs() < SAME;
@@ -282,16 +329,9 @@ impl Study<'_> {
             .cloned()
             .collect();
         for found in doublings {
-            let start = switched_orbit(&self.family, &found.bifurcation, SWITCH, &self.options);
-            match start {
-                Ok(start) => self.follow(&start)?,
-                Err(error) => self.result.ended.push(format!(
-                    "no branch from the period doubling at {} = {}: {}",
-                    found.at.name,
-                    found.at.value,
-                    chain_of_causes(&error)
-                )),
-            }
+            let start = switched_orbit(&self.family, &found.bifurcation, SWITCH, &self.options)
+                .map_err(|error| StudyError::NoOrbit(chain_of_causes(&error)));
+            self.follow_from("period doubling", &found.at, start)?;
         }
         Ok(())
     }
@@ -324,7 +364,7 @@ impl Study<'_> {
                 }));
                 self.result.add_orbits(orbits);
                 complete?;
-                (self.on_branch)(self.result);
+                (self.on_part)(self.result);
                 progress(1.0, "periodic motions")?;
             }
             Err(error) => self.result.ended.push(chain_of_causes(&error)),
@@ -357,34 +397,25 @@ fn has_orbit(result: &Branch, orbit: &PeriodicOrbit) -> bool {
 
 /// Decides from the first orbit of the branch how the cycle of a Hopf point is born, where the normal form does not: it
 /// has no significant sign, or does not hold up to the amplitude of this orbit.
-fn fit_birth(found: &SteadyBifurcation, orbit: &PeriodicOrbit, result: &mut Branch) {
-    let own = result
-        .bifurcations
-        .iter_mut()
-        .find_map(|other| match other {
-            BranchBifurcation::Steady(steady) if *steady == *found => Some(steady),
-            _ => None,
-        });
-    let Some((cycle, speed)) = own.and_then(|own| Some((own.cycle.as_mut()?, own.crossing_speed?)))
-    else {
+fn fit_birth(found: &mut SteadyBifurcation, orbit: &PeriodicOrbit) {
+    let (Some(cycle), Some(speed)) = (&mut found.cycle, found.crossing_speed) else {
         return;
     };
     let beyond_kinks = cycle
         .smooth_amplitude_m
         .is_some_and(|amplitude| amplitude < orbit.amplitude);
     let offset = orbit.parameter - found.at.value;
-    if cycle.criticality != Criticality::Undetermined && !beyond_kinks
-        || offset.abs() <= found.location_error
+    if (cycle.criticality == Criticality::Undetermined || beyond_kinks)
+        && offset.abs() > found.location_error
     {
-        return;
+        cycle.method = CriticalityMethod::FittedBranch;
+        // The growth rate of steady sliding where the cycle exists.
+        cycle.criticality = if offset * speed > 0.0 {
+            Criticality::Supercritical
+        } else {
+            Criticality::Subcritical
+        };
     }
-    cycle.method = CriticalityMethod::FittedBranch;
-    // The growth rate of steady sliding where the cycle exists.
-    cycle.criticality = if offset * speed > 0.0 {
-        Criticality::Supercritical
-    } else {
-        Criticality::Subcritical
-    };
 }
 
 /// Why a branch ends inside the interval.

@@ -1,7 +1,8 @@
 //! The reports of branches and of stability maps.
 
 use super::{
-    Branch, Curve, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus, TorusCurvePoint,
+    Branch, Curve, CurvePoint, OrbitBifurcation, StabilityMap, SteadyBifurcation, Torus,
+    by_stability,
 };
 use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
@@ -110,29 +111,20 @@ fn orbit_table(branch: &Branch) -> Block {
         .into()
 }
 
-/// Parts of a branch whose orbits attract, in its order.
+/// Parts of a branch whose orbits attract, in its order. They begin and end at bifurcations.
 fn stable_intervals(course: &[(&PeriodicOrbit, bool)]) -> String {
-    let mut parts: Vec<[f64; 2]> = Vec::new();
-    let mut before: Option<(f64, bool)> = None;
-    for &(orbit, stable) in course {
-        let value = orbit.parameter;
-        match (before, parts.last_mut()) {
-            (Some((_, true)), Some(last)) if stable => last[1] = value,
-            // It begins at the bifurcation.
-            (Some((bifurcation, _)), _) if stable => parts.push([bifurcation, value]),
-            (None, _) if stable => parts.push([value; 2]),
-            _ => {}
-        }
-        before = Some((value, stable));
-    }
-    let parts = parts
-        .iter()
-        .map(|[from, to]| format!("{from:.4} to {to:.4}"));
-    let parts: Vec<String> = parts.collect();
+    let points = course.iter();
+    let points = points.map(|(orbit, stable)| Some(([orbit.parameter, 0.0], *stable)));
+    let [_, parts] = by_stability(points);
+    let parts = parts.iter().map(|part| {
+        let [from, to] = [part[0], part[part.len() - 1]].map(|at| at[0]);
+        format!("{from:.4} to {to:.4}")
+    });
+    let parts = parts.collect::<Vec<_>>().join(", ");
     if parts.is_empty() {
         "-".to_owned()
     } else {
-        parts.join(", ")
+        parts
     }
 }
 
@@ -219,11 +211,11 @@ fn unit(unit: &str) -> String {
 }
 
 /// How a curve over two parameters ends.
-fn curve_end(closed: bool, reasons: &[String]) -> String {
-    match (closed, reasons) {
-        (true, _) => "closed".to_owned(),
-        (false, []) => "at the borders".to_owned(),
-        (false, reasons) => reasons.join("; "),
+fn curve_end(curve: &Curve) -> String {
+    match &curve.ended[..] {
+        _ if curve.closed => "closed".to_owned(),
+        [] => "at the borders".to_owned(),
+        reasons => reasons.join("; "),
     }
 }
 
@@ -258,14 +250,13 @@ impl Report for StabilityMap {
                 .right("frequency, Hz", |curve| {
                     span(curve.points.iter().map(|point| point.frequency_hz), 1)
                 })
-                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+                .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }
         if !map.torus_curves.is_empty() {
-            let spans =
-                |curve: &Curve<TorusCurvePoint>, of: fn(&TorusCurvePoint) -> f64, decimals| {
-                    span(curve.points.iter().map(of), decimals)
-                };
+            let spans = |curve: &Curve, of: fn(&CurvePoint) -> f64, decimals| {
+                span(curve.points.iter().map(of), decimals)
+            };
             let curves = Table::of(&map.torus_curves)
                 .left(
                     "Neimark-Sacker curve of",
@@ -279,9 +270,9 @@ impl Report for StabilityMap {
                     spans(curve, |point| point.values[1], 4)
                 })
                 .right("second frequency, Hz", |curve| {
-                    spans(curve, |point| point.second_hz, 1)
+                    spans(curve, |point| point.second_hz.unwrap_or(f64::NAN), 1)
                 })
-                .left("end", |curve| curve_end(curve.closed, &curve.ended));
+                .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }
         blocks

@@ -9,6 +9,7 @@ use super::equilibria::{BranchPlan, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
 use super::tori::Torus;
 use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit};
+use crate::study::sweep::SweepPoint;
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -25,6 +26,9 @@ pub struct Branch {
     pub points: Vec<OrbitPoint>,
     /// The bifurcations of the equilibria, then those of the periodic orbits along each branch.
     pub bifurcations: Vec<BranchBifurcation>,
+    /// The points of a sweep over the same parameter, beside which branches are shown.
+    #[serde(skip)]
+    pub settled: Vec<SweepPoint>,
     /// The tori that are born at Neimark-Sacker points, if they were followed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tori: Vec<Torus>,
@@ -105,6 +109,7 @@ impl Branch {
             equilibria: Vec::new(),
             points: Vec::new(),
             bifurcations: Vec::new(),
+            settled: Vec::new(),
             tori: Vec::new(),
             ended: Vec::new(),
             interrupted: false,
@@ -206,6 +211,28 @@ impl Branch {
     pub fn name(&self) -> &str {
         name_of(&self.parameter)
     }
+}
+
+/// The unstable and the stable parts of a line, which is interrupted at `None`. Neighbouring parts share a point.
+pub fn by_stability(
+    points: impl IntoIterator<Item = Option<([f64; 2], bool)>>,
+) -> [Vec<Vec<[f64; 2]>>; 2] {
+    let mut parts = [Vec::<Vec<_>>::new(), Vec::new()];
+    let mut last = None;
+    for point in points {
+        if let Some((at, stable)) = point {
+            let strips = &mut parts[usize::from(stable)];
+            match (last, strips.last_mut()) {
+                (Some((_, before)), Some(strip)) if before == stable => strip.push(at),
+                (before, _) => {
+                    let before = before.map(|(before, _)| before);
+                    strips.push(before.into_iter().chain([at]).collect());
+                }
+            }
+        }
+        last = point;
+    }
+    parts
 }
 
 /// Name of the key with a path.

@@ -1,3 +1,5 @@
+use super::equilibria::add_equilibria;
+use super::orbits::add_orbits;
 use super::*;
 use crate::dynamics::continuation::Criticality;
 use crate::scene::{Parameter, Scene};
@@ -63,7 +65,7 @@ fn a_driven_system_has_orbits_of_multiples_of_the_period_of_its_drive() {
     let plan = plan(scene, key, [300.0, 420.0], 2);
     let mut result = Branch::new(&plan);
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
     assert!(!result.points.is_empty(), "{:?}", result.ended);
     for point in &result.points {
         let count = f64::from(point.orbit.drive_periods.unwrap());
@@ -82,7 +84,7 @@ fn the_branch_of_the_belt_follows_the_closed_form_over_a_decade_of_speeds() {
     let plan = plan(scene, "mass_on_belt.belt_speed_mm_per_s", [5.0, 50.0], 2);
     let mut result = branch(&plan);
     let start = OrbitStarts::Scene;
-    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
     let omega = std::f64::consts::TAU * 400.0;
     let elongation = 0.3 * 210.0 / omega.powi(2);
     let ends = [result.points.first(), result.points.last()];
@@ -115,7 +117,7 @@ fn the_first_cycle_tells_how_it_is_born_where_the_normal_form_does_not() {
     let cycle = hopf.cycle.as_mut().unwrap();
     cycle.criticality = Criticality::Undetermined;
     let start = OrbitStarts::Settled(&[]);
-    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(())).unwrap();
+    add_orbits(&plan, start, &mut result, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
     let hopf = result.steady_bifurcations().next().unwrap();
     let cycle = hopf.cycle.as_ref().unwrap();
     assert_eq!(cycle.method, CriticalityMethod::FittedBranch);
@@ -403,7 +405,7 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
     }
     // From border to border.
     let ends = [curve.points.first().unwrap(), curve.points.last().unwrap()];
-    let on_border = |point: &HopfCurvePoint| {
+    let on_border = |point: &CurvePoint| {
         let [speed, damping] = point.values;
         [speed - 50.0, speed - 400.0].iter().any(|d| d.abs() < 1e-6)
             || [damping - 0.002, damping - 0.04]

@@ -10,17 +10,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::equilibria::BranchPlan;
-use super::family::started;
 use super::result::{At, Branch};
 use crate::analysis::tones::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
 };
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
-    BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, OrbitBranch,
-    PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
+    BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, PeriodicOrbit,
+    ReturnSearch, continue_orbits, settled_orbit,
 };
-use crate::dynamics::{Accuracy, DynamicsError, Method, MethodName, System};
+use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
 use crate::study::{OnProgress, StudyError};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
@@ -130,24 +129,21 @@ pub fn add_tori(
         let is_supercritical = point
             .birth
             .is_some_and(|birth| birth.criticality == Criticality::Supercritical);
-        let attracts = is_supercritical && point.has_stable_side();
         let (Some(rate), Some(second_hz)) = (point.crossing_rate, point.torus_frequency_hz) else {
             continue;
         };
-        if point.kind != BifurcationKind::NeimarkSacker || !attracts {
+        if !is_supercritical || !point.has_stable_side() {
             continue;
         }
-        let end = plan.interval[usize::from(rate > 0.0)];
-        let width = end - point.parameter;
-        let values: Vec<f64> = (1..=count)
-            .map(|k| point.parameter + width * f64::from(k) / f64::from(count))
-            .collect();
-        let moved = point
-            .orbit
-            .state
-            .iter()
-            .zip(&point.orbit.component_amplitudes);
-        let start = TorusStart {
+        let width = plan.interval[usize::from(rate > 0.0)] - point.parameter;
+        let values = (1..=count).map(|k| point.parameter + width * f64::from(k) / f64::from(count));
+        let orbit = &point.orbit;
+        let moved = orbit.state.iter().zip(&orbit.component_amplitudes);
+        let study = TorusStudy {
+            family: &family,
+            name: plan.name(),
+            options: &options,
+            method,
             state: moved.map(|(z, size)| z + DISPLACED * size).collect(),
             frequencies_hz: [point.frequency_hz, second_hz],
         };
@@ -158,28 +154,15 @@ pub fn add_tori(
             tongues: Vec::new(),
             ended: None,
         };
-        let study = TorusStudy {
-            family: &family,
-            name: plan.name(),
-            options: &options,
-            method,
-        };
-        torus.ended = study.follow(start, &values, &mut torus, progress).err();
+        let values: Vec<f64> = values.collect();
+        torus.ended = study.follow(&values, &mut torus, progress).err();
         tori.push(torus);
     }
     result.tori.extend(tori);
     Ok(())
 }
 
-/// The motion at the start of a torus.
-struct TorusStart {
-    /// A state near the torus.
-    state: Vec<f64>,
-    /// Both base frequencies, Hz.
-    frequencies_hz: [f64; 2],
-}
-
-/// The family on which tori are followed.
+/// A motion that is followed over a family.
 struct TorusStudy<'a> {
     family: &'a dyn Family,
     /// Name of the parameter.
@@ -188,6 +171,10 @@ struct TorusStudy<'a> {
     options: &'a ContinuationOptions,
     /// Method of the simulations.
     method: Method,
+    /// The present state, on or near the torus.
+    state: Vec<f64>,
+    /// Both base frequencies, Hz.
+    frequencies_hz: [f64; 2],
 }
 
 impl TorusStudy<'_> {
@@ -196,8 +183,7 @@ impl TorusStudy<'_> {
     /// # Errors
     /// Why it ends before the last value.
     fn follow(
-        &self,
-        mut start: TorusStart,
+        mut self,
         values: &[f64],
         torus: &mut Torus,
         progress: OnProgress<'_>,
@@ -206,11 +192,11 @@ impl TorusStudy<'_> {
             let at = format!("{} = {value}", self.name);
             let go_on = progress(k as f64 / values.len() as f64, &format!("torus, {at}"));
             go_on.map_err(|_| "interrupted")?;
-            let point = self.settled(value, &mut start);
+            let point = self.settled(value);
             let mut point =
                 point.map_err(|error| format!("at {at}: {}", chain_of_causes(&error)))?;
             if point.kind == TorusKind::Torus
-                && let Some((ratio, orbit)) = self.locking(&point, &start.state)
+                && let Some((ratio, orbit)) = self.locking(&point)
             {
                 point.kind = TorusKind::Locked;
                 point.rotation_number = Some(f64::from(ratio[0]) / f64::from(ratio[1]));
@@ -218,51 +204,43 @@ impl TorusStudy<'_> {
                 point.locking = Some(ratio);
                 self.add_tongue(ratio, orbit, &mut torus.tongues);
             }
-            let end = match point.kind {
-                TorusKind::Vanished => Some("without a second tone"),
-                TorusKind::Irregular => Some("irregular"),
-                TorusKind::Torus | TorusKind::Doubled | TorusKind::Locked => None,
-            };
+            let kind = point.kind;
             torus.points.push(point);
-            if let Some(end) = end {
-                return Err(format!("at {at}: the motion is {end}"));
-            }
+            let end = match kind {
+                TorusKind::Vanished => "without a second tone",
+                TorusKind::Irregular => "irregular",
+                TorusKind::Torus | TorusKind::Doubled | TorusKind::Locked => continue,
+            };
+            return Err(format!("at {at}: the motion is {end}"));
         }
         Ok(())
     }
 
-    /// Lets the motion settle at a value of the parameter and measures its tones. `start` becomes its end.
-    fn settled(&self, value: f64, start: &mut TorusStart) -> Result<TorusPoint, ContinuationError> {
-        let sys = self.family.system(value);
-        let sys = sys.map_err(|source| ContinuationError::Family {
-            parameter: value,
-            source,
-        })?;
-        let drive_hz = self.family.drive_period(value).map(f64::recip);
-        let [first_hz, second_hz] = start.frequencies_hz;
+    /// Lets the motion settle at a value of the parameter and measures its tones.
+    fn settled(&mut self, parameter: f64) -> Result<TorusPoint, ContinuationError> {
+        let sys = self.family.system(parameter);
+        let sys = sys.map_err(|source| ContinuationError::Family { parameter, source })?;
+        let drive_hz = self.family.drive_period(parameter).map(f64::recip);
+        let [first_hz, second_hz] = self.frequencies_hz;
         let first_hz = drive_hz.unwrap_or(first_hz);
         let rate = SAMPLES * first_hz;
-        let count = |beats: f64| (beats * rate / second_hz).ceil() as usize;
         let tones_in =
             |signal: &[f64]| tones_in(signal, rate, [first_hz, second_hz], drive_hz.is_some());
-        let mut simulate = |count: usize| {
-            let signal = self.simulate(sys.as_ref(), value, &mut start.state, (count, rate));
-            signal.map_err(|source| ContinuationError::Integration {
-                parameter: value,
-                source,
-            })
+        let mut simulate = |beats: f64| {
+            let count = (beats * rate / second_hz).ceil() as usize;
+            let signal = self.simulate(sys.as_ref(), parameter, (count, rate));
+            signal.map_err(|source| ContinuationError::Integration { parameter, source })
         };
         let mut before = 0.0;
         for _ in 0..MAX_LOOKS {
-            let signal = simulate(count(BEATS[1]))?;
-            let second = tones_in(&signal).and_then(|tones| tones.second);
+            let second = tones_in(&simulate(BEATS[1])?).and_then(|tones| tones.second);
             let now = second.map_or(0.0, |[_, amplitude]| amplitude);
             if (now - before).abs() <= SETTLED * now.max(LEAST) {
                 break;
             }
             before = now;
         }
-        let signal = simulate(count(BEATS[0]))?;
+        let signal = simulate(BEATS[0])?;
         let (early, late) = signal.split_at(signal.len() / 2);
         let rotation = |half: &[f64]| {
             let tones = tones_in(half)?;
@@ -279,7 +257,7 @@ impl TorusStudy<'_> {
             rotation_number: None,
             rotation_number_error: error,
             locking: None,
-            at: At::new(self.name, value),
+            at: At::new(self.name, parameter),
         };
         if let Some(tones) = tones
             && let Some([second, side_line]) = tones.second
@@ -293,7 +271,7 @@ impl TorusStudy<'_> {
             };
             (point.second_hz, point.side_line) = (Some(second), side_line);
             point.rotation_number = Some(rotation);
-            start.frequencies_hz = [tones.first_hz, second];
+            self.frequencies_hz = [tones.first_hz, second];
         }
         Ok(point)
     }
@@ -301,29 +279,29 @@ impl TorusStudy<'_> {
     /// Simulates `count` samples of the observable at a rate (Hz). The state becomes that at the end, at a multiple of the
     /// period of a drive.
     fn simulate(
-        &self,
+        &mut self,
         sys: &dyn System,
         value: f64,
-        state: &mut Vec<f64>,
         (count, rate): (usize, f64),
     ) -> Result<Vec<f64>, DynamicsError> {
-        let (mut integrator, mut z) = started(self.method, sys, state)?;
+        let (mut integrator, mut z) = Integrator::started(self.method, sys, &self.state)?;
+        let factors = self.family.observable(value);
         let n = sys.tangent_dim();
         let mut signal = Vec::with_capacity(count);
         for k in 1..=count {
             integrator.sample(k as f64 / rate, &mut z)?;
-            signal.push(self.family.observable(value, &z[..n]));
+            signal.push(factors.iter().zip(&z).map(|(a, z)| a * z).sum::<f64>());
         }
         let end = count as f64 / rate;
         let drive = self.family.drive_period(value);
         let end = drive.map_or(end, |drive| (end / drive).ceil() * drive);
         integrator.integrate_to(end)?;
-        *state = integrator.state()[..n].to_vec();
+        self.state = integrator.state()[..n].to_vec();
         Ok(signal)
     }
 
     /// The ratio of integers at which a torus is locked, with its attracting periodic orbit; `None` if it is not.
-    fn locking(&self, point: &TorusPoint, state: &[f64]) -> Option<([u32; 2], PeriodicOrbit)> {
+    fn locking(&self, point: &TorusPoint) -> Option<([u32; 2], PeriodicOrbit)> {
         let (rotation, error) = point.rotation_number.zip(point.rotation_number_error)?;
         let ratio = (1..=MAX_PERIODS).find_map(|q| {
             let p = (rotation * f64::from(q)).round();
@@ -336,8 +314,14 @@ impl TorusStudy<'_> {
             max_period_s: period * 1.01,
             tolerance: RETURN,
         };
-        let orbit =
-            settled_orbit(self.family, point.at.value, state, &search, self.options).ok()?;
+        let orbit = settled_orbit(
+            self.family,
+            point.at.value,
+            &self.state,
+            &search,
+            self.options,
+        )
+        .ok()?;
         let is_whole = (orbit.period_s / period - 1.0).abs() < 1e-3;
         let attracts = orbit
             .nontrivial_multipliers()
@@ -358,14 +342,13 @@ impl TorusStudy<'_> {
             return;
         }
         let branch = continue_orbits(self.family, &orbit.into(), self.options, &mut |_| Ok(()));
-        let borders = branch.map_or([None; 2], |branch: OrbitBranch| {
-            let folds = branch.bifurcations.iter();
-            let folds = folds.filter(|found| found.kind == BifurcationKind::Fold);
-            let at: Vec<f64> = folds.map(|fold| fold.parameter).collect();
-            let below = at.iter().copied().filter(|at| *at < here);
-            let above = at.iter().copied().filter(|at| *at > here);
-            [below.reduce(f64::max), above.reduce(f64::min)]
-        });
+        let found = branch.map_or(Vec::new(), |branch| branch.bifurcations);
+        let folds = found
+            .iter()
+            .filter(|found| found.kind == BifurcationKind::Fold);
+        let folds = folds.map(|fold| fold.parameter);
+        let below = folds.clone().filter(|at| *at < here).reduce(f64::max);
+        let borders = [below, folds.filter(|at| *at > here).reduce(f64::min)];
         tongues.push(Tongue { locking, borders });
     }
 }

@@ -97,6 +97,8 @@ fn torus(drive: f64, values: &[f64]) -> Torus {
         name: "omega",
         options: &options,
         method,
+        state: vec![0.9, 0.1],
+        frequencies_hz: [DRIVE / TAU, values[0] / TAU],
     };
     let mut torus = Torus {
         branch: 0,
@@ -105,13 +107,7 @@ fn torus(drive: f64, values: &[f64]) -> Torus {
         tongues: Vec::new(),
         ended: None,
     };
-    let start = TorusStart {
-        state: vec![0.9, 0.1],
-        frequencies_hz: [DRIVE / TAU, values[0] / TAU],
-    };
-    torus.ended = study
-        .follow(start, values, &mut torus, &mut |_, _| Ok(()))
-        .err();
+    torus.ended = study.follow(values, &mut torus, &mut |_, _| Ok(())).err();
     torus
 }
 

@@ -27,7 +27,7 @@ use crate::pipeline::ChangeDetector;
 use crate::scene::Scene;
 
 use super::subject::Trial;
-use super::{OnProgress, POLL, StabilityAt, StudyError, stability};
+use super::{OnProgress, POLL, StabilityAt, StudyError};
 use measure::Samples;
 pub use measure::section_lag;
 pub(super) use measure::{recurrence_periods, thinned};
@@ -121,7 +121,7 @@ pub fn response(
 ) -> Result<SettledResponse, StudyError> {
     let trial = Trial::of_scene(scene)?;
     let linear = match (scene.joint(), &trial.prepared.ball) {
-        (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
+        (Ok(tilted), Some(ball)) => Some(StabilityAt::new(ball, tilted.tilt.at(0.0))?),
         _ => None,
     };
     let find_orbit = |run: &Run<'_>| orbit::stable_orbit(scene, run);

@@ -19,10 +19,11 @@ pub trait Family {
     /// Period of the drive at a value of the parameter, s; `None` for autonomous systems, whose period is unknown.
     fn drive_period(&self, parameter: f64) -> Option<f64>;
 
-    /// The observable whose range over an orbit is its [`PeriodicOrbit::amplitude`](super::PeriodicOrbit::amplitude),
-    /// at a value of the parameter and a state. The default is the first component of the state.
-    fn observable(&self, _parameter: f64, z: &[f64]) -> f64 {
-        z[0]
+    /// Factors of the components of the state in the observable whose range over an orbit is its
+    /// [`PeriodicOrbit::amplitude`](super::PeriodicOrbit::amplitude), at a value of the parameter. Those of the last components
+    /// may be missing. The default is the first component of the state.
+    fn observable(&self, _parameter: f64) -> Vec<f64> {
+        vec![1.0]
     }
 
     /// The signs of a reflection symmetry: if `z(t)` is a solution, so is `s_i z_i(t)`. For a forced system this holds

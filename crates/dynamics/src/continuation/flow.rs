@@ -63,10 +63,8 @@ impl<'a> Flow<'a> {
 
     /// The period of an orbit with unknowns `shot`, s: for a forced system it follows from the parameter.
     pub fn period(&self, shot: &ShootingPoint) -> f64 {
-        let drive = shot
-            .drive_periods
-            .zip(self.family.drive_period(shot.parameter));
-        drive.map_or(shot.period, |(count, period)| f64::from(count) * period)
+        let forced = |count| Some(f64::from(count) * self.family.drive_period(shot.parameter)?);
+        shot.drive_periods.and_then(forced).unwrap_or(shot.period)
     }
 
     /// Relative tolerance of the integration.

@@ -109,8 +109,14 @@ impl Flow<'_> {
         let (samples, ends) = self.samples(sys, shot, true)?;
         let n = sys.tangent_dim();
         let states = DMatrix::from_fn(SAMPLES, n, |k, i| samples[k].z[i]);
-        let observe = |k: usize, _| self.family.observable(shot.parameter, &samples[k].z[..n]);
-        let observed = DVector::from_fn(SAMPLES, observe);
+        let factors = self.family.observable(shot.parameter);
+        let observed = DVector::from_fn(SAMPLES, |k, _| {
+            factors
+                .iter()
+                .zip(&samples[k].z)
+                .map(|(a, z)| a * z)
+                .sum::<f64>()
+        });
         let guards = match sys.switching() {
             Some(switching) if switching.guards() > 0 && !switching.is_continuous() => {
                 GuardDistances::ClosestDip(closest_dip(switching, &samples))

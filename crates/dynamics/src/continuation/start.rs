@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::DVector;
 
 use super::cyclic::{equations, null_direction, phase_row};
-use super::flow::{Flow, jumps, slope_in};
+use super::flow::{Flow, slope_in};
 use super::newton::{Constraint, Precision};
 use super::shooting::{Direction, Scale, ShootingPoint, direction};
 use super::{
@@ -100,13 +100,8 @@ fn find_return(
     let failed = |source| ContinuationError::Integration { parameter, source };
     let n = sys.tangent_dim();
     let drive = family.drive_period(parameter);
-    let mut integrator = Integrator::new(options.method, sys).map_err(failed)?;
-    if jumps(sys) {
-        integrator = integrator.with_events().map_err(failed)?;
-    }
-    let mut full = state.to_vec();
-    full.resize(sys.dim(), 0.0);
-    integrator.start(0.0, &full).map_err(failed)?;
+    let (mut integrator, mut z) =
+        Integrator::started(options.method, sys, state).map_err(failed)?;
     // A forced motion is needed at phase zero of its drive.
     let settle = drive.map_or(search.settle_s, |drive| {
         (search.settle_s / drive).ceil() * drive
@@ -117,7 +112,6 @@ fn find_return(
     let unit = Scale::new(sys, [1.0; 2], 1.0, 1.0);
     // The largest distances from the start, and the closest return relative to them.
     let (mut sizes, mut closest) = ([0.0_f64; 2], f64::INFINITY);
-    let mut z = vec![0.0; sys.dim()];
     let mut last = DVector::zeros(n);
     let end = settle + search.max_period_s * (1.0 + 1e-9);
     let mut count = 1;
@@ -183,22 +177,22 @@ pub fn hopf_orbit(
     options: &ContinuationOptions,
 ) -> Result<BranchStart, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
-    let column = |values: &[f64]| DVector::from_column_slice(values);
-    let (equilibrium, real, imaginary) = (
-        column(&hopf.state),
-        column(&hopf.real),
-        column(&hopf.imaginary),
-    );
+    let column = |values: &Vec<f64>| DVector::from_column_slice(values);
+    let [equilibrium, real, imaginary] = [&hopf.state, &hopf.real, &hopf.imaginary].map(column);
     let turn = |phase: f64| {
         let (sin, cos) = (TAU * phase).sin_cos();
         &real * cos - &imaginary * sin
     };
-    // The observable is linear for small displacements.
+    let factors = family.observable(hopf.parameter);
     let range = (0..64).map(|k| {
         let z = &equilibrium + turn(f64::from(k) / 64.0);
-        family.observable(hopf.parameter, z.as_slice())
+        factors
+            .iter()
+            .zip(z.as_slice())
+            .map(|(a, z)| a * z)
+            .sum::<f64>()
     });
-    let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+    let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x: f64| {
         (low.min(x), high.max(x))
     });
     let factor = 2.0 * amplitude / (high - low);

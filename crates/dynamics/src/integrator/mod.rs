@@ -110,6 +110,26 @@ impl<'a> Integrator<'a> {
         Ok(self)
     }
 
+    /// An integrator at time zero in a state, of which the quadratures may be missing; with event location if the system
+    /// jumps. The whole state is returned, too.
+    ///
+    /// # Errors
+    /// As [`Integrator::new`] and [`Integrator::start`].
+    pub fn started(
+        method: Method,
+        system: &'a dyn System,
+        state: &[f64],
+    ) -> Result<(Self, Vec<f64>), DynamicsError> {
+        let mut integrator = Self::new(method, system)?;
+        if system.switching().is_some_and(|s| !s.is_continuous()) {
+            integrator = integrator.with_events()?;
+        }
+        let mut z = state.to_vec();
+        z.resize(system.dim(), 0.0);
+        integrator.start(0.0, &z)?;
+        Ok((integrator, z))
+    }
+
     /// Sets the number of events within a time (s) above which the system chatters, after
     /// [`Integrator::with_events`].
     pub fn with_crossing_limit(mut self, events: usize, within: f64) -> Self {
