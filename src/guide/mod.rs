@@ -63,7 +63,7 @@
 //!
 //! * [Lyapunov exponents](explanation::exponents): definition, computation, confidence intervals, zeros.
 //! * [Settled responses](explanation::responses): end of the transient, starts, coexisting attractors.
-//! * [Tonal events](explanation::events): what sounds when in a recording, and how reliably it is found.
+//! * [Tonal events](explanation::events): tones in a recording, and how reliably they are found.
 //! * [Types of motion](explanation::regimes): the classifier and its evidence.
 //! * [Recurrence](explanation::recurrence): delay vectors, recurrence plots, recurrence quantification.
 //!
