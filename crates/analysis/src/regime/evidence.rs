@@ -66,7 +66,7 @@ impl fmt::Display for Regime {
 pub struct Evidence {
     /// Feature, such as `0-1 test`.
     pub criterion: String,
-    /// The regime that it supports: one of the two likeliest. `undetermined` stands for too little evidence.
+    /// The regime that it supports: one of the two likeliest.
     pub supports: Regime,
     /// Contribution to the natural logarithm of the odds of this regime against the other one, above 0.
     pub contribution: f64,

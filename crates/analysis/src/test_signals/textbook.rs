@@ -316,6 +316,11 @@ pub const TEXTBOOK: &[Textbook] = &[
         let memory = draw.between(0.3, 0.99);
         coloured(draw, memory, 0.0)
     }),
+    family("rumble", &[Noise, Undetermined], |draw| {
+        let angle = TAU / draw.between(50.0, 500.0);
+        let radius = (-draw.between(0.2, 1.0) * angle).exp();
+        coloured(draw, 2.0 * radius * angle.cos(), -radius * radius)
+    }),
     family("coloured noise, resonance", &[Noise], |draw| {
         let radius: f64 = draw.between(0.9, 0.997);
         let angle = TAU * draw.between(0.02, 0.06);
@@ -353,6 +358,15 @@ pub const TEXTBOOK: &[Textbook] = &[
         let shaped = shaped
             .map(|(i, x)| x * (rate * i as f64 / n).exp())
             .collect();
+        draw.with_floor(shaped)
+    }),
+    family("one burst", &[Transient], |draw| {
+        let (signal, share) = (torus_or_wave(draw), draw.between(-8.0, -0.7).exp());
+        let n = signal.len() as f64;
+        let first = draw.between(0.0, 1.0 - share) * n;
+        let burst = first as usize..=(first + share * n) as usize;
+        let within = |(i, x): (usize, &f64)| if burst.contains(&i) { *x } else { 0.0 };
+        let shaped = signal.iter().enumerate().map(within).collect();
         draw.with_floor(shaped)
     }),
     family("chirp", &[Transient, Undetermined], |draw| {
