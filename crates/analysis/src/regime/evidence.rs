@@ -90,7 +90,7 @@ impl Evidence {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Limitation {
-    /// The record contains too few periods.
+    /// The record contains too few periods or samples.
     TooShort,
     /// No regime is likely enough.
     NoEvidence,
@@ -104,7 +104,7 @@ pub enum Limitation {
 impl fmt::Display for Limitation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooShort => "The record contains too few periods.",
+            Self::TooShort => "The record contains too few periods or samples.",
             Self::NoEvidence => "No type of motion is likely enough.",
             Self::Modulated => {
                 "The tone is modulated slowly: its side lines are no second frequency."

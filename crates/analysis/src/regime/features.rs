@@ -13,7 +13,7 @@ use crate::{
     chaos::{ROUNDING, ZeroOneTest, zero_one},
     delay::{DelaySearch, LAGS_PER_PERIOD, LagReason, mutual_information},
     poincare::{Crossing, Direction, delay_section},
-    stats::{deviation, mean, range, trend},
+    stats::{deviation, mean, trend},
     tones::{
         Bases, Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window,
         identify_lines,
@@ -27,8 +27,8 @@ pub(super) const SECTIONS: usize = 8;
 /// crossings.
 const MAX_PERIOD: usize = 4;
 
-/// Least samples per period of the highest line of at least a hundredth of the strongest one, for sections and neighbours.
-/// Twelve take half as long again, and no more is right.
+/// Least samples per period of the highest line of at least a hundredth of the strongest one, for sections and
+/// neighbours. Twelve take half as long again, and no more is right.
 const DENSE: usize = 8;
 
 /// An input of the model.
@@ -99,6 +99,10 @@ impl Features {
             SpectrumAnalyser::new(Window::BlackmanHarris, sample_rate).analyse(&centred)?;
         let lines = spectrum.lines(&LineCriterion::default());
         let tones = LinePower::of(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let duration = n as f64 / sample_rate;
+        let cycles = lines
+            .first()
+            .map_or(f64::INFINITY, |line| line.frequency * duration);
         let floor = spectrum.broadband_share();
         let white = floor * whiteness(&spectrum.floor());
         let levels = levels(&centred, power);
@@ -132,7 +136,7 @@ impl Features {
                 error = sooner;
             }
         }
-        let mut inputs = Vec::from(tones.features());
+        let mut inputs = Vec::from(tones.features(!lines.is_empty()));
         inputs.extend(floor_features(floor, background / power, white, error));
         inputs.push(repetition_feature(
             repetition,
@@ -151,14 +155,12 @@ impl Features {
         inputs.push(Feature::new(
             "record length",
             periods.clamp(3.0, 1000.0).log10(),
-            format!("The record has {periods:.0} periods."),
+            format!("The record has {:.0} periods.", periods.min(cycles)),
         ));
         Ok(Self {
             samples: n,
             periods,
-            cycles: lines.first().map_or(f64::INFINITY, |line| {
-                line.frequency * n as f64 / sample_rate
-            }),
+            cycles,
             lines: tones,
             inputs,
         })
@@ -212,17 +214,19 @@ impl LinePower {
         }
     }
 
-    fn features(&self) -> [Feature; 2] {
-        let one = percent(self.beside_one);
-        let one = self.f1.map_or_else(
-            || "The lines are no harmonics of one tone.".into(),
-            |f1| {
-                let f1 = significant(f1, 3);
-                format!("{one} of the lines' power is in no harmonic of {f1} Hz.")
-            },
-        );
-        let two = percent(self.beside_two);
-        let two = format!("{two} of the lines' power is in no combination of two frequencies.");
+    fn features(&self, has_lines: bool) -> [Feature; 2] {
+        let none = "The spectrum has no lines.";
+        let [one, two] = [self.beside_one, self.beside_two].map(percent);
+        let one = match self.f1.map(|f1| significant(f1, 3)) {
+            _ if !has_lines => none.to_owned(),
+            None => "The lines are no harmonics of one tone.".to_owned(),
+            Some(f1) => format!("{one} of the lines' power is in no harmonic of {f1} Hz."),
+        };
+        let two = if has_lines {
+            format!("{two} of the lines' power is in no combination of two frequencies.")
+        } else {
+            none.to_owned()
+        };
         [
             Feature::new("one tone", log(self.beside_one), one),
             Feature::new("two tones", log(self.beside_two), two),
@@ -302,13 +306,11 @@ fn predictability(error: PredictionError) -> [Feature; 2] {
 }
 
 fn divergence_feature(divergence: f64) -> Feature {
+    let factor = significant(divergence.exp(), 3);
     Feature::new(
         "divergence",
         divergence.clamp(0.0, 2.0),
-        format!(
-            "The distance of neighbours grows by a factor of {} along the record.",
-            significant(divergence.exp(), 3)
-        ),
+        format!("The distance of neighbours grows by a factor of {factor} along the record."),
     )
 }
 
@@ -318,14 +320,9 @@ fn zero_one_feature(samples: &[f64], lag: usize) -> Feature {
         let short = "The record is too short for the 0-1 test.";
         return Feature::new("0-1 test", 0.5, short.to_owned());
     };
-    Feature::new(
-        "0-1 test",
-        result.k,
-        format!(
-            "The 0-1 test gives {:.2} (0: regular, 1: chaos or noise).",
-            result.k
-        ),
-    )
+    let k = result.k;
+    let description = format!("The 0-1 test gives {k:.2} (0: regular, 1: chaos or noise).");
+    Feature::new("0-1 test", k, description)
 }
 
 /// The features of a steady motion, from the logarithms of the levels and periods of the sections.
@@ -334,26 +331,31 @@ fn steadiness(
     levels: &[f64; SECTIONS],
     periods: Option<[f64; SECTIONS]>,
 ) -> [Feature; 5] {
-    let [quietest, loudest] = range(*levels);
-    let level = loudest - quietest;
+    let mut sorted = *levels;
+    sorted.sort_by(f64::total_cmp);
+    let [quietest, level] = [sorted[0], sorted[SECTIONS - 2] - sorted[1]];
     let [level_change, _] = change(levels);
-    let [period_change, period_trend] = periods.map_or([0.0; 2], |periods| change(&periods));
+    let few = "Too few crossings for a trend of the period.";
+    let (period_trend, period) = periods.map_or((0.0, few.to_owned()), |periods| {
+        let [change, trend] = change(&periods);
+        let [size, errors] = [percent(change.exp_m1().abs()), significant(trend, 3)];
+        let sentence = format!("The period changes by {size}, {errors} times the standard error.");
+        (trend, sentence)
+    });
+    let factor = |logarithm: f64| significant(logarithm.exp(), 3);
+    let [apart, level_factor, trend_factor] = [drift, level, level_change].map(factor);
     [
         Feature::new(
             "drift",
-            drift.clamp(0.0, 3.0).sqrt(),
+            drift.clamp(0.0, 3.0),
             format!(
-                "The nearest state in the other half of the record is {} times as far away as that at any time.",
-                significant(drift.exp(), 3)
+                "The nearest state at least half a record apart is {apart} times as far away as that at any other time."
             ),
         ),
         Feature::new(
             "level",
             log_level(level),
-            format!(
-                "The level changes by a factor of {}.",
-                significant(level.exp(), 3)
-            ),
+            format!("The level changes by a factor of {level_factor}, without its two extremes."),
         ),
         Feature::new(
             "lull",
@@ -366,20 +368,9 @@ fn steadiness(
         Feature::new(
             "trend of the level",
             log_level(level_change),
-            format!(
-                "The trend of the level is a change by a factor of {}.",
-                significant(level_change.exp(), 3)
-            ),
+            format!("The trend of the level is a change by a factor of {trend_factor}."),
         ),
-        Feature::new(
-            "trend of the period",
-            period_trend.min(20.0),
-            format!(
-                "The period changes by {}, {} times the standard error.",
-                percent(period_change.exp_m1().abs()),
-                significant(period_trend, 3)
-            ),
-        ),
+        Feature::new("trend of the period", period_trend.min(20.0), period),
     ]
 }
 

@@ -9,19 +9,13 @@ use crate::logistic::{Model, fit};
 use crate::test_signals::recorded::RECORDED;
 use crate::test_signals::textbook::{JUDGING, TEXTBOOK, Textbook};
 
-/// A signal of a family: the classes that are right, and what is measured.
+/// The verdict on a signal of a family.
 struct Example {
     family: &'static Textbook,
-    criteria: Vec<&'static str>,
-    inputs: Vec<f64>,
     verdict: Verdict,
 }
 
 impl Example {
-    fn is_right(&self, class: usize) -> bool {
-        self.family.right.contains(&classes()[class])
-    }
-
     fn is_decided(&self) -> bool {
         self.verdict.regime != Regime::Undetermined
     }
@@ -31,8 +25,12 @@ impl Example {
     }
 }
 
-/// Examples of families with or without those for judging only, `count` of each.
-fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Example> {
+/// Features of signals of families with or without those for judging only, `count` of each.
+fn measured(
+    judged_only: impl Fn(bool) -> bool,
+    from: u64,
+    count: u64,
+) -> Vec<(&'static Textbook, Features)> {
     let families = TEXTBOOK.iter().chain(RECORDED);
     let families = families.filter(|family| judged_only(family.judged_only));
     let all: Vec<_> = families
@@ -45,15 +43,23 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
             silence: 0.0,
             background,
         };
-        let features = features(&samples, &search).unwrap().1.unwrap();
-        Example {
-            family,
-            criteria: features.inputs.iter().map(|f| f.criterion).collect(),
-            inputs: features.inputs.iter().map(|f| f.input).collect(),
-            verdict: verdict(features),
-        }
+        (family, features(&samples, &search).unwrap().1.unwrap())
     };
     all.into_par_iter().map(one).collect()
+}
+
+fn criteria(features: &Features) -> Vec<&'static str> {
+    features.inputs.iter().map(|f| f.criterion).collect()
+}
+
+/// Verdicts on signals of all families.
+fn examples(from: u64, count: u64) -> Vec<Example> {
+    let measured = measured(|_| true, from, count).into_iter();
+    let example = |(family, features)| Example {
+        family,
+        verdict: verdict(features),
+    };
+    measured.map(example).collect()
 }
 
 /// `cargo test --release --lib regime::fit_tests::the_model_is_fitted -- --ignored` fits the model anew and compares; with
@@ -61,24 +67,25 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
 #[test]
 #[ignore = "the fit takes some minutes"]
 fn the_model_is_fitted() {
-    let examples = examples(|judged_only| !judged_only, 0, 120);
-    let training = examples.iter().map(|example| fit::Example {
-        inputs: example.inputs.clone(),
-        right: (0..classes().len())
-            .map(|class| example.is_right(class))
+    let measured = measured(|judged_only| !judged_only, 0, 120);
+    let training = measured.iter().map(|(family, features)| fit::Example {
+        inputs: features.inputs.iter().map(|f| f.input).collect(),
+        right: classes()
+            .iter()
+            .map(|class| family.right.contains(class))
             .collect(),
     });
     // What is too short to be anything is none of the classes.
     let training: Vec<fit::Example> = training
         .filter(|example| example.right.contains(&true))
         .collect();
-    Model::fitted(&examples[0].criteria, &training).write_or_compare(&MODEL);
+    Model::fitted(&criteria(&measured[0].1), &training).write_or_compare(&MODEL);
 }
 
 #[test]
 fn the_inputs_of_the_model_are_those_measured() {
     let names = MODEL.coefficients.iter().map(|c| c.input.as_str());
-    assert!(names.eq(examples(|_| true, 0, 1)[0].criteria.iter().copied()));
+    assert!(names.eq(criteria(&measured(|_| true, 0, 1)[0].1)));
 }
 
 /// Expected calibration error: the mean difference of confidence and share of right verdicts, over ten equally
@@ -113,7 +120,7 @@ fn shares(examples: &[&Example]) -> [f64; 3] {
 
 #[test]
 fn signals_that_served_for_nothing_have_the_right_verdict() {
-    let all = examples(|_| true, JUDGING, 8);
+    let all = examples(JUDGING, 8);
     let [right, _, wrong] = shares(&all.iter().collect::<Vec<_>>());
     assert!(right > 0.9 && wrong < 0.05, "{right} {wrong}");
     for judged_only in [false, true] {
@@ -136,7 +143,7 @@ fn signals_that_served_for_nothing_have_the_right_verdict() {
 #[ignore = "prints a table"]
 fn table_of_verdicts() {
     let from = std::env::var("JUDGED").map_or(JUDGING, |number| number.parse().unwrap());
-    let all = examples(|_| true, from, 40);
+    let all = examples(from, 40);
     let mut families: BTreeMap<&str, Vec<&Example>> = BTreeMap::new();
     for example in &all {
         families

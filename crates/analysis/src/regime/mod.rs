@@ -19,8 +19,8 @@
 //! | determinism | this error over that of the best linear map |
 //! | divergence | growth of the distance of neighbours from 2 to 5 % of the record to its second eighth |
 //! | 0-1 test | `K` |
-//! | drift | distance to the nearest state in the other half of the record over that to the nearest state at any time |
-//! | level | natural logarithm of the ratio of the largest to the smallest level of an eighth of the record |
+//! | drift | distance to the nearest state at least half a record apart over that to the nearest state at any other time, median over the states |
+//! | level | ratio of the largest to the smallest level of an eighth of the record, without the two extremes |
 //! | lull | level of the quietest eighth of the record over that of the whole |
 //! | trend of the level | change of the level on its regression line |
 //! | trend of the period | slope of the period over its standard error |
@@ -190,23 +190,25 @@ fn verdict(features: Features) -> Verdict {
         .map(|feature| feature.input)
         .collect();
     let mut probabilities = MODEL.probabilities(&inputs);
-    let two_likeliest = |probabilities: &[f64]| {
-        let mut order: Vec<usize> = (0..probabilities.len()).collect();
-        order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
-        [order[0], order[1]]
-    };
-    let evidence = evidence(features.inputs, &inputs, two_likeliest(&probabilities));
+    let mut terms: Vec<Vec<f64>> = MODEL.contributions(&inputs).collect();
     let lines = features.lines;
     // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus, and is periodic either way.
     let is_slow = lines.side.is_some_and(|side| side < SLOW);
     let [tone, torus] = [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
     let is_modulated = is_slow && probabilities[torus] > probabilities[tone];
     if is_slow {
+        let sum = probabilities[tone] + probabilities[torus];
+        let share = probabilities[torus] / sum.max(f64::MIN_POSITIVE);
+        // The logarithm of a sum changes with the mean of the logarithms.
+        for term in &mut terms {
+            term[tone] += share * (term[torus] - term[tone]);
+        }
         probabilities[tone] += std::mem::take(&mut probabilities[torus]);
     }
-    let likeliest =
-        two_likeliest(&probabilities).map(|class| (classes()[class], probabilities[class]));
-    let (first, confidence) = likeliest[0];
+    let mut order: Vec<usize> = (0..probabilities.len()).collect();
+    order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
+    let likeliest = [order[0], order[1]];
+    let (first, confidence) = (classes()[order[0]], probabilities[order[0]]);
     // Four lags are less than a period of some motions. The strongest line of noise is no period.
     let periods = match first {
         Regime::Noise => features.periods,
@@ -221,21 +223,26 @@ fn verdict(features: Features) -> Verdict {
         _ => (first, None),
     };
     // Others are named if they are likelier than by chance.
+    let by_chance = 1.0 / probabilities.len() as f64;
     let likely = likeliest
         .iter()
-        .filter(|(_, p)| *p * classes().len() as f64 > 1.0);
+        .filter(|class| probabilities[**class] > by_chance);
     Verdict {
         regime,
         confidence,
-        likeliest: likely.map(|(regime, _)| *regime).collect(),
+        likeliest: likely.map(|class| classes()[*class]).collect(),
         limitation,
-        evidence,
+        evidence: evidence(features.inputs, terms, likeliest),
     }
 }
 
-/// The contribution of each feature to the odds of the likeliest class against the next, strongest first.
-fn evidence(features: Vec<Feature>, inputs: &[f64], [first, second]: [usize; 2]) -> Vec<Evidence> {
-    let terms = MODEL.contributions(inputs);
+/// The contribution of each feature, with its terms in the logarithm of the probability of each class, to the odds of
+/// the likeliest class against the next, strongest first.
+fn evidence(
+    features: Vec<Feature>,
+    terms: Vec<Vec<f64>>,
+    [first, second]: [usize; 2],
+) -> Vec<Evidence> {
     let evidence = |(feature, term): (Feature, Vec<f64>)| {
         let contribution = term[first] - term[second];
         let supported = if contribution < 0.0 { second } else { first };

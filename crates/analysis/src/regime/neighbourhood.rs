@@ -109,8 +109,8 @@ impl<'a> Neighbourhood<'a> {
         mean_or(0.0, pairs.filter_map(growth))
     }
 
-    /// Mean over the states of the logarithm of the distance to the nearest state in the other half of the record over
-    /// that to the nearest state at any other time. 0 for a stationary motion.
+    /// Median over the states of the logarithm of the distance to the nearest state at least half a record apart over
+    /// that to the nearest state at any other time. 0 for a stationary motion, and for one that is so after its onset.
     pub(super) fn drift(&self) -> f64 {
         let count = self.vectors.len();
         let floor = MIN_ERROR.powi(2) * self.power * DIMENSION as f64;
@@ -118,7 +118,9 @@ impl<'a> Neighbourhood<'a> {
         let log_ratio = |(distant, any)| Some(0.5 * (square(distant)? / square(any)?).ln());
         let distant = self.tree.nearest_each(references(count), count / 2, count);
         let pairs = distant.into_iter().zip(self.neighbours(count));
-        mean_or(0.0, pairs.filter_map(log_ratio))
+        let mut ratios: Vec<f64> = pairs.filter_map(log_ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// The nearest state at any other time of each of the reference states among the first `limit` ones.
