@@ -137,7 +137,7 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("The record contains too few periods."),
+            text.contains("The record contains too few periods or samples."),
             "{text}"
         );
         assert!(!text.contains("48"), "{text}");

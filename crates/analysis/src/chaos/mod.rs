@@ -29,7 +29,7 @@ pub use scaling::ScalingRegion;
 pub use zero_one::{ZeroOne, ZeroOneTest, zero_one};
 
 /// Differences below this share of the largest sample are rounding errors.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Largest absolute value.
 fn largest(samples: &[f64]) -> f64 {

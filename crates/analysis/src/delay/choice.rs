@@ -12,9 +12,9 @@ use crate::AnalysisError;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Theiler window, in lags. The first minimum of the mutual information is at about a quarter period, so four lags are
-/// about one mean period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca (Physica D 65, 117, 1993) advise.
-const THEILER_LAGS: usize = 4;
+/// Lags per mean period: the first minimum of the mutual information is at about a quarter period. The Theiler window is
+/// one mean period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca (Physica D 65, 117, 1993) advise.
+pub(crate) const LAGS_PER_PERIOD: usize = 4;
 
 /// Limits of the search for lag and dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,14 +101,8 @@ pub struct DelayChoice {
 /// dimension at the chosen lag.
 pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice, AnalysisError> {
     let mutual = mutual_information(samples, search.largest_lag, search.bins)?;
-    let (lag, reason) = if let Some(lag) = mutual.first_clear_minimum() {
-        (lag, LagReason::FirstMinimum)
-    } else if let Some(lag) = mutual.first_below((-1.0_f64).exp()) {
-        (lag, LagReason::FirstDecay)
-    } else {
-        (search.largest_lag, LagReason::Largest)
-    };
-    let theiler = THEILER_LAGS * lag;
+    let (lag, reason) = mutual.lag();
+    let theiler = LAGS_PER_PERIOD * lag;
     let neighbours = false_neighbours(
         samples,
         &FalseNeighbourSearch::new(lag, search.largest_dimension, theiler),

@@ -5,6 +5,7 @@ mod embedding;
 mod false_neighbours;
 mod mutual_information;
 
+pub(crate) use choice::LAGS_PER_PERIOD;
 pub use choice::{DelayChoice, DelaySearch, LagReason, choose_delay};
 pub use embedding::DelayVectors;
 pub use false_neighbours::{FalseNeighbourSearch, FalseNeighbours, false_neighbours};

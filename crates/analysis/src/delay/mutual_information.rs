@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use rayon::prelude::*;
 
+use super::LagReason;
 use crate::{AnalysisError, stats::range};
 
 /// Maximum number of bins per axis.
@@ -51,6 +52,18 @@ impl MutualInformation {
             }
         }
         None
+    }
+
+    /// The lag of a delay vector, samples: the first clear minimum, else the first value below 1/e of that at lag 0, else
+    /// the largest lag.
+    pub fn lag(&self) -> (usize, LagReason) {
+        if let Some(lag) = self.first_clear_minimum() {
+            (lag, LagReason::FirstMinimum)
+        } else if let Some(lag) = self.first_below((-1.0_f64).exp()) {
+            (lag, LagReason::FirstDecay)
+        } else {
+            (self.bits.len() - 1, LagReason::Largest)
+        }
     }
 
     /// First lag (samples) with a value below `share` of that at lag 0; `None` if there is none.

@@ -66,7 +66,7 @@ impl fmt::Display for Regime {
 pub struct Evidence {
     /// Feature, such as `0-1 test`.
     pub criterion: String,
-    /// The regime that it supports: one of the two likeliest. `undetermined` stands for too little evidence.
+    /// The regime that it supports: one of the two likeliest.
     pub supports: Regime,
     /// Contribution to the natural logarithm of the odds of this regime against the other one, above 0.
     pub contribution: f64,
@@ -90,7 +90,7 @@ impl Evidence {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Limitation {
-    /// The record contains too few periods.
+    /// The record contains too few periods or samples.
     TooShort,
     /// No regime is likely enough.
     NoEvidence,
@@ -104,7 +104,7 @@ pub enum Limitation {
 impl fmt::Display for Limitation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooShort => "The record contains too few periods.",
+            Self::TooShort => "The record contains too few periods or samples.",
             Self::NoEvidence => "No type of motion is likely enough.",
             Self::Modulated => {
                 "The tone is modulated slowly: its side lines are no second frequency."

@@ -4,27 +4,18 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::model::{CLASSES, INPUTS, Inputs, MODEL};
 use super::*;
 use crate::logistic::{Model, fit};
 use crate::test_signals::recorded::RECORDED;
 use crate::test_signals::textbook::{JUDGING, TEXTBOOK, Textbook};
 
-/// Number of signals per family for the fit.
-const SIGNALS: u64 = 120;
-
-/// A signal of a family: the classes that are right, and what is measured.
+/// The verdict on a signal of a family.
 struct Example {
     family: &'static Textbook,
-    inputs: Inputs,
     verdict: Verdict,
 }
 
 impl Example {
-    fn is_right(&self, class: usize) -> bool {
-        self.family.right.contains(&CLASSES[class])
-    }
-
     fn is_decided(&self) -> bool {
         self.verdict.regime != Regime::Undetermined
     }
@@ -34,8 +25,12 @@ impl Example {
     }
 }
 
-/// Examples of families with or without those for judging only, `count` of each.
-fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Example> {
+/// Features of signals of families with or without those for judging only, `count` of each.
+fn measured(
+    judged_only: impl Fn(bool) -> bool,
+    from: u64,
+    count: u64,
+) -> Vec<(&'static Textbook, Features)> {
     let families = TEXTBOOK.iter().chain(RECORDED);
     let families = families.filter(|family| judged_only(family.judged_only));
     let all: Vec<_> = families
@@ -48,14 +43,23 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
             silence: 0.0,
             background,
         };
-        let features = features(&samples, &search).unwrap().1.unwrap();
-        Example {
-            family,
-            inputs: features.inputs(),
-            verdict: verdict(&features),
-        }
+        (family, features(&samples, &search).unwrap().1.unwrap())
     };
     all.into_par_iter().map(one).collect()
+}
+
+fn criteria(features: &Features) -> Vec<&'static str> {
+    features.inputs.iter().map(|f| f.criterion).collect()
+}
+
+/// Verdicts on signals of all families.
+fn examples(from: u64, count: u64) -> Vec<Example> {
+    let measured = measured(|_| true, from, count).into_iter();
+    let example = |(family, features)| Example {
+        family,
+        verdict: verdict(features),
+    };
+    measured.map(example).collect()
 }
 
 /// `cargo test --release --lib regime::fit_tests::the_model_is_fitted -- --ignored` fits the model anew and compares; with
@@ -63,21 +67,25 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
 #[test]
 #[ignore = "the fit takes some minutes"]
 fn the_model_is_fitted() {
-    let examples = examples(|judged_only| !judged_only, 0, SIGNALS);
-    let training = examples.iter().map(|example| fit::Example {
-        inputs: example.inputs.to_vec(),
-        right: (0..CLASSES.len())
-            .map(|class| example.is_right(class))
+    let measured = measured(|judged_only| !judged_only, 0, 120);
+    let training = measured.iter().map(|(family, features)| fit::Example {
+        inputs: features.inputs.iter().map(|f| f.input).collect(),
+        right: classes()
+            .iter()
+            .map(|class| family.right.contains(class))
             .collect(),
     });
-    let training: Vec<fit::Example> = training.collect();
-    Model::fitted(&INPUTS.map(|(input, _)| input), &training).write_or_compare(&MODEL);
+    // What is too short to be anything is none of the classes.
+    let training: Vec<fit::Example> = training
+        .filter(|example| example.right.contains(&true))
+        .collect();
+    Model::fitted(&criteria(&measured[0].1), &training).write_or_compare(&MODEL);
 }
 
 #[test]
 fn the_inputs_of_the_model_are_those_measured() {
     let names = MODEL.coefficients.iter().map(|c| c.input.as_str());
-    assert!(names.eq(INPUTS.map(|(input, _)| input)));
+    assert!(names.eq(criteria(&measured(|_| true, 0, 1)[0].1)));
 }
 
 /// Expected calibration error: the mean difference of confidence and share of right verdicts, over ten equally
@@ -112,7 +120,7 @@ fn shares(examples: &[&Example]) -> [f64; 3] {
 
 #[test]
 fn signals_that_served_for_nothing_have_the_right_verdict() {
-    let all = examples(|_| true, JUDGING, 8);
+    let all = examples(JUDGING, 8);
     let [right, _, wrong] = shares(&all.iter().collect::<Vec<_>>());
     assert!(right > 0.9 && wrong < 0.05, "{right} {wrong}");
     for judged_only in [false, true] {
@@ -135,7 +143,7 @@ fn signals_that_served_for_nothing_have_the_right_verdict() {
 #[ignore = "prints a table"]
 fn table_of_verdicts() {
     let from = std::env::var("JUDGED").map_or(JUDGING, |number| number.parse().unwrap());
-    let all = examples(|_| true, from, 40);
+    let all = examples(from, 40);
     let mut families: BTreeMap<&str, Vec<&Example>> = BTreeMap::new();
     for example in &all {
         families
@@ -152,7 +160,7 @@ fn table_of_verdicts() {
         } else {
             ""
         };
-        let verdicts: Vec<String> = CLASSES
+        let verdicts: Vec<String> = classes()
             .iter()
             .map(|class| count(&|e| e.verdict.regime == *class).to_string())
             .collect();

@@ -2,43 +2,50 @@
 //!
 //! No single number distinguishes a torus from chaos or chaos from noise, least of all in a short record.
 //! [`classify`] measures the features below and enters them into one multinomial logistic model, which gives the
-//! probability of each regime and of *not enough evidence*. The verdict is the likeliest regime if its probability is
-//! at least 0.6 and the record has at least ten periods and 500 samples; this probability is the confidence. The model is fitted to textbook signals and synthetic recordings
-//! whose regime follows from their equations, and judged on other seeds and on families that the fit never saw: see
-//! the page *Types of motion* of the program's guide.
+//! probability of each regime. The verdict is the likeliest regime if its probability is
+//! at least 0.6 and the record has at least ten periods and 500 samples; this probability is the confidence. The model
+//! is fitted to textbook signals and synthetic recordings whose regime follows from their equations, and judged on
+//! other seeds and on families that the fit never saw: see the page *Types of motion* of the program's guide.
 //!
-//! | feature | quantities |
+//! | feature | quantity |
 //! |---|---|
 //! | one tone | share of the lines' power that is in no harmonic or subharmonic of one base |
 //! | two tones | share of the lines' power that is in no combination of two bases |
-//! | broadband floor | share of the power between the lines, what exceeds twice the background, its coloured part, its ratio to noise of the size of the prediction error |
-//! | Poincare section | whether the crossings form a closed curve, or points |
-//! | repetition | distance of crossings one period apart over that explained by noise |
-//! | predictability | error of prediction by analogues ten periods ahead; one lag ahead over that of the best linear map |
-//! | divergence | growth of the distance of neighbours from 2 to 5 % of the record to 15 to 30 %; distance to states distant in time over that to the nearest |
+//! | broadband floor | share of the power between the lines, less twice the background |
+//! | white floor | share of the power in white noise of the level of the upper quarter of the frequencies |
+//! | noise | power between the lines over that of noise of the size of the prediction error |
+//! | repetition | distance of crossings of a Poincare section, at the mean or a standard deviation above it, one period apart, over that explained by noise |
+//! | predictability | error of prediction by analogues |
+//! | determinism | this error over that of the best linear map |
+//! | divergence | growth of the distance of neighbours from 2 to 5 % of the record to its second eighth |
 //! | 0-1 test | `K` |
-//! | steadiness | change of the level, of the motion and of the period along the record |
+//! | drift | distance to the nearest state at least half a record apart over that to the nearest state at any other time, median over the states |
+//! | level | ratio of the largest to the smallest level of an eighth of the record, without the two extremes |
+//! | lull | level of the quietest eighth of the record over that of the whole |
+//! | trend of the level | change of the level on its regression line |
+//! | trend of the period | slope of the period over its standard error |
 //! | record length | number of periods |
 //!
 //! Delay vectors have the dimension 5 and the lag of the first clear minimum of the mutual information; a period is
 //! four lags. Prediction by analogues is that of E. N. Lorenz (J. Atmos. Sci. 26, 636, 1969): the square root of half
 //! the mean square difference between the successor of a state and that of its nearest neighbour, over the standard
 //! deviation. For a deterministic signal with added noise the error one lag ahead is the noise (Pi and Peterson, Neural
-//! Comput. 6, 509, 1994). Where neighbours do not predict one lag ahead, as in strong chaos and in maps, the time is
-//! halved as often as it brings them further ahead of the linear map. Noise of any colour is predicted as well by a
-//! linear map (after Casdagli, J. R. Stat. Soc. B 54, 303, 1992). A slow divergence tells weak chaos from a torus of any
-//! number of frequencies (only the growth is used; the time is too short for the rate of Rosenstein, Collins and De
-//! Luca, Physica D 65, 117, 1993). A drift of the motion separates neighbours, too (compare Schreiber, Phys. Rev. Lett.
-//! 78, 843, 1997). A change of motion is searched in eighths of the record by Welch's statistic.
+//! Comput. 6, 509, 1994). The time ahead is the lag, or the half, quarter, ... of it at which neighbours are furthest
+//! ahead of the best linear map: strong chaos is not predictable over a lag, and noise of any colour is predicted as
+//! well by a linear map (after Casdagli, J. R. Stat. Soc. B 54, 303, 1992). A drift of the motion separates neighbours
+//! (compare Schreiber, Phys. Rev. Lett. 78, 843, 1997).
 //!
-//! Sections and neighbours need more samples than a spectrum: a tonal signal is interpolated to 16 samples per period of
-//! its highest line of at least 1 % of the strongest.
+//! A floor that is stronger than a white floor is coloured: that of chaos or of a resonance. How strong matters, not only
+//! its colour: the window of a spectrum leaks in colour, too.
+//!
+//! Sections and neighbours need more samples than a spectrum: a signal with lines is interpolated to 8 samples per
+//! period of its highest line of at least 1 % of the strongest.
 
-mod change;
 mod evidence;
 mod features;
-mod model;
 mod neighbourhood;
+
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -46,12 +53,14 @@ use serde::Serialize;
 use crate::significant;
 use crate::{
     AnalysisError,
+    chaos::ROUNDING,
+    delay::LAGS_PER_PERIOD,
+    logistic::Model,
     stats::{mean, range},
 };
 pub use evidence::{Evidence, Limitation, Regime};
-use features::Features;
-use model::{CLASSES, INPUTS, Inputs, MODEL};
-use neighbourhood::LONG_PERIODS;
+use features::{Feature, Features};
+use neighbourhood::REFERENCES;
 
 /// Result of the classification.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -61,7 +70,7 @@ pub struct Verdict {
     /// Confidence: estimated probability that the regime is right, from signals of known regime, 0 to 1. Of an
     /// undetermined regime, the probability of the likeliest one, which is not shown.
     pub confidence: f64,
-    /// The two likeliest regimes, likeliest first; fewer if others have a probability below 0.1.
+    /// The two likeliest regimes, likeliest first; fewer if others are no likelier than by chance.
     pub likeliest: Vec<Regime>,
     /// Why the regime is undetermined, or what the signal leaves open.
     pub limitation: Option<Limitation>,
@@ -123,26 +132,25 @@ impl RegimeSearch {
     pub const MAX_SAMPLES: usize = 10_000;
 }
 
-/// Minimum number of averages per lag (quarter period) of a long record.
-const MIN_PER_LAG: usize = 3;
+/// Least averages per period of a long record.
+const AVERAGES: usize = 12;
 
 /// Minimum probability of a verdict.
 const MIN_PROBABILITY: f64 = 0.6;
 
-/// Minimum probability of a regime that is named without a verdict.
-const MIN_LIKELY: f64 = 0.1;
-
-/// Number of periods below which a record is called short.
-const FEW_PERIODS: f64 = 40.0;
-
-/// Number of samples below which there is no verdict.
-const MIN_VERDICT_SAMPLES: usize = 500;
+/// Number of periods below which there is no verdict.
+const MIN_PERIODS: f64 = 10.0;
 
 /// Side lines nearer to their carrier than this share of its frequency are a slow modulation.
 const SLOW: f64 = 0.02;
 
-/// Sample differences below this share of the largest sample are rounding errors.
-const ROUNDING: f64 = 1e-12;
+/// The fitted model; the ignored test `the_model_is_fitted` repeats the fit.
+static MODEL: LazyLock<Model> = LazyLock::new(|| Model::of_program(include_str!("model.json")));
+
+/// The classes of the model: the regimes between silent and undetermined.
+fn classes() -> &'static [Regime] {
+    &Regime::ALL[1..Regime::Undetermined as usize]
+}
 
 /// Classifies the type of motion of a signal. Amplitude and offset do not matter, except for the
 /// comparison with [`RegimeSearch::silence`]. At most [`RegimeSearch::MAX_SAMPLES`] samples are used. A
@@ -160,7 +168,7 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
     }
     let (amplitude, features) = features(samples, search)?;
     Ok(match features {
-        Some(features) => verdict(&features),
+        Some(features) => verdict(features),
         None => silent(amplitude, search.silence),
     })
 }
@@ -183,80 +191,79 @@ fn features(
 }
 
 /// The verdict of the model.
-fn verdict(features: &Features) -> Verdict {
-    let inputs = features.inputs();
-    let probabilities = MODEL.probabilities(&inputs);
-    let mut order: [usize; CLASSES.len()] = std::array::from_fn(|class| class);
-    order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
-    let regimes = order
-        .into_iter()
-        .filter(|class| CLASSES[*class] != Regime::Undetermined);
-    let likeliest: Vec<usize> = regimes.take(2).collect();
-    let probability = probabilities[likeliest[0]];
-    let likeliest: Vec<Regime> = likeliest
-        .into_iter()
-        .filter(|class| probabilities[*class] >= MIN_LIKELY)
-        .map(|class| CLASSES[class])
+fn verdict(features: Features) -> Verdict {
+    let inputs: Vec<f64> = features
+        .inputs
+        .iter()
+        .map(|feature| feature.input)
         .collect();
-    let is_long =
-        features.periods_seen >= LONG_PERIODS as f64 && features.samples >= MIN_VERDICT_SAMPLES;
-    let regime = match likeliest.first() {
-        Some(regime) if probability >= MIN_PROBABILITY && is_long => *regime,
-        _ => Regime::Undetermined,
+    let mut probabilities = MODEL.probabilities(&inputs);
+    let mut terms: Vec<Vec<f64>> = MODEL.contributions(&inputs).collect();
+    let lines = features.lines;
+    // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus, and is periodic either way.
+    let is_slow = lines.side.is_some_and(|side| side < SLOW);
+    let [tone, torus] = [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
+    let is_modulated = is_slow && probabilities[torus] > probabilities[tone];
+    if is_slow {
+        let sum = probabilities[tone] + probabilities[torus];
+        let share = probabilities[torus] / sum.max(f64::MIN_POSITIVE);
+        // The logarithm of a sum changes with the mean of the logarithms.
+        for term in &mut terms {
+            term[tone] += share * (term[torus] - term[tone]);
+        }
+        probabilities[tone] += std::mem::take(&mut probabilities[torus]);
+    }
+    let mut order: Vec<usize> = (0..probabilities.len()).collect();
+    order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
+    let likeliest = [order[0], order[1]];
+    let (first, confidence) = (classes()[order[0]], probabilities[order[0]]);
+    // Four lags are less than a period of some motions. The strongest line of noise is no period.
+    let periods = match first {
+        Regime::Noise => features.periods,
+        _ => features.periods.min(features.cycles),
     };
-    let is_modulated = features.lines.side.is_some_and(|side| side < SLOW);
-    let (regime, limitation) = match regime {
-        // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus.
-        Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, Some(Limitation::Modulated)),
-        regime => (regime, limitation(regime, features)),
+    let is_long = periods >= MIN_PERIODS && features.samples >= REFERENCES;
+    let (regime, limitation) = match first {
+        _ if !is_long => (Regime::Undetermined, Some(Limitation::TooShort)),
+        _ if confidence < MIN_PROBABILITY => (Regime::Undetermined, Some(Limitation::NoEvidence)),
+        Regime::Periodic if is_modulated => (first, Some(Limitation::Modulated)),
+        Regime::QuasiPeriodic if lines.is_modulated => (first, Some(Limitation::Modulation)),
+        _ => (first, None),
     };
+    // Others are named if they are likelier than by chance.
+    let by_chance = 1.0 / probabilities.len() as f64;
+    let likely = likeliest
+        .iter()
+        .filter(|class| probabilities[**class] > by_chance);
     Verdict {
         regime,
-        confidence: probability,
-        likeliest,
+        confidence,
+        likeliest: likely.map(|class| classes()[*class]).collect(),
         limitation,
-        evidence: evidence(features, &inputs, [order[0], order[1]]),
+        evidence: evidence(features.inputs, terms, likeliest),
     }
 }
 
-/// The contribution of each feature to the odds of the likeliest class against the next, strongest first.
-fn evidence(features: &Features, inputs: &Inputs, [first, second]: [usize; 2]) -> Vec<Evidence> {
-    let terms = MODEL.contributions(inputs.as_slice());
-    let mut all: Vec<Evidence> = Vec::new();
-    for ((_, criterion), term) in INPUTS.iter().zip(terms) {
+/// The contribution of each feature, with its terms in the logarithm of the probability of each class, to the odds of
+/// the likeliest class against the next, strongest first.
+fn evidence(
+    features: Vec<Feature>,
+    terms: Vec<Vec<f64>>,
+    [first, second]: [usize; 2],
+) -> Vec<Evidence> {
+    let evidence = |(feature, term): (Feature, Vec<f64>)| {
         let contribution = term[first] - term[second];
-        match all.last_mut() {
-            Some(last) if last.criterion == *criterion => last.contribution += contribution,
-            _ => all.push(Evidence {
-                criterion: (*criterion).to_owned(),
-                supports: CLASSES[first],
-                contribution,
-                description: features.description(criterion),
-            }),
+        let supported = if contribution < 0.0 { second } else { first };
+        Evidence {
+            criterion: feature.criterion.to_owned(),
+            supports: classes()[supported],
+            contribution: contribution.abs(),
+            description: feature.description,
         }
-    }
-    for piece in &mut all {
-        if piece.contribution < 0.0 {
-            piece.contribution = -piece.contribution;
-            piece.supports = CLASSES[second];
-        }
-    }
+    };
+    let mut all: Vec<Evidence> = features.into_iter().zip(terms).map(evidence).collect();
     all.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
     all
-}
-
-/// What the signal leaves open.
-fn limitation(regime: Regime, features: &Features) -> Option<Limitation> {
-    match regime {
-        Regime::Undetermined
-            if features.periods_seen < FEW_PERIODS || features.samples < MIN_VERDICT_SAMPLES =>
-        {
-            Some(Limitation::TooShort)
-        }
-        Regime::Undetermined => Some(Limitation::NoEvidence),
-        Regime::QuasiPeriodic if features.lines.is_modulated => Some(Limitation::Modulation),
-        _ => None,
-    }
 }
 
 /// The samples to classify, and the number of original samples averaged in each.
@@ -267,7 +274,8 @@ fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
         return Ok((samples.to_vec(), 1));
     }
     let needed = samples.len().div_ceil(max);
-    let averaged = (features::lag(last(max))? / MIN_PER_LAG).clamp(1, needed);
+    let period = LAGS_PER_PERIOD * features::lag(last(max))?;
+    let averaged = (period / AVERAGES).clamp(1, needed);
     let used = samples.len().min(max * averaged) / averaged * averaged;
     let means = last(used).chunks_exact(averaged).map(mean);
     Ok((means.collect(), averaged))

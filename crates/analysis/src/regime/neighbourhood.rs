@@ -1,48 +1,45 @@
-//! Divergence of neighbouring states, and the position of the nearest ones.
+//! Prediction by neighbouring states, and the position of the nearest ones.
+
+use std::iter::StepBy;
 
 use nalgebra::{SMatrix, SVector};
 
+use super::features::SECTIONS;
 use crate::{
-    delay::DelayVectors,
+    AnalysisError,
+    delay::{DelayVectors, LAGS_PER_PERIOD},
     neighbours::{Neighbour, NeighbourTree},
     norm::Norm,
+    stats::mean,
 };
 
 /// Embedding dimension, as in the paper; sufficient for any torus of two frequencies.
-pub(super) const DIMENSION: usize = 5;
+const DIMENSION: usize = 5;
 
-/// Lags per period: the lag is about a quarter period.
-pub(super) const PERIOD: usize = 4;
-
-/// Long prediction horizon, periods. A shorter record has no verdict.
-pub(super) const LONG_PERIODS: usize = 10;
-
-/// Parts of the record after which the distances of neighbours are compared: early, when they have
-/// aligned with the direction of growth, and as late as enough of them remain.
+/// Part of the record after which neighbours have aligned with the direction of growth.
 const EARLY: [f64; 2] = [0.02, 0.05];
-const LATE: [f64; 2] = [0.15, 0.3];
 
-/// States are distant in time if they are at least the record length over this value apart.
-const DISTANT_DIVISOR: usize = 3;
+/// Number of reference states. A record with fewer samples has no verdict.
+pub(super) const REFERENCES: usize = 500;
 
-/// Number of reference states.
-const REFERENCES: usize = 800;
-
-/// Number of rows of the linear fit, and samples of the 0-1 test.
-pub(super) const ROWS: usize = 2000;
-
-/// Prediction errors below this come from the spacing of the states, not from noise.
-pub(super) const MIN_ERROR: f64 = 3e-3;
+/// Least distance of states, and error of a prediction, over the standard deviation. Smaller ones come from the spacing of
+/// the states or from a second tone too weak to count, not from noise.
+pub(super) const MIN_ERROR: f64 = 0.015;
 
 /// Prediction errors over the standard deviation of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PredictionError {
-    /// Nearest-neighbour prediction over a quarter period, or less if the signal is unpredictable over it.
+    /// Nearest-neighbour prediction one lag ahead.
     pub short: f64,
     /// Prediction by a linear map over this time.
     pub linear: f64,
-    /// Nearest-neighbour prediction over forty times as long (ten periods).
-    pub long: f64,
+}
+
+impl PredictionError {
+    /// Ratio of the nearest-neighbour prediction error to that of a linear map.
+    pub(super) fn over_linear(&self) -> f64 {
+        self.short / self.linear.max(f64::MIN_POSITIVE)
+    }
 }
 
 /// States of a record and their neighbours.
@@ -55,123 +52,115 @@ pub(super) struct Neighbourhood<'a> {
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(vectors: DelayVectors<'a>, lag: usize, power: f64) -> Self {
-        Self {
+    pub(super) fn new(samples: &'a [f64], lag: usize, power: f64) -> Result<Self, AnalysisError> {
+        let vectors = DelayVectors::new(samples, lag, DIMENSION)?;
+        Ok(Self {
             tree: NeighbourTree::new(vectors, Norm::Euclidean),
             vectors,
             lag,
             power,
-        }
+        })
     }
 
-    /// Prediction errors one lag and [`LONG_PERIODS`] periods ahead.
+    /// Prediction errors one lag ahead.
     pub(super) fn prediction_error(&self) -> PredictionError {
-        let Self {
-            tree,
-            vectors,
-            lag,
-            power,
-        } = self;
-        let (lag, power, period) = (*lag, *power, PERIOD * lag);
-        let ahead = (LONG_PERIODS * period).min(vectors.len() / 3).max(lag);
-        let limit = vectors.len().saturating_sub(ahead).max(1);
+        let Self { vectors, lag, .. } = *self;
+        let limit = vectors.len().saturating_sub(lag).max(1);
         let newest = vectors.coordinate(DIMENSION - 1);
-        // Averaged over the last period, which removes the effect of the phase.
-        let late = (0..PERIOD).map(|quarter| ahead.saturating_sub(quarter * lag));
-        let (mut short, mut long, mut pairs) = (0.0, 0.0, 0.0);
-        let nearest = tree.nearest_each(references(limit), period, limit);
-        for (i, other) in references(limit).zip(nearest) {
-            let Some(other) = other else {
-                continue;
-            };
-            let difference =
-                |after: usize| (newest[i + after] - newest[other.index + after]).powi(2);
-            short += difference(lag);
-            long += late.clone().map(difference).sum::<f64>() / PERIOD as f64;
-            pairs += 1.0;
-        }
-        // Unrelated values differ by twice the variance.
-        let relative = |sum: f64| {
-            if pairs > 0.0 {
-                (sum / pairs / (2.0 * power)).sqrt()
-            } else {
-                1.0
-            }
+        let square = |(i, near): (usize, Option<Neighbour>)| {
+            Some((newest[i + lag] - newest[near?.index + lag]).powi(2))
         };
-
-        let rows = ROWS.min(limit);
-        let row = |r: usize| {
-            let i = r * limit / rows;
+        let squares = references(limit).zip(self.neighbours(limit));
+        // Unrelated values differ by twice the variance.
+        let unrelated = 2.0 * self.power;
+        let short = mean_or(unrelated, squares.filter_map(square)) / unrelated;
+        let rows = references(limit).map(|i| {
             let state = SVector::<f64, DIMENSION>::from_fn(|c, _| vectors.coordinate(c)[i]);
             (state, newest[i + lag])
-        };
-        let mut products = SMatrix::<f64, DIMENSION, DIMENSION>::zeros();
-        let mut target = SVector::<f64, DIMENSION>::zeros();
-        for (state, next) in (0..rows).map(row) {
-            products += state * state.transpose();
-            target += state * next;
-        }
-        // A sine spans only two directions: the ridge regularises the others.
-        let ridge = 1e-10 * products.trace();
-        products += SMatrix::identity() * ridge;
-        let linear_map = products.cholesky().map(|factors| factors.solve(&target));
-        let linear_map = linear_map.unwrap_or_default();
-        let residuals = (0..rows)
-            .map(row)
-            .map(|(state, next)| (next - state.dot(&linear_map)).powi(2));
-        let linear = (residuals.sum::<f64>() / rows as f64 / power).sqrt();
+        });
         PredictionError {
-            short: relative(short),
-            linear,
-            long: relative(long),
+            short: short.sqrt(),
+            linear: (linear_residual(rows) / self.power).sqrt(),
         }
     }
 
-    /// [`Features::divergence`](super::features::Features): mean over the pairs of half the logarithm of
-    /// the mean square difference late over that early; 0 without a pair.
+    /// Growth of the distance of neighbours from [`EARLY`] to the second eighth of the record, natural logarithm: mean over
+    /// the pairs of half the logarithm of the ratio of the mean squares; 0 without a pair.
     pub(super) fn divergence(&self) -> f64 {
-        let (count, period) = (self.vectors.len(), PERIOD * self.lag);
-        let steps = |[from, to]: [f64; 2]| -> Vec<usize> {
+        let (count, period) = (self.vectors.len(), LAGS_PER_PERIOD * self.lag);
+        let steps = |[from, to]: [f64; 2]| {
             let [from, to] = [from, to].map(|share| (share * count as f64) as usize);
-            (from..=to.max(from + period)).step_by(self.lag).collect()
+            (from..=to.max(from + period)).step_by(self.lag)
         };
-        let (early, late) = (steps(EARLY), steps(LATE));
-        let limit = count.saturating_sub(late[late.len() - 1]);
+        let eighth = 1.0 / SECTIONS as f64;
+        let parts = [EARLY, [eighth, 2.0 * eighth]].map(steps);
+        let end = parts[1].clone().last().unwrap_or(count);
         let newest = self.vectors.coordinate(DIMENSION - 1);
         let floor = MIN_ERROR.powi(2) * self.power;
         let growth = |(i, near): (usize, Option<Neighbour>)| {
             let j = near?.index;
-            let difference = |steps: &[usize]| {
-                let square = |k: &usize| (newest[i + k] - newest[j + k]).powi(2);
-                floor + steps.iter().map(square).sum::<f64>() / steps.len() as f64
-            };
-            Some(0.5 * (difference(&late) / difference(&early)).ln())
+            let square = |k: usize| (newest[i + k] - newest[j + k]).powi(2);
+            let mean_square = |steps: StepBy<_>| floor + mean_or(0.0, steps.map(square));
+            let [early, late] = parts.clone().map(mean_square);
+            Some(0.5 * (late / early).ln())
         };
-        let nearest = self.tree.nearest_each(references(limit), period, limit);
-        mean(references(limit).zip(nearest).filter_map(growth))
+        let limit = count.saturating_sub(end);
+        let pairs = references(limit).zip(self.neighbours(limit));
+        mean_or(0.0, pairs.filter_map(growth))
     }
 
-    /// [`Features::drift`](super::features::Features): mean over the states of the logarithm of the
-    /// ratio of the two distances; 0 without a pair.
+    /// Median over the states of the logarithm of the distance to the nearest state at least half a record apart over
+    /// that to the nearest state at any other time. 0 for a stationary motion, and for one that is so after its onset.
     pub(super) fn drift(&self) -> f64 {
         let count = self.vectors.len();
         let floor = MIN_ERROR.powi(2) * self.power * DIMENSION as f64;
-        let nearest = |separation| self.tree.nearest_each(references(count), separation, count);
         let square = |near: Option<Neighbour>| Some(near?.distance.powi(2) + floor);
-        let [distant, any] = [count / DISTANT_DIVISOR, PERIOD * self.lag].map(nearest);
         let log_ratio = |(distant, any)| Some(0.5 * (square(distant)? / square(any)?).ln());
-        mean(distant.into_iter().zip(any).filter_map(log_ratio))
+        let distant = self.tree.nearest_each(references(count), count / 2, count);
+        let pairs = distant.into_iter().zip(self.neighbours(count));
+        let mut ratios: Vec<f64> = pairs.filter_map(log_ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// The nearest state at any other time of each of the reference states among the first `limit` ones.
+    fn neighbours(&self, limit: usize) -> Vec<Option<Neighbour>> {
+        let period = LAGS_PER_PERIOD * self.lag;
+        self.tree.nearest_each(references(limit), period, limit)
+    }
+}
+
+/// Mean, or `none` without values.
+fn mean_or(none: f64, values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        none
+    } else {
+        mean(&values)
     }
 }
 
 /// Indices of the reference states, evenly spread over `limit`.
-fn references(limit: usize) -> impl Iterator<Item = usize> {
+fn references(limit: usize) -> impl Iterator<Item = usize> + Clone {
     let count = REFERENCES.min(limit);
     (0..count).map(move |r| r * limit / count)
 }
 
-/// Mean; 0 without values.
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
+/// Mean square error of the best linear map from states to values.
+fn linear_residual(rows: impl Iterator<Item = (SVector<f64, DIMENSION>, f64)> + Clone) -> f64 {
+    let mut products = SMatrix::<f64, DIMENSION, DIMENSION>::zeros();
+    let mut target = SVector::<f64, DIMENSION>::zeros();
+    for (state, next) in rows.clone() {
+        products += state * state.transpose();
+        target += state * next;
+    }
+    // A sine spans only two directions: the ridge regularises the others.
+    let ridge = 1e-10 * products.trace();
+    products += SMatrix::identity() * ridge;
+    let map = products.cholesky().map(|factors| factors.solve(&target));
+    let map = map.unwrap_or_default();
+    mean_or(
+        0.0,
+        rows.map(|(state, next)| (next - state.dot(&map)).powi(2)),
+    )
 }

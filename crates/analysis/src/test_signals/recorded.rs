@@ -7,6 +7,7 @@ use rand::RngExt;
 use super::systems;
 use super::textbook::{CHAOS, Draw, ROESSLER, Textbook, autoregressive, coloured, family, judged};
 use super::{noise, roessler};
+use squeakscope_analysis::filter::band_pass;
 use squeakscope_analysis::regime::Regime::{
     Chaotic, Noise, Periodic, QuasiPeriodic, Transient, Undetermined,
 };
@@ -22,6 +23,23 @@ pub const RECORDED: &[Textbook] = &[
     }),
     family("tone in noise", &[Periodic], |draw| {
         squeak(draw, false, [0.1, 5e-4], 10.0)
+    }),
+    family("squeak in its band", &[Periodic], |draw| {
+        let (n, rate) = (draw.count(), audio_rate(draw).max(8.0));
+        let (levels, bend) = (wander(draw, n, 0.3 * n as f64), draw.between(0.0, 5e-4));
+        let (wave, size) = (harmonics(draw, rate, false), draw.between(0.0, 0.15));
+        let at = |i: usize| {
+            let phase = TAU / rate * i as f64 * (1.0 + bend * levels[i]);
+            (1.0 + size * levels[i]) * wave(phase)
+        };
+        let clean = (0..n).map(at).collect();
+        let highest = (draw.pick(&[1.5, 3.5, 5.5]) / rate).min(0.45);
+        let squeak = recorded(draw, clean, [5.0, 40.0]);
+        band_pass(&squeak, 1.0, [0.4 / rate, highest]).samples
+    }),
+    judged("squeak over road noise", &[Periodic], |draw| {
+        let clean = squeak(draw, true, [0.1, 5e-4], 30.0);
+        over_road(draw, clean)
     }),
     judged("tone of random level", &[Periodic, Undetermined], |draw| {
         let (n, rate) = (draw.count(), audio_rate(draw));
@@ -108,6 +126,11 @@ pub const RECORDED: &[Textbook] = &[
             1.0 - gap * draw.between(0.0, 1.0).max(1e-9).ln()
         })
     }),
+    judged("road noise", &[Noise], |draw| {
+        let n = draw.count();
+        let clean = road(draw, n);
+        recorded(draw, clean, [30.0, 60.0])
+    }),
     judged("resonance in noise", &[Noise], |draw| {
         let (radius, angle) = (draw.between(0.98, 0.9985), TAU / audio_rate(draw).max(6.0));
         let clean = coloured(draw, 2.0 * radius * angle.cos(), -radius * radius);
@@ -189,6 +212,31 @@ fn recorded(draw: &mut Draw, clean: Vec<f64>, [low, high]: [f64; 2]) -> Vec<f64>
     draw.background = draw.pick(&[0.0, 1.0]) * draw.between(0.7, 1.4) * size * size;
     let scale = size / deviation(&hiss);
     clean.iter().zip(hiss).map(|(x, e)| x + scale * e).collect()
+}
+
+/// Noise that falls from two corner frequencies on, and at low frequencies.
+fn road(draw: &mut Draw, n: usize) -> Vec<f64> {
+    let corners = [draw.between(5.0, 50.0), draw.between(30.0, 300.0)];
+    let [a, b] = corners.map(|scale| (-TAU / scale).exp());
+    let white = noise(draw.rng.random(), n + 4000, 1.0);
+    let rumble = autoregressive(&white, a + b, -a * b);
+    let memory = (-1.0 / draw.between(100.0, 1000.0)).exp();
+    let slow = autoregressive(&rumble, memory, 0.0);
+    let both = rumble.iter().skip(2000).zip(slow);
+    both.map(|(x, slow)| x - (1.0 - memory) * slow).collect()
+}
+
+/// Adds road noise 10 to 40 dB below a signal. Its power is known in every second recording.
+fn over_road(draw: &mut Draw, clean: Vec<f64>) -> Vec<f64> {
+    let noise = road(draw, clean.len());
+    let size = 10.0_f64.powf(-draw.between(10.0, 40.0) / 20.0) * deviation(&clean);
+    draw.background = draw.pick(&[0.0, 1.0]) * draw.between(0.7, 1.4) * size * size;
+    let scale = size / deviation(&noise);
+    clean
+        .iter()
+        .zip(noise)
+        .map(|(x, e)| x + scale * e)
+        .collect()
 }
 
 /// A tone with harmonics whose level and frequency wander by at most the given shares, in a background at least

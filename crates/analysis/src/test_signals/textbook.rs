@@ -184,6 +184,33 @@ pub const TEXTBOOK: &[Textbook] = &[
         let signal = systems::mackey_glass(n, 4.0 * delay / rate, delay, draw.between(0.5, 1.2));
         draw.with_floor(signal)
     }),
+    family("periodic after an onset", &[Periodic], |draw| {
+        let wave = draw.wave();
+        let signal = draw.closed(|t| wave(TAU * t));
+        let signal = after_onset(draw, signal);
+        draw.with_floor(signal)
+    }),
+    family("periodic, with a residue", &[Periodic], |draw| {
+        // A decaying second motion, or an amplitude that is not settled.
+        let (wave, shift, ratio) = (draw.wave(), draw.phase(), draw.irrational());
+        let (ratio, decibels) = (draw.pick(&[ratio, 1.0]), draw.between(-40.0, -20.0));
+        let (size, decay) = (10.0_f64.powf(decibels / 20.0), draw.between(3.0, 40.0));
+        let signal = draw.closed(|t| {
+            let residue = size * (-t / decay).exp() * (TAU * ratio * t + shift).sin();
+            wave(TAU * t) + residue
+        });
+        draw.with_floor(signal)
+    }),
+    family("periodic, in a ramp", &[Periodic], |draw| {
+        // Another waveform, level and frequency at the end.
+        let (first, last, share) = (draw.wave(), draw.wave(), draw.between(0.0, 0.15));
+        let (bend, n) = (draw.between(-3e-3, 3e-3), 300.0);
+        let signal = draw.closed(|t| {
+            let phase = TAU * t * (1.0 + 0.5 * bend * t / n);
+            first(phase) + share * t / n * last(phase)
+        });
+        draw.with_floor(signal)
+    }),
     judged("van der Pol, locked", &[Periodic], |draw| {
         // Strongly driven near its own frequency: entrained.
         let flow = |draw: &mut Draw| {
@@ -209,6 +236,11 @@ pub const TEXTBOOK: &[Textbook] = &[
         let signal = torus(draw);
         let share = draw.between(0.02, 0.06);
         draw.with_noise(signal, share)
+    }),
+    family("torus after an onset", &[QuasiPeriodic], |draw| {
+        let signal = torus(draw);
+        let signal = after_onset(draw, signal);
+        draw.with_floor(signal)
     }),
     judged("amplitude modulated", &[QuasiPeriodic], |draw| {
         let (wave, depth, shift) = (draw.wave(), draw.between(0.1, 0.8), draw.phase());
@@ -265,6 +297,11 @@ pub const TEXTBOOK: &[Textbook] = &[
         };
         draw.attractor(flow, [1.0, 1.0, 0.0, 0.0], ROESSLER, CHAOS)
     }),
+    family("chaos after an onset", &[Chaotic], |draw| {
+        let flow = |draw: &mut Draw| systems::driven_roessler(draw.between(4.4, 9.0), 0.0, 1.0);
+        let signal = draw.attractor(flow, [1.0, 1.0, 0.0, 0.0], ROESSLER, CHAOS);
+        after_onset(draw, signal)
+    }),
     family("Duffing, two wells", &[Chaotic], |draw| {
         let flow = |draw: &mut Draw| {
             systems::duffing(draw.between(0.15, 0.3), -1.0, draw.between(0.28, 0.45), 1.0)
@@ -316,6 +353,11 @@ pub const TEXTBOOK: &[Textbook] = &[
         let memory = draw.between(0.3, 0.99);
         coloured(draw, memory, 0.0)
     }),
+    family("rumble", &[Noise, Undetermined], |draw| {
+        let angle = TAU / draw.between(50.0, 500.0);
+        let radius = (-draw.between(0.2, 1.0) * angle).exp();
+        coloured(draw, 2.0 * radius * angle.cos(), -radius * radius)
+    }),
     family("coloured noise, resonance", &[Noise], |draw| {
         let radius: f64 = draw.between(0.9, 0.997);
         let angle = TAU * draw.between(0.02, 0.06);
@@ -353,6 +395,15 @@ pub const TEXTBOOK: &[Textbook] = &[
         let shaped = shaped
             .map(|(i, x)| x * (rate * i as f64 / n).exp())
             .collect();
+        draw.with_floor(shaped)
+    }),
+    family("one burst", &[Transient], |draw| {
+        let (signal, share) = (torus_or_wave(draw), draw.between(-8.0, -0.7).exp());
+        let n = signal.len() as f64;
+        let first = draw.between(0.0, 1.0 - share) * n;
+        let burst = first as usize..=(first + share * n) as usize;
+        let within = |(i, x): (usize, &f64)| if burst.contains(&i) { *x } else { 0.0 };
+        let shaped = signal.iter().enumerate().map(within).collect();
         draw.with_floor(shaped)
     }),
     family("chirp", &[Transient, Undetermined], |draw| {
@@ -479,6 +530,18 @@ fn torus_or_wave(draw: &mut Draw) -> Vec<f64> {
     }
     let wave = draw.wave();
     draw.closed(|t| wave(TAU * t))
+}
+
+/// A motion that grows exponentially from a small amplitude, and has settled before a sixth of the record.
+fn after_onset(draw: &mut Draw, settled: Vec<f64>) -> Vec<f64> {
+    let (half, rate) = (draw.between(0.0, 0.1), draw.between(30.0, 200.0));
+    let n = settled.len() as f64;
+    let envelope = |i: usize| 1.0 / (1.0 + (2.0 * rate * (half - i as f64 / n)).exp()).sqrt();
+    settled
+        .iter()
+        .enumerate()
+        .map(|(i, x)| x * envelope(i))
+        .collect()
 }
 
 /// `x_n = a x_(n-1) + b x_(n-2) + e_n`.
