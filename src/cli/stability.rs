@@ -53,6 +53,10 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         Some(steps) => steps.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
     };
+    // Refuse invalid tilts before the study starts.
+    for tilt_deg in &tilts_deg {
+        scene.clone().with_tilt(*tilt_deg)?;
+    }
     if args.causes && scene.joint()?.spec.friction.states() > 0 {
         return Err(CliError::NoCauses);
     }

@@ -68,7 +68,7 @@ pub fn parameters<T: Copy>(
         .collect::<Result<_, CliError>>()?;
     if scene.joint().is_err() && all.iter().any(|(one, _)| *one == Parameter::tilt()) {
         return Err(CliError::Input(format!(
-            "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param KEY=RANGE",
+            "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param",
             scene.name
         )));
     }

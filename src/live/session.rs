@@ -87,6 +87,8 @@ struct Current {
     lyapunov: bool,
     /// The run, or the next one.
     handle: RunHandle,
+    /// Number of runs opened so far.
+    opened: u64,
     /// Whether the panel is that of this run.
     is_running: bool,
     /// The scene with the numbers that commands have changed.
@@ -121,6 +123,7 @@ impl Session {
                 speed: options.speed,
                 lyapunov: options.lyapunov,
                 handle: RunHandle::new(options.speed),
+                opened: 0,
                 is_running: false,
                 present: options.scene.clone(),
                 kicks: 0,
@@ -185,7 +188,7 @@ impl Session {
         let mut viewer = self.options.viewer.clone();
         let mut last = None;
         loop {
-            let (scene, handle, wav, lyapunov) = {
+            let (scene, handle, opened, wav, lyapunov) = {
                 let mut current = lock(&self.current);
                 if self.stop.load(Ordering::Relaxed) {
                     return Ok(last);
@@ -197,7 +200,8 @@ impl Session {
                     Some(true) | None => current.scene.clone(),
                 };
                 let handle = current.handle.clone();
-                (scene, handle, current.wav.take(), lyapunov)
+                let opened = current.opened;
+                (scene, handle, opened, current.wav.take(), lyapunov)
             };
             let run = InteractiveSource::new(Simulation::new(&scene)?, &handle);
             let header = run.header(&self.options.command);
@@ -216,7 +220,10 @@ impl Session {
             }
             // The last sink: a file then contains every record that the panel has shown.
             sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
-            lock(&self.current).is_running = true;
+            let mut current = lock(&self.current);
+            // Another run may have been opened in the meantime.
+            current.is_running = current.opened == opened;
+            drop(current);
             let mut events = BifurcationEvents::new(Arc::clone(&self.diagrams));
             let mut tee = Tee::new(sinks).deriving(move |record| events.after(record));
             let monitor = Monitor {

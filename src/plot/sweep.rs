@@ -11,7 +11,7 @@ use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
 use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};
 
-/// Number of exponents shown.
+/// Number of exponents in a figure.
 const EXPONENTS: usize = 3;
 /// Lines weaker than this fraction of the strongest are not drawn.
 const FAINTEST: f64 = 0.02;
@@ -42,7 +42,7 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         let shared = ParameterPanels::new(plan, points, &plan.starts);
         let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
         if shared.has_exponents() {
-            rows.push(vec![shared.exponents()]);
+            rows.push(vec![shared.exponents(EXPONENTS)]);
         }
         let starts: Vec<String> = plan.starts.iter().map(Start::to_string).collect();
         let starts = match plan.starts[..] {
@@ -62,7 +62,7 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let shared = ParameterPanels::new(plan, points, &plan.starts);
-    let panels = [shared.exponents(), shared.maxima(), shared.lines()];
+    let panels = [shared.exponents(EXPONENTS), shared.maxima(), shared.lines()];
     let rows = panels.into_iter().zip(["a", "b", "c"]);
     let rows = rows.map(|(panel, letter)| {
         let title = format!("{letter}: {}", panel.title);
@@ -79,10 +79,10 @@ pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
     ParameterPanels::new(plan, points, &[start]).maxima()
 }
 
-/// The largest exponents of one start, on axes that are the same for all starts; `None` without any. Recordings use it.
+/// The exponents of one start, on axes that are the same for all starts; `None` without any. Recordings use it.
 pub fn exponents(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Option<Panel> {
     let panels = ParameterPanels::new(plan, points, &[start]);
-    panels.has_exponents().then(|| panels.exponents())
+    panels.has_exponents().then(|| panels.exponents(usize::MAX))
 }
 
 /// Name of the way in which points are started.
@@ -214,32 +214,33 @@ impl<'a> ParameterPanels<'a> {
         found.any(|(.., response)| response.exponents.is_some())
     }
 
-    /// The largest exponents with their intervals.
-    fn exponents(&self) -> Panel {
+    /// The largest exponents, at most `most`, with their intervals.
+    fn exponents(&self, most: usize) -> Panel {
         let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
             response.exponents.as_ref()?.exponents.get(k).copied()
         };
         let all = |k: usize| {
             let found = self.found.iter();
-            found.filter_map(move |(_, x, response)| Some((*x, kth(response, k)?)))
+            found.filter_map(move |(start, x, response)| Some((*start, *x, kth(response, k)?)))
         };
         let mut layers = vec![Layer::horizontal_line(0.0)];
-        let numbers = || (0..EXPONENTS).filter(|k| all(*k).next().is_some());
+        let numbers = || (0..most).take_while(|k| all(*k).next().is_some());
         let entry = |k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(k));
         layers.extend(numbers().map(entry));
         layers.extend(self.start_legend());
         // The largest exponent is drawn last with the smallest marker, so that equal exponents remain
         // visible.
-        for k in numbers().rev() {
+        for k in (0..numbers().count()).rev() {
             let color = Color::Exponent(k);
-            let spans = all(k).map(|(x, exponent)| [x, exponent.low(), exponent.high()]);
+            let shown = all(k).filter(|(start, ..)| self.starts.contains(start));
+            let spans = shown.map(|(_, x, exponent)| [x, exponent.low(), exponent.high()]);
             layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
             let radius = 1.6 + 0.8 * k as f64;
             let points = self.points(radius, color, |found| kth(found, k).map(|e| e.value));
             let id = format!("exponent-{}", k + 1);
             layers.extend(points.into_iter().map(|points| points.with_id(&*id)));
         }
-        let shown = (0..EXPONENTS).flat_map(all).map(|(_, exponent)| exponent);
+        let shown = numbers().flat_map(all).map(|(.., exponent)| exponent);
         let y = Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0]));
         let title = "largest Lyapunov exponents with 95 % intervals";
         Panel::new(title, self.axis.clone(), y, layers)

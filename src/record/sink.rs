@@ -147,7 +147,10 @@ impl RerunSink {
     /// # Errors
     /// [`RecordError::Memory`], or [`RecordError::Create`] if the file cannot be written.
     pub fn into_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
-        check_memory()?;
+        if let Err(fault) = check_memory() {
+            part.abandon();
+            return Err(fault);
+        }
         let file = RecordingFile::begin(part)?;
         let destination = Destination::File { file, feed: None };
         Ok(Self::with_destination(destination, spec))

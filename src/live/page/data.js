@@ -91,7 +91,7 @@ export class ViewData {
     this.counted = message.sample_count;
     this.displacement.push(message.displacement);
     this.velocity.push(message.velocity);
-    this.pose = message.pose;
+    if (message.pose) this.pose = message.pose;
     this.versions.samples++;
   }
 

@@ -71,3 +71,50 @@ pub(super) fn routes<S: Clone + Send + Sync + 'static>(
             router.route(&path, get(([(header::CONTENT_TYPE, kind)], content)))
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Cursor, Write};
+
+    use super::*;
+
+    fn texts() -> Vec<(String, String)> {
+        let text = |content: Bytes| String::from_utf8(content.to_vec()).unwrap();
+        page()
+            .map(|(path, _, content)| (path, text(content)))
+            .collect()
+    }
+
+    /// The page loads fast on a slow network: at most 300 kB, compressed.
+    #[test]
+    fn the_page_is_small() {
+        let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for (path, text) in texts() {
+            let name = path.trim_start_matches('/');
+            archive
+                .start_file(name, zip::write::SimpleFileOptions::default())
+                .unwrap();
+            archive.write_all(text.as_bytes()).unwrap();
+        }
+        let size = archive.finish().unwrap().into_inner().len();
+        assert!((10_000..300_000).contains(&size), "{size}");
+    }
+
+    /// Every module that another one imports is served, and every file that is served is used.
+    #[test]
+    fn imports_are_served() {
+        let files = texts();
+        for (path, _) in files.iter().filter(|(path, _)| path != "/") {
+            let name = format!("\"{path}\"");
+            let used = files.iter().any(|(_, text)| text.contains(&name));
+            assert!(used, "{path} is not used");
+        }
+        for (file, text) in &files {
+            for line in text.lines().filter(|line| line.starts_with("import ")) {
+                let path = line.rsplit('"').nth(1).unwrap_or_default();
+                let served = files.iter().any(|(served, _)| served == path);
+                assert!(served, "{file} imports {path}");
+            }
+        }
+    }
+}

@@ -96,6 +96,7 @@ impl Session {
         for command in commands {
             current.handle.send(command).map_err(rejected)?;
         }
+        current.opened += 1;
         current.is_running = false;
         (current.scene, current.present) = (scene, present);
         current.promise.clone_from(&step.promise);

@@ -6,7 +6,7 @@ use crate::{
     dynamics::{Exponent, LyapunovSpectrum, SolverStats},
     joint::{BallJoint, NamedMode},
     plot::{
-        Color,
+        Color, Layer, Panel, exponents,
         response::{common_range, phase_portrait, section},
     },
     record::tests::{assert_shown, read},
@@ -233,6 +233,23 @@ fn points_at_a_value_have_common_scales() {
     assert!(picture(&nothing, Start::Upward, "diagram").is_some());
     let shown = section(&empty.point_scales(&[]).1, None);
     assert!(shown.x.range[0] < 0.0);
+}
+
+#[test]
+fn a_start_shows_its_own_exponents_on_common_axes() {
+    let plan = plan();
+    let points = points(&plan);
+    let panels = [Start::Upward, Start::Downward].map(|start| exponents(&plan, &points, start));
+    let [up, down] = panels.map(|panel| panel.expect("responses with exponents"));
+    assert_eq!(up.y, down.y);
+    let ends = |panel: &Panel| {
+        let intervals = panel.layers.iter().filter(|layer| layer.id == "intervals");
+        let ends = intervals.flat_map(Layer::points_of);
+        ends.filter(|end| end[1].is_finite()).count()
+    };
+    // Two and four responses, with one finite exponent each.
+    assert_eq!([ends(&up), ends(&down)], [4, 8]);
+    assert!(exponents(&plan, &[], Start::Upward).is_none());
 }
 
 #[test]

@@ -105,7 +105,7 @@ pub struct UnstableModes {
 }
 
 impl TiltDiagram {
-    /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
+    /// The diagram of the branches over the tilt and of their settled motions.
     pub fn new(branch: &Branch) -> Self {
         let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
         let found = branch.bifurcations.iter();

@@ -145,7 +145,7 @@ impl Family for SubjectFamily {
     /// The displacement of the probe, m.
     fn observable(&self, parameter: f64) -> Vec<f64> {
         let trial = self.trial(&[parameter]);
-        trial.map_or_else(|_| Vec::new(), |trial| trial.prepared.probe)
+        trial.map_or_else(|_| vec![f64::NAN], |trial| trial.prepared.probe)
     }
 }
 

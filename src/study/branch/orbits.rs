@@ -97,7 +97,7 @@ impl BranchPlan {
 /// result after the sweep and after each branch.
 ///
 /// # Errors
-/// If the start is outside the interval, or the system cannot be built. Branches that cannot be followed are reported in the result.
+/// If the system cannot be built. Branches that cannot be followed are reported in the result.
 pub(super) fn add_orbits(
     plan: &BranchPlan,
     starts: OrbitStarts<'_>,

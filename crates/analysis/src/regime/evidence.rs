@@ -68,7 +68,7 @@ pub struct Evidence {
     pub criterion: String,
     /// The regime that it supports: one of the two likeliest.
     pub supports: Regime,
-    /// Contribution to the natural logarithm of the odds of this regime against the other one, above 0.
+    /// Contribution to the natural logarithm of the odds of this regime against the other one, at least 0.
     pub contribution: f64,
     /// A sentence with the values.
     pub description: String,
