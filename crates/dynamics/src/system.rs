@@ -62,6 +62,12 @@ pub trait System: Send + Sync {
     /// the meaning of zero exponents depends on this ([`Motion`](super::Motion)).
     fn is_autonomous(&self) -> bool;
 
+    /// Whether the state or the law jumps at events.
+    fn jumps(&self) -> bool {
+        let switching = self.switching();
+        switching.is_some_and(|switching| !switching.is_continuous())
+    }
+
     /// Number of modes `m`.
     fn modes(&self) -> usize {
         self.omega().len()

@@ -20,8 +20,8 @@ impl MeanTrace {
     /// volumes jump.
     pub fn new(sys: &dyn System, width: usize) -> Option<Self> {
         let n = sys.tangent_dim();
-        let smooth = sys.switching().is_none_or(|s| s.is_continuous());
-        let derivative = sys.differentiable().filter(|_| width == n && smooth)?;
+        let is_exact = width == n && !sys.jumps();
+        let derivative = sys.differentiable().filter(|_| is_exact)?;
         let damped = sys.damping().iter().zip(sys.omega());
         Some(Self {
             record: vec![0.0; derivative.record_len()],

@@ -171,7 +171,7 @@ impl<'a> Flow<'a> {
         // Beyond a grazing the flow has other events, and another derivative.
         let is_like = |side: &Result<SegmentEnds, _>| {
             side.as_ref()
-                .is_ok_and(|side| !jumps(sys) || side.crossings == ends.crossings)
+                .is_ok_and(|side| !sys.jumps() || side.crossings == ends.crossings)
         };
         let ahead = ends_at(shot.parameter + step);
         let behind = ends_at(shot.parameter - step);
@@ -186,12 +186,6 @@ impl<'a> Flow<'a> {
         let pairs = ahead.into_iter().zip(behind);
         Ok(pairs.map(|(a, b)| (a - b) / distance).collect())
     }
-}
-
-/// Whether the state or the law of a system jumps at events.
-pub fn jumps(sys: &dyn System) -> bool {
-    sys.switching()
-        .is_some_and(|switching| !switching.is_continuous())
 }
 
 /// The full state, with quadratures that start at zero.

@@ -121,7 +121,7 @@ impl<'a> Integrator<'a> {
         state: &[f64],
     ) -> Result<(Self, Vec<f64>), DynamicsError> {
         let mut integrator = Self::new(method, system)?;
-        if system.switching().is_some_and(|s| !s.is_continuous()) {
+        if system.jumps() {
             integrator = integrator.with_events()?;
         }
         let mut z = state.to_vec();
