@@ -22,8 +22,8 @@ use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    AnalysedFile, Label, Score, SignalAnalysis, SignalError, SignalOptions, highest_frequency,
-    live_analysis, write_events,
+    AnalysedFile, Label, SHOWN, Score, SignalAnalysis, SignalError, SignalOptions, live_analysis,
+    write_events,
 };
 
 /// Analyses a single file, with all outputs.
@@ -209,7 +209,7 @@ fn play(
         unit: signal.unit.clone(),
         start: signal.start,
         span: range(signal.samples.iter().copied()),
-        highest_frequency: highest_frequency(report),
+        highest_frequency: report.highest_frequency(SHOWN),
         events: report.events().to_vec(),
         level_reference: report.level_reference(),
     };

@@ -14,7 +14,7 @@ use super::analyse::{self, analyse, write_labels, write_table};
 use super::analyse_args::AnalyseArgs;
 use super::console::print_notice;
 use super::error::CliError;
-use super::figures::{DrawnAs, PIXELS};
+use super::figures::PIXELS;
 use super::harness::{Files, Outputs, Watch};
 use super::output::{Kind, OutputFile};
 use super::resources;
@@ -154,14 +154,6 @@ fn jobs(
     Ok(jobs)
 }
 
-/// How figures are drawn.
-fn drawn(args: &AnalyseArgs) -> DrawnAs<'_> {
-    DrawnAs {
-        style: &args.figures.drawn,
-        formats: PIXELS,
-    }
-}
-
 /// Name of a signal for its figures and labels.
 fn name((file, column): &Job) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
@@ -192,7 +184,7 @@ fn check_directories<'a>(
     }
     let overwrite = args.output.overwrite;
     if let Some(directory) = &args.figures.path {
-        let names = drawn(args).names(&signal_figure_names());
+        let names = args.figures.drawn.or(PIXELS).names(&signal_figure_names());
         for name in named.keys() {
             overwrite.check_directory(&directory.join(name), "--figures", &names)?;
         }
@@ -214,7 +206,8 @@ fn with_pictures(
     let report = &mut analysed.report;
     if let Some(directory) = &args.figures.path {
         let figures = signal_figures(report);
-        for path in drawn(args).write(&directory.join(name(job)), "--figures", &figures, None)? {
+        let drawn = args.figures.drawn.or(PIXELS);
+        for path in drawn.write(&directory.join(name(job)), "--figures", &figures, None)? {
             files.add(&path)?;
         }
     }

@@ -45,33 +45,25 @@ pub const STUDY: &[Format] = &[Format::Svg, Format::Png];
 /// Default formats of figures that consist of pixels.
 pub const PIXELS: &[Format] = &[Format::Png];
 
-/// How figures are drawn.
-#[derive(Clone, Copy)]
-pub struct DrawnAs<'a> {
-    /// Style, formats and size.
-    pub style: &'a FigureStyle,
-    /// Formats if none is selected.
-    pub formats: &'static [Format],
-}
-
-impl<'a> DrawnAs<'a> {
-    /// The selected formats, or the defaults of the command.
-    pub fn formats(&self) -> &'a [Format] {
-        match &self.style.format[..] {
-            [] => self.formats,
-            given => given,
+impl FigureStyle {
+    /// The style with these formats if none is selected.
+    pub fn or(&self, formats: &[Format]) -> Self {
+        let mut style = self.clone();
+        if style.format.is_empty() {
+            style.format = formats.to_vec();
         }
+        style
     }
 
     /// File names that figures with the given stems can have.
     pub fn names(&self, stems: &[impl Display]) -> Vec<String> {
-        let panels = match self.style.style {
+        let panels = match self.style {
             Style::Slides => MOST_PANELS,
             Style::Paper | Style::Screen => 0,
         };
         let mut names = Vec::new();
         for stem in stems {
-            for ending in self.formats().iter().map(|format| format.ending()) {
+            for ending in self.format.iter().map(|format| format.ending()) {
                 names.push(format!("{stem}.{ending}"));
                 names.extend((1..=panels).map(|number| format!("{stem}-{number}.{ending}")));
             }
@@ -81,7 +73,7 @@ impl<'a> DrawnAs<'a> {
 
     /// The figures as they are written: for slides each panel is a figure of its own.
     pub fn arrange(&self, figures: &[Figure]) -> Vec<Figure> {
-        match self.style.style {
+        match self.style {
             Style::Slides => figures.iter().flat_map(Figure::panels).collect(),
             Style::Paper | Style::Screen => figures.to_vec(),
         }
@@ -100,8 +92,8 @@ impl<'a> DrawnAs<'a> {
         single: Option<Format>,
     ) -> Result<Vec<PathBuf>, CliError> {
         let options = FigureOptions {
-            style: self.style.style,
-            size: self.style.size,
+            style: self.style,
+            size: self.size,
         };
         let figures = match single {
             Some(_) => figures.to_vec(),
@@ -132,7 +124,7 @@ impl<'a> DrawnAs<'a> {
         })?;
         let mut written = Vec::new();
         for figure in &figures {
-            for &format in self.formats() {
+            for &format in &self.format {
                 let name = format!("{}.{}", figure.name, format.ending());
                 written.push(write(path.join(name), figure, format)?);
             }
@@ -147,11 +139,8 @@ mod tests {
     use crate::cli::output::Overwrite;
     use crate::plot::{Axis, Panel};
 
-    fn drawn(style: &FigureStyle) -> DrawnAs<'_> {
-        DrawnAs {
-            style,
-            formats: PIXELS,
-        }
+    fn drawn(style: &FigureStyle) -> FigureStyle {
+        style.or(PIXELS)
     }
 
     fn two_panels() -> Figure {

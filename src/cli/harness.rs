@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::console::{print, print_warning};
 use super::error::CliError;
-use super::figures::{DrawnAs, FigureArgs};
+use super::figures::{FigureArgs, FigureStyle};
 use super::output::{Kind, OutputError, OutputFile, Overwrite, is_stdout};
 use super::{interrupt, resources};
 use crate::export;
@@ -51,7 +51,7 @@ const FIGURES: &str = "--figures";
 /// Where and how figures are drawn.
 struct Figures<'a> {
     path: &'a Path,
-    drawn: DrawnAs<'a>,
+    drawn: FigureStyle,
     stems: Vec<String>,
 }
 
@@ -102,10 +102,7 @@ impl<'a> Outputs<'a> {
         stems: impl IntoIterator<Item = S>,
     ) -> Self {
         let stems = stems.into_iter().map(Into::into).collect();
-        let drawn = DrawnAs {
-            style: &args.drawn,
-            formats,
-        };
+        let drawn = args.drawn.or(formats);
         let figures = args
             .path
             .as_deref()

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::console;
 use super::error::CliError;
-use super::figures::{DrawnAs, STUDY};
+use super::figures::STUDY;
 use super::harness::{Files, Outputs, Watch};
 use super::interrupt;
 use super::output::{Kind, OutputFile, Overwrite};
@@ -92,7 +92,7 @@ pub(super) fn execute(
     };
     let scene = &plan.scene.name;
     files.finish(watch, Some(scene), &result, |files| {
-        let drawn = drawn(args);
+        let drawn = args.drawn.or(STUDY);
         for path in drawn.write(&args.out, "--out", &figures, None)? {
             files.add(&path)?;
         }
@@ -106,11 +106,8 @@ pub(super) fn execute(
                 files.add(&path)?;
             }
             // Prefer a format that browsers show, and PNG to SVG.
-            let shown = drawn
-                .formats()
-                .iter()
-                .rev()
-                .find(|format| **format != Format::Pdf);
+            let mut formats = drawn.format.iter().rev();
+            let shown = formats.find(|format| **format != Format::Pdf);
             let ending = shown.unwrap_or(&Format::Pdf).ending();
             let figures = drawn.arrange(&figures);
             let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
@@ -127,14 +124,6 @@ pub(super) fn execute(
             Ok::<_, CliError>(file.write(|out| out.write_all(text.as_bytes()))?)
         })
     })
-}
-
-/// How the figures are drawn.
-fn drawn(args: &PaperArgs) -> DrawnAs<'_> {
-    DrawnAs {
-        style: &args.drawn,
-        formats: STUDY,
-    }
 }
 
 /// The points of a plan; those of an earlier or interrupted run are reused.
@@ -170,7 +159,7 @@ fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
         None => 1..=FIGURES,
     };
     let stems: Vec<_> = numbers.map(|number| format!("figure-{number}")).collect();
-    let mut names = drawn(args).names(&stems);
+    let mut names = args.drawn.or(STUDY).names(&stems);
     if args.figure.is_none() {
         names.extend([PAGE, RECORDING].map(str::to_owned));
         resources::check_memory()?;

@@ -20,7 +20,7 @@ pub fn run_frames(
     let header = source.header("");
     let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
     source.set_frame_length(samples, shown);
-    let mut analyser = Analyser::new(source.analysis(), &header);
+    let mut analyser = Analyser::new(&header.analysis, &header);
     sink.accept(Record::Header(Arc::new(header))).unwrap();
     while let Some(frame) = source.next_frame().unwrap() {
         analyser.push(&Arc::new(frame), sink).unwrap();

@@ -12,7 +12,7 @@ use super::pending::{PendingCommands, RunCommand, TooManyKicks};
 use super::{Simulation, Source};
 use crate::dynamics::DynamicsError;
 use crate::number::trimmed;
-use crate::scene::{AnalysisSpec, Scene};
+use crate::scene::Scene;
 
 /// Maximum lag behind the playback speed. A run that lags more does not try to catch up.
 const MAX_LAG: Duration = Duration::from_millis(150);
@@ -268,10 +268,6 @@ impl InteractiveSource {
 impl Source for InteractiveSource {
     fn header(&self, command: &str) -> Header {
         self.source.header(command)
-    }
-
-    fn analysis(&self) -> &AnalysisSpec {
-        self.source.analysis()
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {

@@ -6,7 +6,7 @@ use super::*;
 use crate::pipeline::control_tests::wide_patch;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, Simulation};
-use crate::scene::{Parameter, Scene};
+use crate::scene::{AnalysisSpec, Parameter, Scene};
 
 fn interactive(scene: &str, speed: f64) -> (InteractiveSource, RunHandle) {
     let scene = Scene::load(scene).unwrap().without_analyses();

@@ -73,15 +73,15 @@ pub fn drive(
     let began = Instant::now();
     source.set_stop_flag(monitor.stop);
     let header = Arc::new(source.header(command));
-    let bytes = memory(source.analysis(), header.sample_rate);
+    let bytes = memory(&header.analysis, header.sample_rate);
     // An allocation that fails later aborts the program; here it is still an error.
     if !crate::memory::can_reserve(bytes as usize) {
         return Err(PipelineError::Memory {
             megabytes: bytes / 1_000_000,
         });
     }
-    let analyser = Analyser::new(source.analysis(), &header);
-    let is_limited = source.analysis().budget == AnalysisBudget::Realtime;
+    let analyser = Analyser::new(&header.analysis, &header);
+    let is_limited = header.analysis.budget == AnalysisBudget::Realtime;
     let budget = is_limited.then(Budget::default);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);

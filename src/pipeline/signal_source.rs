@@ -2,7 +2,7 @@
 
 use super::PipelineError;
 use super::message::{Frame, Header, SignalInfo, Subject};
-use super::source::{Source, kinds, section_coordinates};
+use super::source::Source;
 use crate::scene::{AnalysisSpec, SectionSpec, SectionSurface};
 
 /// Samples per frame.
@@ -16,11 +16,8 @@ const FRAME_SAMPLES: usize = 1024;
 /// tangent flow, and the perturbed trajectory.
 #[derive(Clone, Debug)]
 pub struct SignalSource<'a> {
-    title: String,
-    info: SignalInfo,
+    header: Header,
     samples: &'a [f64],
-    rate: f64,
-    analysis: AnalysisSpec,
     /// Index of the next sample.
     next: usize,
 }
@@ -37,17 +34,29 @@ impl<'a> SignalSource<'a> {
     ) -> Self {
         let delay_section =
             |section: &SectionSpec| matches!(section.surface, SectionSurface::Delay { .. });
-        Self {
+        let header = Header {
+            scene: info.source.clone(),
             title: title.into(),
-            info,
-            samples,
-            rate,
+            about: String::new(),
+            scene_text: String::new(),
+            command: String::new(),
+            sample_rate: rate,
+            duration: samples.len() as f64 / rate,
+            endless: false,
+            controls: Vec::new(),
             analysis: AnalysisSpec {
                 section: analysis.section.filter(delay_section),
                 exponents: None,
                 perturbed_trajectory: None,
                 ..analysis
             },
+            rest_speed: 0.0,
+            subject: Subject::Signal(info),
+            computed: None,
+        };
+        Self {
+            header,
+            samples,
             next: 0,
         }
     }
@@ -56,25 +65,9 @@ impl<'a> SignalSource<'a> {
 impl Source for SignalSource<'_> {
     fn header(&self, command: &str) -> Header {
         Header {
-            scene: self.info.source.clone(),
-            title: self.title.clone(),
-            about: String::new(),
-            scene_text: String::new(),
             command: command.to_owned(),
-            sample_rate: self.rate,
-            duration: self.samples.len() as f64 / self.rate,
-            endless: false,
-            controls: Vec::new(),
-            analyses: kinds(&self.analysis),
-            section: section_coordinates(&self.analysis),
-            rest_speed: 0.0,
-            subject: Subject::Signal(self.info.clone()),
-            computed: None,
+            ..self.header.clone()
         }
-    }
-
-    fn analysis(&self) -> &AnalysisSpec {
-        &self.analysis
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
@@ -86,8 +79,8 @@ impl Source for SignalSource<'_> {
         let piece = self.samples[first..end].to_vec();
         let frame = Frame {
             index: (first / FRAME_SAMPLES) as u64,
-            t0: self.info.start + first as f64 / self.rate,
-            dt: 1.0 / self.rate,
+            t0: self.header.start() + first as f64 / self.header.sample_rate,
+            dt: 1.0 / self.header.sample_rate,
             velocity: piece.clone(),
             displacement: piece,
             ..Frame::default()
@@ -202,15 +195,12 @@ mod tests {
             offset: 0.0,
             shown: [crate::scene::StateCoordinate::Q(0); 2],
         };
-        let info = playback(&[]).info;
+        let Subject::Signal(info) = playback(&[]).header.subject else {
+            panic!("a signal")
+        };
         let samples = tone(0.01);
         let source = SignalSource::new("", info, &samples, RATE, analysis);
-        assert!(source.analysis().section.is_none());
-        assert!(
-            !source
-                .header("")
-                .has(crate::pipeline::message::AnalysisKind::Section)
-        );
+        assert!(source.header("").analysis.section.is_none());
     }
 
     #[test]

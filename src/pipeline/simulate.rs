@@ -11,10 +11,10 @@ use super::pending::RunState;
 use super::prepare::{kick, prepare};
 use super::sensitivity::{SensitivityTracker, with_tangents};
 use super::small_body::SmallBody;
-use super::source::{Source, kinds, section_coordinates};
+use super::source::Source;
 use super::{PipelineError, Prepared};
 use crate::dynamics::{DynamicsError, Integrator, System};
-use crate::scene::{AnalysisSpec, Loading, Parameter, Scene, SystemSpec};
+use crate::scene::{Loading, Parameter, Scene, SystemSpec};
 
 /// A running simulation of a scene. Its numbers can be changed on the way.
 pub struct Simulation {
@@ -313,8 +313,7 @@ impl Source for Simulation {
             duration: scene.duration,
             endless: self.is_endless,
             controls: controls.unwrap_or_default(),
-            analyses: kinds(&scene.analysis),
-            section: section_coordinates(&scene.analysis),
+            analysis: scene.analysis.clone(),
             rest_speed: rest_speed(scene, &subject),
             subject,
             computed: self.computed.clone(),
@@ -325,10 +324,6 @@ impl Source for Simulation {
             joint.tilt_range = Some([joint.min_tilt.min(low), joint.max_tilt.max(high)]);
         }
         header
-    }
-
-    fn analysis(&self) -> &AnalysisSpec {
-        &self.scene.analysis
     }
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {

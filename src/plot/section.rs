@@ -105,7 +105,7 @@ impl SectionAxes {
             Subject::Joint(_) | Subject::Small(_) => [0.0, 1e-12],
             Subject::Signal(signal) => range_shown(signal.span),
         };
-        let names = match header.section {
+        let names = match header.section() {
             None => [format!("{letter}(t)"), format!("{letter}(t + 2τ)")].map(|name| (name, unit)),
             Some(shown) => shown.map(|coordinate| match coordinate {
                 // The modal coordinate of a mass of 1 kg is the displacement.

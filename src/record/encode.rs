@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     analysis::regime::Verdict,
-    pipeline::message::{AnalysisKind, Frame, Header, Record, Subject},
+    pipeline::message::{Frame, Header, Record, Subject},
     plot::RunPanels,
     scene::RecordSpec,
 };
@@ -75,7 +75,7 @@ impl Encoder {
                 rec.name(paths::WAVEFORM, [(name, style::SIGNAL)]);
             }
         }
-        let has_perturbed = header.has(AnalysisKind::PerturbedTrajectory);
+        let has_perturbed = header.analysis.perturbed_trajectory.is_some();
         Self {
             joint: joint_frames,
             small: small_frames,

@@ -82,7 +82,7 @@ fn view_values(header: &Header) -> Value {
         body => joint.is_some_and(|joint| !joint.outline.vertices.is_empty()),
         lesson => header.computed.is_some(),
         events => matches!(&header.subject, Subject::Signal(signal) if !signal.events.is_empty()),
-        analyses => Serde(&header.analyses),
+        analyses => header.analysis.names(),
     }
 }
 

@@ -6,13 +6,13 @@ use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
-    AnalysisKind, Appearance, Coupling, DivergenceFit, FrictionMemory, Growth, Kick, Measurements,
+    Appearance, Coupling, DivergenceFit, FrictionMemory, Growth, Kick, Measurements,
     MechanismPrediction, NodeShares, OperatingPoint, SecondToneGrowth, SecondToneLevel,
     SmallFrequency, SpectralLine, SqueakPass, StatusShares, TableReading, TiltDirection, TiltLoop,
     TiltedTone, ToneChange, ToneGrowth, TorusBirth, TrajectoryDivergence, UnstablePass, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
-use crate::scene::Start;
+use crate::scene::{AnalysisSpec, Scene, Start};
 
 fn lines() -> Vec<SpectralLine> {
     let line = |frequency: f64, label: &str| SpectralLine {
@@ -535,7 +535,14 @@ fn the_views_of_a_run_are_listed() {
         text.lines().count() - 2
     };
     assert_eq!(rows(&header), 3, "patch, phase portrait and health");
-    header.analyses = vec![AnalysisKind::Recurrence, AnalysisKind::Delay];
+    let AnalysisSpec {
+        recurrence, delay, ..
+    } = Scene::load("chaos-5deg").unwrap().analysis;
+    header.analysis = AnalysisSpec {
+        recurrence,
+        delay,
+        ..AnalysisSpec::default()
+    };
     assert_eq!(rows(&header), 7);
     let given: HashSet<String> = view_values(&header)
         .try_iter()

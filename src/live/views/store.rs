@@ -283,7 +283,7 @@ impl State {
 
 /// What a client needs before the data of a run.
 fn start(header: &Header, magnification: f64) -> Message {
-    let names = header.section.map_or_else(
+    let names = header.section().map_or_else(
         || ["y(t)", "y(t + 2τ)"].map(str::to_owned),
         |shown| shown.map(|at| section_label(header, at)),
     );

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::computed::MechanismPrediction;
 use crate::analysis::{events::TonalEvent, levels::LevelReference};
 use crate::fem::SurfaceMesh;
-use crate::scene::{Control, Parameter, StateCoordinate};
+use crate::scene::{AnalysisSpec, Control, Parameter, SectionSurface, StateCoordinate};
 
 /// A mode, for labels.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,10 +38,7 @@ pub struct Header {
     /// Numbers of the scene that commands can change; empty unless the run is interactive.
     pub controls: Vec<Control>,
     /// Analyses whose records follow.
-    pub analyses: Vec<AnalysisKind>,
-    /// Coordinates of a [`SectionPoint`](super::SectionPoint); `None` for the displacement `y` of the probe as in Fig. 10,
-    /// `(y(t), y(t + 2 tau))`.
-    pub section: Option<[StateCoordinate; 2]>,
+    pub analysis: AnalysisSpec,
     /// Peak velocity below which a vibration is at rest, m/s: neither its lines nor its type are named. 0 for a
     /// signal from a file.
     pub rest_speed: f64,
@@ -83,9 +78,13 @@ impl Header {
         Some(tilt.range)
     }
 
-    /// Whether records of this analysis follow.
-    pub fn has(&self, analysis: AnalysisKind) -> bool {
-        self.analyses.contains(&analysis)
+    /// Coordinates of a [`SectionPoint`](super::SectionPoint); `None` for the displacement `y` of the probe as in Fig. 10,
+    /// `(y(t), y(t + 2 tau))`.
+    pub fn section(&self) -> Option<[StateCoordinate; 2]> {
+        match self.analysis.section.as_ref()?.surface {
+            SectionSurface::State { shown, .. } => Some(shown),
+            SectionSurface::Delay { .. } => None,
+        }
     }
 
     /// Upper limit of frequency axes, Hz: for a joint 20 % above the highest mode, rounded up to a multiple of 5 kHz.
@@ -107,32 +106,6 @@ impl Header {
             Subject::Signal(signal) => signal.start,
         }
     }
-}
-
-/// An analysis of a run, named after its records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AnalysisKind {
-    /// [`Record::Spectrum`](super::Record::Spectrum).
-    Spectrum,
-    /// [`Record::SpectrogramColumn`](super::Record::SpectrogramColumn).
-    Spectrogram,
-    /// [`Record::Recurrence`](super::Record::Recurrence) and [`Record::Embedding`](super::Record::Embedding).
-    Recurrence,
-    /// [`Record::Delay`](super::Record::Delay).
-    Delay,
-    /// [`Record::Quantification`](super::Record::Quantification).
-    Quantification,
-    /// [`Record::Section`](super::Record::Section).
-    Section,
-    /// [`Record::Chaos`](super::Record::Chaos).
-    Chaos,
-    /// [`Record::Regime`](super::Record::Regime).
-    Regime,
-    /// [`Record::Exponents`](super::Record::Exponents).
-    Exponents,
-    /// [`Record::TrajectoryDivergence`](super::Record::TrajectoryDivergence) and [`Frame::perturbed`](super::Frame::perturbed).
-    PerturbedTrajectory,
 }
 
 /// Subject of an analysis: the source of the samples.

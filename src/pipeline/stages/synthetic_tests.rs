@@ -209,8 +209,7 @@ pub fn header() -> Header {
         duration: 0.1,
         endless: false,
         controls: Vec::new(),
-        analyses: Vec::new(),
-        section: None,
+        analysis: AnalysisSpec::default(),
         rest_speed: 0.0,
         subject: Subject::Joint(JointInfo {
             body: String::new(),

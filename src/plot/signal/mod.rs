@@ -114,14 +114,7 @@ impl<'a> SignalFigures<'a> {
 
     /// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.
     fn top(&self) -> f64 {
-        let nyquist = 0.5 * self.report.signal.rate;
-        let lines = self.report.tones.lines.iter().map(|l| l.line.frequency);
-        let events = self.report.events().iter();
-        let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
-        match lines.chain(events).fold(0.0, f64::max) {
-            highest if highest > 0.0 => (1.25 * highest).min(nyquist),
-            _ => nyquist,
-        }
+        self.report.highest_frequency(1.25)
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
     tree::{self, Part, View},
 };
 use crate::{
-    pipeline::message::{AnalysisKind, Header, JointInfo, Subject},
+    pipeline::message::{Header, JointInfo, Subject},
     plot::{Unit, letter, prediction_panel},
     record::{
         camera::Camera,
@@ -110,10 +110,8 @@ impl Run<'_> {
     fn has_tab(&self, key: &str) -> bool {
         match key {
             "contact" => self.spec.patch_rate > 0.0,
-            "embedding" => {
-                self.header.has(AnalysisKind::Delay) || self.header.has(AnalysisKind::Section)
-            }
-            "recurrence" => self.header.has(AnalysisKind::Quantification),
+            "embedding" => self.has_data("delay") || self.has_data("section"),
+            "recurrence" => self.has_data("quantification"),
             _ => true,
         }
     }
@@ -158,15 +156,12 @@ impl Run<'_> {
         let is_joint = |condition: &dyn Fn(&JointInfo) -> bool| joint.is_some_and(condition);
         match needs {
             "" => true,
-            "Joint" => is_joint(&|_| true),
-            "Energy" => is_joint(&|_| self.spec.energy_rate > 0.0),
-            "Patch" => is_joint(&|_| self.spec.patch_rate > 0.0),
-            "Load" => is_joint(&JointInfo::load_varies),
-            "Rotation" => is_joint(&JointInfo::rotation_varies),
-            analysis => {
-                let mut analyses = self.header.analyses.iter();
-                analyses.any(|kind| format!("{kind:?}") == analysis)
-            }
+            "joint" => is_joint(&|_| true),
+            "energy" => is_joint(&|_| self.spec.energy_rate > 0.0),
+            "patch" => is_joint(&|_| self.spec.patch_rate > 0.0),
+            "load" => is_joint(&JointInfo::load_varies),
+            "rotation" => is_joint(&JointInfo::rotation_varies),
+            analysis => self.header.analysis.names().contains(&analysis),
         }
     }
 

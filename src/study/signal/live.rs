@@ -1,7 +1,7 @@
 //! Settings of the sliding analyses, derived from the analysis of the whole signal.
 
+use super::SignalAnalysis;
 use super::analyse::{period_of, spectrogram_window};
-use super::{DelayEmbedding, RecurrenceAnalysis, SignalAnalysis};
 use crate::analysis::{
     chaos::{DivergenceMethod, DivergenceSearch},
     poincare::Direction,
@@ -19,6 +19,9 @@ const SPECTRUM_PERIODS: f64 = 100.0;
 const PLOT_PERIODS: f64 = 10.0;
 const CHAOS_PERIODS: f64 = 80.0;
 const REGIME_PERIODS: f64 = 400.0;
+
+/// Upper limit of frequency axes over the highest line or harmonic.
+pub const SHOWN: f64 = 1.5;
 
 /// Minimum and maximum samples of the windows for chaos and for the regime. The regime may use more: it thins
 /// densely sampled signals, and weak chaos needs long windows.
@@ -40,7 +43,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         spectrogram: Some(SpectrogramSpec {
             window: fit.window(spectrogram),
             every: fit.every(2.0 * EVALUATIONS),
-            max_frequency: highest_frequency(report),
+            max_frequency: report.highest_frequency(SHOWN),
         }),
         regime: Some(RegimeSpec {
             window: fit.window(fit.long(REGIME_PERIODS, REGIME_SAMPLES)),
@@ -49,12 +52,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         }),
         ..AnalysisSpec::default()
     };
-    if let Ok(embedding) = report.embedding.get() {
-        fit.add_embedded(report, embedding, &mut spec);
-        if let Ok(recurrence) = report.recurrence.get() {
-            fit.add_recurrence(embedding, recurrence, &mut spec);
-        }
-    }
+    fit.add_embedded(report, &mut spec);
     spec
 }
 
@@ -97,13 +95,11 @@ impl Fit {
         (periods * self.period).clamp(fewest, most)
     }
 
-    /// Adds the analyses of the delay embedding, its section and the divergence of nearby trajectories.
-    fn add_embedded(
-        &self,
-        report: &SignalAnalysis,
-        embedding: &DelayEmbedding,
-        spec: &mut AnalysisSpec,
-    ) {
+    /// Adds the analyses of the delay embedding, unless it was skipped: section, divergence of nearby trajectories, and
+    /// recurrence.
+    fn add_embedded(&self, report: &SignalAnalysis, spec: &mut AnalysisSpec) -> Option<()> {
+        let embedding = report.embedding.get().ok()?;
+        let recurrence = report.recurrence.get().ok()?;
         let (choice, lag) = (&embedding.choice, embedding.lag_s);
         let window = self.window(self.long(CHAOS_PERIODS, CHAOS_SAMPLES));
         let samples = (window * self.rate) as usize;
@@ -115,6 +111,10 @@ impl Fit {
             _ => report.facts.mean,
         };
         let lag_limit = samples as f64 / self.rate / 25.0;
+        let delay_vectors = EmbeddingSpec {
+            lag: Some(lag),
+            dimension: Some(choice.dimension),
+        };
         spec.delay = Some(DelaySpec {
             window,
             every: self.every(EVALUATIONS / 10.0),
@@ -134,20 +134,11 @@ impl Fit {
         spec.chaos = Some(ChaosSpec {
             window,
             every: self.every(EVALUATIONS / 5.0),
-            embedding: embedding_spec(embedding),
+            embedding: delay_vectors,
             theiler: embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,
             method: DivergenceMethod::Rosenstein,
         });
-    }
-
-    /// Adds the recurrence plot and its quantification.
-    fn add_recurrence(
-        &self,
-        embedding: &DelayEmbedding,
-        recurrence: &RecurrenceAnalysis,
-        spec: &mut AnalysisSpec,
-    ) {
         let step = recurrence.stride_samples as f64 / self.rate;
         let criterion = ThresholdSpec {
             norm: recurrence.rule.norm,
@@ -157,40 +148,19 @@ impl Fit {
             window: self.window(PLOT_PERIODS * self.period),
             every: self.every(EVALUATIONS),
             size: 288,
-            embedding: embedding_spec(embedding),
+            embedding: delay_vectors,
             criterion,
         });
         spec.quantification = Some(QuantificationSpec {
             window: self.window(1000.0 * step),
             every: self.every(EVALUATIONS),
             step,
-            embedding: embedding_spec(embedding),
+            embedding: delay_vectors,
             criterion,
-            theiler: embedding.lag_s,
+            theiler: lag,
             least_diagonal: 2,
             least_vertical: 2,
         });
-    }
-}
-
-fn embedding_spec(embedding: &DelayEmbedding) -> EmbeddingSpec {
-    EmbeddingSpec {
-        lag: Some(embedding.lag_s),
-        dimension: Some(embedding.choice.dimension),
-    }
-}
-
-/// Upper frequency limit for display, Hz: 1.5 times the highest line or harmonic of an event, or the Nyquist
-/// frequency.
-pub fn highest_frequency(report: &SignalAnalysis) -> f64 {
-    let nyquist = 0.5 * report.signal.rate;
-    let lines = report.tones.lines.iter().map(|named| named.line.frequency);
-    let events = report.events().iter();
-    let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
-    let highest = lines.chain(events).fold(0.0, f64::max);
-    if highest > 0.0 {
-        (1.5 * highest).min(nyquist)
-    } else {
-        nyquist
+        Some(())
     }
 }

@@ -49,7 +49,7 @@ use crate::study::{OnProgress, Stopped};
 
 pub use analyse::analyse_signal;
 pub use calibration::{CalibratedLevels, CalibrationError, CalibrationSource};
-pub use live::{highest_frequency, live_analysis};
+pub use live::{SHOWN, live_analysis};
 pub use outcome::{Outcome, SkipReason};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 #[cfg(feature = "table")]
@@ -371,6 +371,19 @@ impl SignalAnalysis {
     /// The tonal events, none if the signal is not a sound.
     pub fn events(&self) -> &[TonalEvent] {
         self.sound.as_ref().map_or(&[], |sound| &sound.tonal.events)
+    }
+
+    /// Upper frequency limit for display, Hz: the highest line or harmonic of an event times `margin`, or the Nyquist
+    /// frequency.
+    pub fn highest_frequency(&self, margin: f64) -> f64 {
+        let nyquist = 0.5 * self.signal.rate;
+        let lines = self.tones.lines.iter().map(|named| named.line.frequency);
+        let events = self.events().iter();
+        let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
+        match lines.chain(events).fold(0.0, f64::max) {
+            highest if highest > 0.0 => (margin * highest).min(nyquist),
+            _ => nyquist,
+        }
     }
 
     /// What the levels of the events are relative to.

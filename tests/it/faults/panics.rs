@@ -3,7 +3,7 @@
 use squeakscope::pipeline::message::{Frame, Header, Record};
 use squeakscope::pipeline::{Monitor, PipelineError, Simulation, Sink, SinkError, Source, drive};
 use squeakscope::record::{Output, RerunSink};
-use squeakscope::scene::{AnalysisSpec, Scene};
+use squeakscope::scene::Scene;
 
 use super::{desk, names, samples};
 
@@ -24,10 +24,6 @@ struct Faulty {
 impl Source for Faulty {
     fn header(&self, command: &str) -> Header {
         self.simulation.header(command)
-    }
-
-    fn analysis(&self) -> &AnalysisSpec {
-        self.simulation.analysis()
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {

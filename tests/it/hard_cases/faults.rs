@@ -140,7 +140,6 @@ fn the_recording_of_a_failed_run_is_readable() {
     use squeakscope::pipeline::message::{Frame, Header};
     use squeakscope::pipeline::{Monitor, PipelineError, Simulation, Source, drive};
     use squeakscope::record::{Output, RerunSink, read_series};
-    use squeakscope::scene::AnalysisSpec;
 
     /// Frames of a simulation, then an error of the integrator.
     struct Failing {
@@ -151,9 +150,6 @@ fn the_recording_of_a_failed_run_is_readable() {
     impl Source for Failing {
         fn header(&self, command: &str) -> Header {
             self.simulation.header(command)
-        }
-        fn analysis(&self) -> &AnalysisSpec {
-            self.simulation.analysis()
         }
         fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
             if self.remaining > 0 {

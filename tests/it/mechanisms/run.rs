@@ -31,7 +31,7 @@ impl Run {
         let header = source.header("");
         let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
         source.set_frame_length(samples, shown);
-        let mut analyser = Analyser::new(source.analysis(), &header);
+        let mut analyser = Analyser::new(&header.analysis, &header);
         let mut records = vec![Record::Header(Arc::new(header))];
         while let Some(frame) = source.next_frame().expect("runs") {
             let frame = Arc::new(frame);

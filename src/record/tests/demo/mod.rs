@@ -13,11 +13,11 @@ use crate::{
     analysis::{levels::LevelReference, recurrence::RecurrenceImage},
     dynamics::ErrorEstimate,
     pipeline::message::{
-        AnalysisKind, Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo,
-        NodeState, Observation, OperatingPoint, PatchGeometry, PatchSnapshot, PerturbedSamples,
-        Record, SignalInfo, SpectralLine, Subject, Summary, Vibration,
+        Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo, NodeState,
+        Observation, OperatingPoint, PatchGeometry, PatchSnapshot, PerturbedSamples, Record,
+        SignalInfo, SpectralLine, Subject, Summary, Vibration,
     },
-    scene::RecordSpec,
+    scene::{RecordSpec, Scene},
 };
 
 /// Sample rate, Hz.
@@ -45,19 +45,6 @@ const MODES: [(&str, f64); 11] = [
     ("2nd torsion", 9917.0),
     ("4th bending x", 12448.0),
     ("4th bending y", 12448.0),
-];
-
-const ALL: [AnalysisKind; 10] = [
-    AnalysisKind::Spectrum,
-    AnalysisKind::Spectrogram,
-    AnalysisKind::Recurrence,
-    AnalysisKind::Delay,
-    AnalysisKind::Quantification,
-    AnalysisKind::Section,
-    AnalysisKind::Chaos,
-    AnalysisKind::Regime,
-    AnalysisKind::Exponents,
-    AnalysisKind::PerturbedTrajectory,
 ];
 
 /// The recording settings of a typical scene.
@@ -201,8 +188,7 @@ pub fn header(duration: f64) -> Header {
         duration,
         endless: false,
         controls: Vec::new(),
-        analyses: ALL.to_vec(),
-        section: None,
+        analysis: Scene::load("chaos-5deg").unwrap().analysis,
         rest_speed: 0.0,
         subject: Subject::Joint(joint()),
         computed: None,

@@ -80,6 +80,26 @@ keys! {
     }
 }
 
+impl AnalysisSpec {
+    /// Names of the analyses that are computed, after their records.
+    pub fn names(&self) -> Vec<&'static str> {
+        let all = [
+            ("spectrum", self.spectrum.is_some()),
+            ("spectrogram", self.spectrogram.is_some()),
+            ("delay", self.delay.is_some()),
+            ("recurrence", self.recurrence.is_some()),
+            ("quantification", self.quantification.is_some()),
+            ("section", self.section.is_some()),
+            ("chaos", self.chaos.is_some()),
+            ("regime", self.regime.is_some()),
+            ("exponents", self.exponents.is_some()),
+            ("perturbed", self.perturbed_trajectory.is_some()),
+        ];
+        let on = all.into_iter().filter(|(_, on)| *on);
+        on.map(|(name, _)| name).collect()
+    }
+}
+
 keys! {
     /// Amplitude spectrum.
     #[derive(Clone, Copy, Debug, PartialEq)]
