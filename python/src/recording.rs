@@ -7,7 +7,7 @@ use squeakscope::import::{Format, ImportError, Selection, Signal, Table, read_si
 use squeakscope::plot::signal_figures;
 use squeakscope::record::{ReadError, read_series};
 use squeakscope::study::signal::{
-    AnalysedFile, CalibrationError, CalibrationSource, SignalError, SignalOptions,
+    CalibrationError, CalibrationSource, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
 };
 
 use crate::array::{optional, positive, vector};
@@ -108,18 +108,23 @@ pub fn analyse<'py>(
             .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
             .transpose()?;
         let progress = &mut |share: f64, _: &str| watch.report(share);
-        let found = AnalysedFile::of(path, signal, calibration, &options, progress);
-        found.map_err(FileError::from)
+        let options = SignalOptions {
+            calibration,
+            ..options
+        };
+        let mut found = analyse_signal(signal, &options, progress)?;
+        found.file = path;
+        Ok::<_, FileError>(found)
     })?;
     let fields = Fields::of(py, &found)?;
     let shown = ["spectrum", "regime"];
     let figures = move || {
-        signal_figures(&found.report)
+        signal_figures(&found)
             .into_iter()
             .filter(|figure| shown.contains(&&*figure.name))
             .collect()
     };
-    fields.drawn(figures)?.finish::<AnalysedFile>()
+    fields.drawn(figures)?.finish::<SignalAnalysis>()
 }
 
 /// Why a file has no signal.

@@ -17,7 +17,7 @@ use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
 use squeakscope::study::cost::Cost;
 use squeakscope::study::lyapunov::{Classified, LyapunovResult, LyapunovStudy};
-use squeakscope::study::signal::{AnalysedFile, MeasuresAt, SpectralLines};
+use squeakscope::study::signal::{MeasuresAt, SignalAnalysis, SpectralLines};
 use squeakscope::study::sweep::SweepResult;
 
 /// Declares results that have arrays beside serialised fields.
@@ -137,7 +137,6 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         ($($kind:ty),* $(,)?) => { $(generator.subschema_for::<$kind>();)* };
     }
     add!(
-        AnalysedFile,
         Basins,
         Branch,
         Cost,
@@ -154,6 +153,7 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         RunExponents,
         SceneExponents,
         Section,
+        SignalAnalysis,
         SignalOfFile,
         Spectrogram,
         Spectrum,

@@ -14,7 +14,11 @@ use super::output::{Kind, OutputError, OutputFile};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
-use crate::analysis::{events::TonalEvent, levels::LevelReference, stats::range};
+use crate::analysis::{
+    events::TonalEvent,
+    levels::{Calibration, LevelReference},
+    stats::range,
+};
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -22,7 +26,7 @@ use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    AnalysedFile, Label, SHOWN, Score, SignalAnalysis, SignalError, SignalOptions, live_analysis,
+    Label, SHOWN, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal, live_analysis,
     write_events,
 };
 
@@ -43,14 +47,13 @@ pub(super) fn execute(
     let mut files = outputs.check()?;
     let watch = Watch::new(stop);
     let analysed = analyse(args, file, args.column.as_deref(), &watch)?;
-    let report = &analysed.report;
     let recording = files.path("--save");
-    let drawn = files.draw(|| signal_figures(report));
-    files.write("--labels", |file| write_labels(file, report))?;
+    let drawn = files.draw(|| signal_figures(&analysed));
+    files.write("--labels", |file| write_labels(file, &analysed))?;
     files.write("--events", |file| write_table(file, [&analysed]))?;
     let mut interrupted = false;
     files.write("--save", |save| {
-        let summary = play(file, report, save, (&watch, stop))?;
+        let summary = play(file, &analysed, save, (&watch, stop))?;
         interrupted = summary.interrupted;
         Ok::<_, CliError>(())
     })?;
@@ -74,7 +77,7 @@ pub(super) fn analyse(
     file: &Path,
     column: Option<&str>,
     watch: &Watch<'_>,
-) -> Result<AnalysedFile, CliError> {
+) -> Result<SignalAnalysis, CliError> {
     let truth = args.truth.as_ref().map(|truth| read_labels(truth, file));
     let truth = truth.transpose()?;
     let signal = read(
@@ -99,10 +102,9 @@ pub(super) fn analyse(
     let calibration = calibration
         .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
         .transpose()?;
-    let options = options(args);
+    let options = options(args, calibration);
     let progress = &mut |share: f64, task: &str| watch.update(share, task);
-    let path = Some(file.to_owned());
-    let analysed = AnalysedFile::of(path, signal, calibration, &options, progress);
+    let analysed = analyse_signal(signal, &options, progress);
     let mut analysed = analysed.map_err(|reason| match reason {
         SignalError::Stopped(_) => CliError::NoResult,
         reason => CliError::Signal {
@@ -110,7 +112,8 @@ pub(super) fn analyse(
             reason,
         },
     })?;
-    analysed.truth = truth.map(|labels| Score::of(analysed.report.events(), &labels));
+    analysed.file = Some(file.to_owned());
+    analysed.truth = truth.map(|labels| Score::of(analysed.events(), &labels));
     Ok(analysed)
 }
 
@@ -141,7 +144,7 @@ pub(super) fn write_labels(file: &OutputFile, report: &SignalAnalysis) -> Result
 /// Writes the tonal events of files as a table.
 pub(super) fn write_table<'a>(
     file: &OutputFile,
-    analysed: impl IntoIterator<Item = &'a AnalysedFile>,
+    analysed: impl IntoIterator<Item = &'a SignalAnalysis>,
 ) -> Result<(), CliError> {
     write_events(file.path(), analysed).map_err(CliError::during("writing of the table"))
 }
@@ -169,7 +172,7 @@ fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
 }
 
 /// The options of the analysis.
-fn options(args: &AnalyseArgs) -> SignalOptions {
+fn options(args: &AnalyseArgs, calibration: Option<Calibration>) -> SignalOptions {
     SignalOptions {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
@@ -184,6 +187,7 @@ fn options(args: &AnalyseArgs) -> SignalOptions {
         min_vertical: args.min_vertical.map(|states| states as usize),
         event: args.event.map(|number| number as usize),
         faint: args.faint,
+        calibration,
     }
 }
 

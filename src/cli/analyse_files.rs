@@ -23,13 +23,13 @@ use crate::import::{Format, channels};
 use crate::number::fixed;
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::report::{Block, Report, Table};
-use crate::study::signal::{AnalysedFile, Score};
+use crate::study::signal::{Score, SignalAnalysis};
 
 /// The analyses of several files.
 #[derive(Default, Serialize, JsonSchema)]
 pub(super) struct AnalysedFiles {
     /// Analyses in the order of the files; those of a directory are sorted by name.
-    analyses: Vec<AnalysedFile>,
+    analyses: Vec<SignalAnalysis>,
     /// Failures: files that could not be analysed.
     failures: Vec<FailedFile>,
     /// Skipped: files in a directory that are no signals.
@@ -200,12 +200,11 @@ fn check_directories<'a>(
 fn with_pictures(
     args: &AnalyseArgs,
     job: &Job,
-    mut analysed: AnalysedFile,
+    mut report: SignalAnalysis,
     files: &mut Files<'_>,
-) -> Result<AnalysedFile, CliError> {
-    let report = &mut analysed.report;
+) -> Result<SignalAnalysis, CliError> {
     if let Some(directory) = &args.figures.path {
-        let figures = signal_figures(report);
+        let figures = signal_figures(&report);
         let drawn = args.figures.drawn.or(PIXELS);
         for path in drawn.write(&directory.join(name(job)), "--figures", &figures, None)? {
             files.add(&path)?;
@@ -217,13 +216,13 @@ fn with_pictures(
         })?;
         let path = directory.join(format!("{}.txt", name(job)));
         let file = OutputFile::check(&path, "--labels")?;
-        write_labels(&file, report)?;
+        write_labels(&file, &report)?;
         files.add(file.path())?;
     }
     report.signal.samples = Vec::new();
     report.part = None;
     report.spectrogram = Vec::new();
-    Ok(analysed)
+    Ok(report)
 }
 
 /// The files, with those in a directory whose format is known; the others are `skipped`, with the reason.
@@ -300,27 +299,27 @@ impl Report for AnalysedFiles {
             })
             .left("channel", |row| {
                 let file = row.ok().filter(|_| self.each_channel)?;
-                Some(escape::line(&file.report.facts.name).into_owned())
+                Some(escape::line(&file.facts.name).into_owned())
             })
             .right("duration, s", |row| {
-                fixed(row.ok().map(|file| file.report.facts.duration_s), 3)
+                fixed(row.ok().map(|file| file.facts.duration_s), 3)
             })
             .right("dB(A)", |row| {
                 let levels = row.ok()?.sound_levels.as_ref();
                 levels.map(|found| fixed(found.levels.a_weighted_level_db, 1))
             })
             .right("events", |row| {
-                row.ok().map(|file| file.report.events().len().to_string())
+                row.ok().map(|file| file.events().len().to_string())
             })
             .right("event, Hz", |row| {
-                let event = row.ok()?.report.event();
+                let event = row.ok()?.event();
                 event.map(|event| fixed(event.frequency_hz, 1))
             })
             .right("line, Hz", |row| {
-                let line = row.ok()?.report.tones.lines.first();
+                let line = row.ok()?.tones.lines.first();
                 line.map(|named| fixed(named.line.frequency, 1))
             });
-        let counted = |file: &AnalysedFile, count: fn(&Score) -> usize| {
+        let counted = |file: &SignalAnalysis, count: fn(&Score) -> usize| {
             let score = file.truth.as_ref();
             score.map(|score| count(score).to_string())
         };
@@ -333,12 +332,7 @@ impl Report for AnalysedFiles {
                 counted(row.ok()?, |score| score.missed.len())
             });
         let table = table.left("type of motion", |row| match row {
-            Ok(file) => file
-                .report
-                .verdict
-                .get()
-                .ok()
-                .map(|it| it.regime.to_string()),
+            Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
             Err(failed) => Some(escape::line(&failed.reason).into_owned()),
         });
         let mut blocks = vec![table.into()];

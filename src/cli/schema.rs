@@ -25,7 +25,7 @@ use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::Cost;
 use crate::study::friction_fit::FrictionFit;
 use crate::study::lyapunov::LyapunovResult;
-use crate::study::signal::AnalysedFile;
+use crate::study::signal::SignalAnalysis;
 use crate::study::sweep::SweepResult;
 
 /// The commands that write JSON.
@@ -79,7 +79,7 @@ impl ResultOf {
             Self::Basins => root::<Document<Basins>>(),
             Self::Paper => root::<Document<PaperResult>>(),
             Self::Cost => root::<Document<Cost>>(),
-            Self::Analyse => root::<Either<AnalysedFile, AnalysedFiles>>(),
+            Self::Analyse => root::<Either<SignalAnalysis, AnalysedFiles>>(),
             Self::Friction => root::<Document<FrictionFit>>(),
             Self::Scenes => root::<Either<Scenes<'_>, Entry<'_>>>(),
             Self::Model => root::<Document<Size>>(),

@@ -19,9 +19,9 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Time of a sample, s.
-    pub fn time(&self, index: usize) -> f64 {
-        self.start + index as f64 / self.rate
+    /// Time of a sample, s; its index may be fractional.
+    pub fn time(&self, index: f64) -> f64 {
+        self.start + index / self.rate
     }
 
     /// Duration: number of samples divided by the rate, s.

@@ -394,7 +394,7 @@ fn a_part_is_selected_by_the_time_of_the_file() {
     let cut = |words: &[(&str, &str)]| folder.text(&text, words);
     let signal = cut(&[("from", "6"), ("to", "7.05")]).unwrap();
     assert_eq!(signal.samples, (10..21).map(f64::from).collect::<Vec<_>>());
-    assert!((signal.start - 6.0).abs() < 1e-12 && (signal.time(10) - 7.0).abs() < 1e-12);
+    assert!((signal.start - 6.0).abs() < 1e-12 && (signal.time(10.0) - 7.0).abs() < 1e-12);
     assert_eq!(cut(&[("to", "15")]).unwrap().samples.len(), 100);
     assert_eq!(cut(&[("from", "5")]).unwrap().samples.len(), 100);
     for (words, said) in [

@@ -127,6 +127,9 @@ pub fn report(name: &str) -> SignalAnalysis {
         },
     };
     SignalAnalysis {
+        file: None,
+        sound_levels: None,
+        truth: None,
         facts: SignalStatistics::of(&signal),
         signal,
         tones: SpectralLines::new(&spectrum, &lines, naming),

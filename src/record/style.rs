@@ -121,18 +121,9 @@ pub fn fade(color: Color, k: usize, count: usize) -> Color {
     faded(color, 0.18 + 0.82 * age.powi(2))
 }
 
-/// Name of a signal from a file: its column, else its source.
-pub fn signal_name(signal: &SignalInfo) -> &str {
-    if signal.column.is_empty() {
-        &signal.source
-    } else {
-        &signal.column
-    }
-}
-
 /// Name and unit of a signal from a file.
 pub fn signal_title(signal: &SignalInfo) -> String {
-    let title = format!("{}, {}", signal_name(signal), signal.unit);
+    let title = format!("{}, {}", signal.column, signal.unit);
     title.trim_end_matches(", ").to_owned()
 }
 

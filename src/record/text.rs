@@ -188,7 +188,7 @@ pub fn narrate(rec: &RecordingStream, header: &Header, time: f64, words: &str) {
         ),
         Subject::Signal(signal) => format!(
             "{}, sample rate {} Hz, duration {}.",
-            escape::code(style::signal_name(signal)),
+            escape::code(&signal.column),
             style::short(header.sample_rate),
             Unit::write(header.duration, "s"),
         ),

@@ -215,7 +215,7 @@ pub enum StatusKind {
 pub struct SignalInfo {
     /// Origin, such as the file name.
     pub source: String,
-    /// Name of the column or channel; empty if the file has a single unnamed one.
+    /// Name of the column or channel.
     pub column: String,
     /// Unit of the samples; empty if unknown.
     pub unit: String,

@@ -87,11 +87,6 @@ impl<'a> SignalFigures<'a> {
         Self { report, unit }
     }
 
-    fn time(&self, sample: f64) -> f64 {
-        let signal = &self.report.signal;
-        signal.start + sample / signal.rate
-    }
-
     /// An axis of the samples.
     fn samples_axis(&self, name: &str) -> Axis {
         let samples = self.report.analysed().samples.iter();

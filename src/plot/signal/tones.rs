@@ -23,16 +23,17 @@ const PIXELS: [usize; 2] = [1600, 600];
 
 impl SignalFigures<'_> {
     pub fn waveform(&self) -> Picture {
-        let all = &self.report.signal.samples;
+        let signal = &self.report.signal;
+        let all = &signal.samples;
         let count = all.len();
         let period = match self.report.tones.lines.first() {
-            Some(line) => self.report.signal.rate / line.line.frequency,
+            Some(line) => signal.rate / line.line.frequency,
             None => count as f64 / (100.0 * CLOSE_PERIODS),
         };
         let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
         let panel = |title: &str, from: usize| {
-            let curve = envelope(&all[from..], |k| self.time((from + k) as f64));
-            let times = [from as f64, count as f64 - 1.0].map(|sample| self.time(sample));
+            let curve = envelope(&all[from..], |k| signal.time((from + k) as f64));
+            let times = [from as f64, count as f64 - 1.0].map(|sample| signal.time(sample));
             let y = Axis::with_margin("signal", all.iter().copied());
             Panel::new(
                 title,
@@ -91,7 +92,7 @@ impl SignalFigures<'_> {
         let columns = &self.report.spectrogram;
         let image = columns.first().zip(columns.last()).map(|(first, last)| {
             let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
-            let times = [first.centre, last.centre].map(|sample| self.time(sample));
+            let times = [first.centre, last.centre].map(|sample| self.report.signal.time(sample));
             image(columns, shown, times, [0.0, shown as f64 * first.bin])
         });
         let (x, y, note) = match &image {

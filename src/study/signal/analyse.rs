@@ -3,9 +3,9 @@
 use super::sound::MeasuredSound;
 use super::stretch::{Selected, background_power, select};
 use super::{
-    AnalysedStretch, DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES, MIN_SAMPLES,
-    MeasuresAt, NamedLine, Outcome, PoincareSection, RecurrenceAnalysis, SignalAnalysis,
-    SignalError, SignalOptions, SignalStatistics, SkipReason, SpectralLines,
+    AnalysedStretch, CalibratedLevels, DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES,
+    MIN_SAMPLES, MeasuresAt, NamedLine, Outcome, PoincareSection, RecurrenceAnalysis,
+    SignalAnalysis, SignalError, SignalOptions, SignalStatistics, SkipReason, SpectralLines,
 };
 use crate::analysis::{
     AnalysisError, MAX_SAMPLE, MIN_RANGE,
@@ -17,6 +17,7 @@ use crate::analysis::{
         false_neighbours,
     },
     events::TonalEvents,
+    levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
         Measures, RateBase, RecurrenceCriterion, RecurrenceImage, Recurrences, Threshold,
@@ -72,18 +73,27 @@ const MANY_SAMPLES: usize = 50_000;
 /// Peak-to-peak amplitude of the dither of a constant sound that is silent, over full scale: two steps of 8 bits.
 const MAX_DITHER: f64 = 1.0 / 64.0;
 
-/// Analyses a signal.
+/// Analyses a signal, with its sound levels if it is calibrated or in Pa.
 ///
 /// # Errors
 /// [`SignalError::Stopped`]; [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
 /// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`],
 /// [`AnalysisError::SampleRange`] for samples whose squares overflow or underflow, [`AnalysisError::Memory`] if the
-/// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold.
+/// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold, or of
+/// [`sound_levels`](crate::analysis::levels::sound_levels).
 pub fn analyse_signal(
-    signal: Signal,
+    mut signal: Signal,
     search: &SignalOptions,
     progress: OnProgress<'_>,
 ) -> Result<SignalAnalysis, SignalError> {
+    let sound_levels = match search.calibration {
+        Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),
+        // What is in Pa need not be a sound.
+        None if signal.unit == LevelReference::PASCAL => {
+            CalibratedLevels::of(&mut signal, Calibration::PASCAL).ok()
+        }
+        None => None,
+    };
     check(&signal.samples)?;
     progress(0.0, "tonal events")?;
     let silent_below = silence(&signal);
@@ -148,6 +158,7 @@ pub fn analyse_signal(
     progress(0.92, "0-1 test")?;
     let zero_one = steady.try_map(|found| test_zero_one(newest, found.choice.lag))?;
     Ok(SignalAnalysis {
+        file: None,
         facts: SignalStatistics::of(&signal),
         stretch,
         verdict,
@@ -161,6 +172,8 @@ pub fn analyse_signal(
         rosenstein,
         kantz,
         zero_one,
+        sound_levels,
+        truth: None,
         sound,
         part,
         signal,
@@ -464,7 +477,7 @@ impl Plan {
             let measures = self.measures(&thinned(window, self.stride))?;
             let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
             along.extend(measures.map(|measures| MeasuresAt {
-                time: signal.start + centre / signal.rate,
+                time: signal.time(centre),
                 measures: measures.in_seconds(self.stride as f64 / signal.rate),
             }));
         }
@@ -490,7 +503,7 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSectio
     crossings.drain(..crossings.len().saturating_sub(MAX_CROSSINGS));
     let ahead = (signal.samples.len() - newest.len()) as f64;
     let passage = |crossing: &Crossing| SectionPoint {
-        time: signal.start + (ahead + crossing.sample) / signal.rate,
+        time: signal.time(ahead + crossing.sample),
         at: [crossing.point[0], crossing.point[2]],
     };
     let passages: Vec<SectionPoint> = crossings.iter().map(passage).collect();

@@ -45,7 +45,7 @@ use crate::analysis::{
     tones::{Column, LineIdentification, SpectralLine, Spectrum},
 };
 use crate::import::Signal;
-use crate::study::{OnProgress, Stopped};
+use crate::study::Stopped;
 
 pub use analyse::analyse_signal;
 pub use calibration::{CalibratedLevels, CalibrationError, CalibrationSource};
@@ -94,6 +94,8 @@ pub struct SignalOptions {
     pub event: Option<usize>,
     /// Whether to list events more than 40 dB below the recording, too.
     pub faint: bool,
+    /// Calibration, by which the signal is converted to Pa.
+    pub calibration: Option<Calibration>,
 }
 
 /// Error of a signal's analysis.
@@ -313,7 +315,11 @@ impl AnalysedStretch {
 /// Amplitudes, levels and distances are in the unit of the signal, times in seconds. The signal itself and
 /// data used only for figures are not serialised.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "AnalysedFile")]
 pub struct SignalAnalysis {
+    /// Path of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
     /// The signal.
     #[serde(skip)]
     pub signal: Signal,
@@ -354,6 +360,12 @@ pub struct SignalAnalysis {
     pub kantz: Outcome<Divergence>,
     /// The 0-1 test for chaos.
     pub zero_one: Outcome<ZeroOne>,
+    /// Sound levels; absent without a calibration, unless the file is a sound in Pa.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound_levels: Option<CalibratedLevels>,
+    /// Events compared with labels; absent without labels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Score>,
 }
 
 impl SignalAnalysis {
@@ -390,52 +402,5 @@ impl SignalAnalysis {
     pub fn level_reference(&self) -> LevelReference {
         let sound = self.sound.as_ref();
         sound.map_or_else(LevelReference::default, |sound| sound.level_reference)
-    }
-}
-
-/// The analysis of a file, or of samples.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct AnalysedFile {
-    /// Path of the file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<PathBuf>,
-    /// Analysis of the signal.
-    #[serde(flatten)]
-    pub report: SignalAnalysis,
-    /// Sound levels; absent without a calibration, unless the file is a sound in Pa.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sound_levels: Option<CalibratedLevels>,
-    /// Events compared with labels; absent without labels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub truth: Option<Score>,
-}
-
-impl AnalysedFile {
-    /// Analyses the signal of a file as [`analyse_signal`]; with a calibration in Pa, and with its sound levels.
-    ///
-    /// # Errors
-    /// As [`analyse_signal`], and as [`sound_levels`](crate::analysis::levels::sound_levels).
-    pub fn of(
-        file: Option<PathBuf>,
-        mut signal: Signal,
-        calibration: Option<Calibration>,
-        options: &SignalOptions,
-        progress: OnProgress<'_>,
-    ) -> Result<Self, SignalError> {
-        let sound_levels = match calibration {
-            Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),
-            // What is in Pa need not be a sound.
-            None if signal.unit == LevelReference::PASCAL => {
-                CalibratedLevels::of(&mut signal, Calibration::PASCAL).ok()
-            }
-            None => None,
-        };
-        let report = analyse_signal(signal, options, progress)?;
-        Ok(Self {
-            file,
-            report,
-            sound_levels,
-            truth: None,
-        })
     }
 }

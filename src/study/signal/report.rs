@@ -1,9 +1,8 @@
 //! The report of an analysed signal: what sounds when, then one paragraph per analysis.
 
 use super::{
-    AnalysedFile, AnalysedStretch, CalibratedLevels, DelayEmbedding, MeasuredSound, Outcome,
-    PoincareSection, RecurrenceAnalysis, Score, SignalAnalysis, SignalStatistics, SkipReason,
-    SpectralLines,
+    AnalysedStretch, CalibratedLevels, DelayEmbedding, MeasuredSound, Outcome, PoincareSection,
+    RecurrenceAnalysis, Score, SignalAnalysis, SignalStatistics, SkipReason, SpectralLines,
 };
 use crate::analysis::{
     chaos::Divergence,
@@ -30,10 +29,9 @@ const CLIPPED: &str =
 /// Formats a value in the unit of the signal.
 type Amount<'a> = &'a dyn Fn(f64) -> String;
 
-impl Report for AnalysedFile {
+impl Report for SignalAnalysis {
     fn blocks(&self, _name: &str) -> Vec<Block> {
-        let report = &self.report;
-        let unit = escape::line(&report.facts.unit);
+        let unit = escape::line(&self.facts.unit);
         let amount = |value: f64| {
             let text = format!("{} {unit}", significant(value, DIGITS));
             text.trim_end().to_owned()
@@ -41,24 +39,24 @@ impl Report for AnalysedFile {
         let mut blocks = Vec::new();
         blocks.extend(self.truth.iter().flat_map(Score::blocks));
         blocks.extend(self.sound_levels.iter().flat_map(levels));
-        if let Some(sound) = &report.sound {
-            blocks.extend(self::sound(sound, report.facts.duration_s, &amount));
+        if let Some(sound) = &self.sound {
+            blocks.extend(self::sound(sound, self.facts.duration_s, &amount));
         }
         let file = self.file.as_ref().map(|file| file.to_string_lossy());
-        blocks.extend(facts(&file.unwrap_or_default(), &report.facts, &amount));
-        blocks.extend(stretch(&report.stretch, report.event()));
-        blocks.extend(verdict(&report.verdict));
-        blocks.extend(spectrum(&report.tones, &amount));
-        blocks.extend(found("delay embedding", &report.embedding, |states| {
-            embedding(states, report.nonlinear_samples)
+        blocks.extend(facts(&file.unwrap_or_default(), &self.facts, &amount));
+        blocks.extend(stretch(&self.stretch, self.event()));
+        blocks.extend(verdict(&self.verdict));
+        blocks.extend(spectrum(&self.tones, &amount));
+        blocks.extend(found("delay embedding", &self.embedding, |states| {
+            embedding(states, self.nonlinear_samples)
         }));
-        blocks.extend(found("recurrence", &report.recurrence, |states| {
+        blocks.extend(found("recurrence", &self.recurrence, |states| {
             recurrence(states, &amount)
         }));
-        blocks.extend(found("Poincare section", &report.section, |points| {
+        blocks.extend(found("Poincare section", &self.section, |points| {
             section(points, &amount)
         }));
-        blocks.extend(chaos(report));
+        blocks.extend(chaos(self));
         blocks
     }
 }

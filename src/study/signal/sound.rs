@@ -114,7 +114,7 @@ fn by_blocks(signal: &Signal, options: &EventOptions) -> Result<TonalEvents, Ana
     for block in 0..blocks {
         let [first, end] =
             [block, block + 1].map(|k| (count as u128 * k as u128 / blocks as u128) as usize);
-        let start_s = signal.start + first as f64 / signal.rate;
+        let start_s = signal.time(first as f64);
         let mut found = tonal_events(&signal.samples[first..end], signal.rate, options)?;
         found
             .events

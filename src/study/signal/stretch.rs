@@ -205,7 +205,7 @@ fn filtered(signal: &Signal, span: Span, band: [f64; 2]) -> (Signal, Option<[f64
         end_s: span.end_s + margin,
     };
     let range = index_range(signal, wider);
-    let start = signal.start + range.start as f64 / signal.rate;
+    let start = signal.time(range.start as f64);
     let raw = &signal.samples[range];
     let filtered = band_pass(raw, signal.rate, band);
     let is_needed = filtered.outside_share > OUTSIDE_SHARE;

@@ -6,7 +6,7 @@ use arrow_schema::FieldRef;
 use serde::{Deserialize, Serialize};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
-use super::AnalysedFile;
+use super::SignalAnalysis;
 use crate::export::OutputError;
 use crate::study::table;
 
@@ -44,16 +44,15 @@ struct Row {
 /// If the file cannot be written; an existing file is then unchanged.
 pub fn write_events<'a>(
     path: &Path,
-    files: impl IntoIterator<Item = &'a AnalysedFile>,
+    files: impl IntoIterator<Item = &'a SignalAnalysis>,
 ) -> Result<(), OutputError> {
     let rows: Vec<Row> = files.into_iter().flat_map(rows).collect();
     let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default());
     table::write_rows(path, fields, &rows)
 }
 
-fn rows(analysed: &AnalysedFile) -> impl Iterator<Item = Row> {
-    let report = &analysed.report;
-    let file = analysed.file.as_deref().unwrap_or(Path::new(""));
+fn rows(report: &SignalAnalysis) -> impl Iterator<Item = Row> {
+    let file = report.file.as_deref().unwrap_or(Path::new(""));
     (1..).zip(report.events()).map(move |(number, event)| Row {
         file: file.display().to_string(),
         channel: report.facts.name.clone(),
