@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::kind::{CLASSES, INPUTS, MODEL, inputs};
+use super::kind::{CLASSES, MODEL, inputs};
 use super::search::candidates;
 use super::{EventKind, EventOptions, TonalEvent};
 use crate::logistic::Model;
@@ -46,22 +46,20 @@ fn truth(kind: Kind, recording: &Recording, event: &TonalEvent) -> Option<Option
     Some(recording.resonance_hz.is_some_and(is_near).then_some(kind))
 }
 
-/// The sounds of a recording that are long and loud enough for events.
-fn examples(kind: Kind, seed: u64) -> Vec<Example> {
+/// The sounds of a recording that are long and loud enough for events, with the names of the inputs.
+fn examples(kind: Kind, seed: u64) -> Vec<(Vec<&'static str>, Example)> {
     let recording = recording(kind, -10.0..=30.0, seed);
     let options = EventOptions::default();
-    let (candidates, _, power) = candidates(&recording.samples, recording.rate_hz, &options);
-    let recording_db = options.level_db(power);
+    let (candidates, _, recording_db) = candidates(&recording.samples, recording.rate_hz, &options);
     let sounds = candidates
         .iter()
         .enumerate()
         .filter(|(_, (event, _))| options.admits(event, recording_db));
     let example = |(k, (event, _)): (usize, &(TonalEvent, _))| {
         let right = truth(kind, &recording, event)?;
-        Some(Example {
-            inputs: inputs(k, &candidates).to_vec(),
-            right: CLASSES.map(|class| class == right).to_vec(),
-        })
+        let (names, inputs) = inputs(k, &candidates).into_iter().unzip();
+        let right = CLASSES.map(|class| class == right).to_vec();
+        Some((names, Example { inputs, right }))
     };
     sounds.filter_map(example).collect()
 }
@@ -84,6 +82,7 @@ fn the_model_is_fitted() {
         seeds.flat_map(|(kind, count)| (FIRST..FIRST + count).map(move |seed| (kind, seed)));
     let seeds: Vec<(Kind, u64)> = seeds.collect();
     let of_recording = |(kind, seed): (Kind, u64)| examples(kind, seed);
-    let all: Vec<Example> = seeds.into_par_iter().flat_map_iter(of_recording).collect();
-    Model::fitted(&INPUTS, &all).write_or_compare(&MODEL);
+    let (names, all): (Vec<_>, Vec<_>) =
+        seeds.into_par_iter().flat_map_iter(of_recording).collect();
+    Model::fitted(&names[0], &all).write_or_compare(&MODEL);
 }

@@ -13,20 +13,6 @@ use super::partial::STEP_S;
 use super::{EventKind, TonalEvent};
 use crate::logistic::Model;
 
-/// The inputs of the model.
-pub(super) const INPUTS: [&str; 10] = [
-    "snr",
-    "duration",
-    "frequency",
-    "unevenness",
-    "decay",
-    "incoherence",
-    "innovation",
-    "harmonics",
-    "alike",
-    "near",
-];
-
 /// The classes of the model; `None` is no event.
 pub(super) const CLASSES: [Option<EventKind>; 4] = [
     None,
@@ -42,8 +28,8 @@ pub(super) static MODEL: LazyLock<Model> =
 /// and innovation within a factor of two.
 const AROUND_S: f64 = 5.0;
 
-/// The inputs of the model for one of `all` sounds.
-pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.len()] {
+/// The inputs of the model for one of `all` sounds, by name.
+pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [(&'static str, f64); 10] {
     let (event, group) = &all[which];
     let (_, leader) = group.leader();
     let length = |event: &TonalEvent| event.span().length_s().max(STEP_S).ln();
@@ -57,29 +43,30 @@ pub(super) fn inputs(which: usize, all: &[(TonalEvent, Group)]) -> [f64; INPUTS.
         });
         (others.count() as f64).ln_1p()
     };
+    let is_alike = |other: &TonalEvent, other_group: &Group| {
+        let (_, other_leader) = other_group.leader();
+        (length(other) - length(event)).abs() < LN_2
+            && (other_leader.unevenness - leader.unevenness).abs() < LN_2
+            && (other_leader.innovation - leader.innovation).abs() < LN_2
+            && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
+    };
     [
-        event.snr_db,
-        length(event),
-        event.frequency_hz.ln(),
-        leader.unevenness,
-        leader.decay,
-        leader.incoherence,
-        leader.innovation,
-        (event.harmonics as f64).ln(),
-        count(AROUND_S, &|other, other_group| {
-            let (_, other_leader) = other_group.leader();
-            (length(other) - length(event)).abs() < LN_2
-                && (other_leader.unevenness - leader.unevenness).abs() < LN_2
-                && (other_leader.innovation - leader.innovation).abs() < LN_2
-                && (other.frequency_hz / event.frequency_hz - 1.0).abs() > SAME
-        }),
-        count(event.span().length_s(), &|_, _| true),
+        ("snr", event.snr_db),
+        ("duration", length(event)),
+        ("frequency", event.frequency_hz.ln()),
+        ("unevenness", leader.unevenness),
+        ("decay", leader.decay),
+        ("incoherence", leader.incoherence),
+        ("innovation", leader.innovation),
+        ("harmonics", (event.harmonics as f64).ln()),
+        ("alike", count(AROUND_S, &is_alike)),
+        ("near", count(event.span().length_s(), &|_, _| true)),
     ]
 }
 
 /// The likeliest class of inputs with its probability.
-pub(super) fn likeliest(inputs: &[f64]) -> (Option<EventKind>, f64) {
-    let probabilities = MODEL.probabilities(inputs).into_iter();
+pub(super) fn likeliest(inputs: &[(&str, f64); 10]) -> (Option<EventKind>, f64) {
+    let probabilities = MODEL.probabilities(&inputs.map(|input| input.1));
     let classes = CLASSES.into_iter().zip(probabilities);
     let best = classes.max_by(|a, b| a.1.total_cmp(&b.1));
     best.expect("the model has classes")

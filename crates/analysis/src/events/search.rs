@@ -13,7 +13,7 @@ use super::partial::Partial;
 use super::paths::ridges;
 use super::ridge::Ridge;
 use super::spectrogram::{Peaks, peaks};
-use super::{EventKind, RidgePoint, TonalEvent, TonalEvents};
+use super::{EventKind, Hum, RidgePoint, TonalEvent, TonalEvents};
 use crate::stats::{mean, range};
 use crate::{AnalysisError, MAX_SAMPLE};
 
@@ -87,8 +87,7 @@ pub fn tonal_events(
     if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
         return Err(AnalysisError::SampleRange);
     }
-    let (candidates, hum, power) = candidates(samples, rate_hz, options);
-    let recording_db = options.level_db(power);
+    let (candidates, hum, recording_db) = candidates(samples, rate_hz, options);
     let sounds = candidates.iter().enumerate();
     let known = sounds.filter(|(_, (event, _))| options.admits(event, recording_db));
     let events = known.filter_map(|(k, (event, _))| {
@@ -99,20 +98,23 @@ pub fn tonal_events(
             ..event.clone()
         })
     });
-    Ok(TonalEvents {
-        events: events.collect(),
-        hum: hum.map(|hum| hum.hum(options.full_scale)),
-    })
+    let events = events.collect();
+    Ok(TonalEvents { events, hum })
 }
 
-/// All tones of a recording, in the order of their starts, its hum and its power. They have no kind yet.
+/// All tones of a recording, in the order of their starts, its hum and its level, dB. They have no kind yet.
 pub(super) fn candidates(
     samples: &[f64],
     rate_hz: f64,
     options: &EventOptions,
-) -> (Vec<(TonalEvent, Group)>, Option<Lines>, f64) {
+) -> (Vec<(TonalEvent, Group)>, Option<Hum>, f64) {
+    // Products of powers of any recording are numbers. A power of two divides without rounding.
+    let [_, largest] = range(samples.iter().map(|x| x.abs()));
+    let scale = largest.max(f64::MIN_POSITIVE).log2().floor().exp2();
+    let mut options = *options;
+    options.full_scale /= scale;
     let offset = mean(samples);
-    let samples: Vec<f64> = samples.iter().map(|x| x - offset).collect();
+    let samples: Vec<f64> = samples.iter().map(|x| (x - offset) / scale).collect();
     // A faster change of frequency needs a shorter window.
     let windows = successors(Some(2.0 * LOUDEST_S), |window| Some(0.5 * window));
     let windows: Vec<f64> = windows.take_while(|w| *w >= LOW_PASS_S[1]).collect();
@@ -136,10 +138,11 @@ pub(super) fn candidates(
     groups.retain(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz));
     let mut candidates: Vec<_> = groups
         .into_iter()
-        .map(|group| (event(&group, options), group))
+        .map(|group| (event(&group, &options), group))
         .collect();
     candidates.sort_by(|a, b| a.0.start_s.total_cmp(&b.0.start_s));
-    (candidates, hum, all[1].power)
+    let hum = hum.map(|hum| hum.hum(options.full_scale));
+    (candidates, hum, options.level_db(all[1].power))
 }
 
 /// Width of the third octave around a frequency, Hz.

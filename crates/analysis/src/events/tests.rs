@@ -336,10 +336,13 @@ fn hum_is_recognised_and_is_no_event() {
 fn gain_and_a_shift_of_time_change_nothing_else() {
     let samples = ordinary();
     let reference = &events(&samples).events[0];
-    let louder: Vec<f64> = samples.iter().map(|x| 8.0 * x).collect();
-    let event = &events(&louder).events[0];
-    assert!((event.frequency_hz / reference.frequency_hz - 1.0).abs() < 1e-9);
-    assert!((event.level_db - reference.level_db - 20.0 * 8f64.log10()).abs() < 1e-6);
+    for gain in [8.0, 1e130] {
+        let louder: Vec<f64> = samples.iter().map(|x| gain * x).collect();
+        let event = &events(&louder).events[0];
+        assert!((event.frequency_hz / reference.frequency_hz - 1.0).abs() < 1e-9);
+        assert!((event.level_db - reference.level_db - 20.0 * f64::log10(gain)).abs() < 1e-6);
+        assert!((event.probability - reference.probability).abs() < 1e-9);
+    }
     let shifted = [background(9, 0.4), samples].concat();
     let event = &events(&shifted).events[0];
     let shift = (0.4 * RATE).floor() / RATE;
