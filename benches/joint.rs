@@ -11,7 +11,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use squeakscope::dynamics::{Differentiable, System};
+use squeakscope::dynamics::System;
+use squeakscope::dynamics::equilibrium::Linearised;
 use squeakscope::joint::{
     BallJoint, BodySpec, Frequencies, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck,
 };
@@ -240,9 +241,8 @@ fn others(c: &mut Criterion) {
     let joint = Joint::new(&model(DEFAULT_NODES));
     let z = state(&joint);
     let m = joint.modes();
-    let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; 4 * m * m]);
     c.bench_function("jacobian/100", |b| {
-        b.iter(|| joint.jacobian(black_box(&z), &mut record, black_box(&mut jacobian)));
+        b.iter(|| Linearised::at(&joint, None, 0.0, black_box(&z)));
     });
     let mut open = vec![0; DEFAULT_NODES.div_ceil(8)];
     c.bench_function("separated_nodes/100", |b| {

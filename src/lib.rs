@@ -59,10 +59,10 @@
 //!
 //! ```
 //! use squeakscope::scene::Scene;
-//! use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
+//! use squeakscope::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
 //!
 //! let request = LyapunovRequest {
-//!     count: ExponentCount::All,
+//!     count: None,
 //!     settle: None,
 //!     goal: Goal::Time(2.0),
 //!     tolerance: None,

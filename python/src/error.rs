@@ -7,7 +7,6 @@ use exceptions::InputError;
 use pyo3::prelude::*;
 use squeakscope::analysis::AnalysisError;
 use squeakscope::chain_of_causes;
-use squeakscope::pipeline::PipelineError;
 use squeakscope::scene::SceneError;
 use squeakscope::study::StudyError;
 use squeakscope::study::signal::SignalError;
@@ -27,16 +26,7 @@ pub fn raise(error: &(dyn Error + 'static)) -> PyErr {
             || cause.is::<AnalysisError>()
             || cause.is::<SignalError>()
             || cause.is::<FileError>()
-            // A transparent error hides its source.
-            || matches!(cause.downcast_ref(), Some(PipelineError::Scene(_)))
-            || matches!(
-                cause.downcast_ref(),
-                Some(
-                    StudyError::Scene(_)
-                        | StudyError::StartOutside { .. }
-                        | StudyError::Pipeline(PipelineError::Scene(_))
-                )
-            )
+            || matches!(cause.downcast_ref(), Some(StudyError::StartOutside { .. }))
     };
     let text = chain_of_causes(error);
     if causes().any(is_input) {

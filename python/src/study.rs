@@ -8,9 +8,7 @@ use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figur
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{self as branches, Branch, BranchPlan, OrbitStarts};
 use squeakscope::study::cost as cost_study;
-use squeakscope::study::lyapunov::{
-    ExponentCount, Goal, LyapunovRequest, LyapunovResult, scene_lyapunov,
-};
+use squeakscope::study::lyapunov::{Goal, LyapunovRequest, LyapunovResult, scene_lyapunov};
 use squeakscope::study::{StudyError, Subject, stability as linear_modes};
 
 use crate::array::{optional, vector, whole};
@@ -225,8 +223,7 @@ pub fn lyapunov<'py>(
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let request = LyapunovRequest {
-        count: optional("exponents", exponents, 1)?
-            .map_or(ExponentCount::All, ExponentCount::Largest),
+        count: optional("exponents", exponents, 1)?,
         settle,
         goal: match (average_time, half_width) {
             (Some(_), Some(_)) => {

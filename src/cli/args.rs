@@ -19,7 +19,6 @@ use super::schema::ResultOf;
 use super::steps::Steps;
 use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
-use crate::study::lyapunov::ExponentCount;
 
 /// Simulate and analyse friction-induced vibration of a ball joint: limit cycles, tori and chaos.
 ///
@@ -212,9 +211,9 @@ pub struct LyapunovArgs {
     /// exponents].
     #[arg(long, value_name = "TOLERANCE", help_heading = "Simulation")]
     pub tolerance: Option<f64>,
-    /// Number of largest exponents to compute, or `all` [default: all].
-    #[arg(long, value_name = "K", value_parser = exponents, help_heading = "Averaging")]
-    pub exponents: Option<ExponentCount>,
+    /// Number of largest exponents to compute, or `all`.
+    #[arg(long, value_name = "K", default_value = "all", value_parser = exponents, help_heading = "Averaging")]
+    pub exponents: ExponentCount,
     /// Align the tangent vectors for this time before averaging starts [default: 100 periods of the slowest
     /// mode].
     #[arg(long, value_name = "MS", value_parser = positive,
@@ -273,11 +272,14 @@ pub struct ManArgs {
     pub overwrite: Overwrite,
 }
 
+/// A number of exponents; `None` for all.
+type ExponentCount = Option<usize>;
+
 /// Parses a number of exponents. The upper limit is checked later, when the dimension of the system is known.
 fn exponents(text: &str) -> Result<ExponentCount, String> {
     match text.parse() {
-        _ if text == "all" => Ok(ExponentCount::All),
-        Ok(count) if count > 0 => Ok(ExponentCount::Largest(count)),
+        _ if text == "all" => Ok(None),
+        Ok(count) if count > 0 => Ok(Some(count)),
         _ => Err("give a whole number of at least 1, or `all`".to_owned()),
     }
 }
@@ -358,8 +360,8 @@ mod tests {
 
     #[test]
     fn exponents_are_a_positive_number_or_all() {
-        assert_eq!(exponents("all"), Ok(ExponentCount::All));
-        assert_eq!(exponents("3"), Ok(ExponentCount::Largest(3)));
+        assert_eq!(exponents("all"), Ok(None));
+        assert_eq!(exponents("3"), Ok(Some(3)));
         for text in ["0", "-1", "1.5", "", "none"] {
             assert!(exponents(text).is_err(), "{text}");
         }

@@ -16,9 +16,9 @@ use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
+use crate::study::Stopped;
 use crate::study::signal::{CalibrationError, SignalError};
 use crate::study::sweep::TableError;
-use crate::study::{Stopped, StudyError};
 
 /// An error of another module, as the source of a [`CliError`].
 pub(super) type Cause = Box<dyn Error + Send + Sync>;
@@ -162,12 +162,6 @@ fn is_stopped(cause: &(dyn Error + 'static)) -> bool {
 /// Whether the input caused a failure: a scene whose numbers are each in range but do not make a valid joint,
 /// too many exponents, or a probe on a system without a surface.
 fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
-    // These errors show the message and the source of their cause, but are not the cause.
-    match cause.downcast_ref() {
-        Some(StudyError::Scene(_)) => return true,
-        Some(StudyError::Assembly(cause)) => return is_bad_input(cause),
-        _ => {}
-    }
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
     let exponents = matches!(
         cause.downcast_ref(),
@@ -183,6 +177,7 @@ fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
     step || exponents
         || driven
         || no_surface
+        || cause.is::<SceneError>()
         || cause.is::<AssemblyError>() && !memory
         || cause.source().is_some_and(is_bad_input)
 }
@@ -190,6 +185,7 @@ fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::StudyError;
 
     #[test]
     fn an_invalid_joint_is_bad_input() {

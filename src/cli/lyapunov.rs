@@ -16,7 +16,7 @@ use crate::dynamics::DynamicsError;
 use crate::plot::lyapunov_figure;
 use crate::scene::Scene;
 use crate::study::lyapunov::{
-    ExponentCount, Goal, LyapunovRequest, LyapunovResult, RunningExponents, scene_lyapunov, title,
+    Goal, LyapunovRequest, LyapunovResult, RunningExponents, scene_lyapunov, title,
 };
 
 /// Runs the command.
@@ -58,7 +58,7 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
 
 fn request(args: &LyapunovArgs) -> LyapunovRequest {
     LyapunovRequest {
-        count: args.exponents.unwrap_or(ExponentCount::All),
+        count: args.exponents,
         settle: args.settle.map(|ms| 1e-3 * ms),
         goal: match (args.average_time, args.target_half_width) {
             (Some(time), _) => Goal::Time(time),

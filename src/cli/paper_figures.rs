@@ -7,7 +7,6 @@ use crate::plot::paper::{
     bifurcation, configuration, embedding, friction_curves, mode_shapes, motion, recurrence_plots,
     sections,
 };
-use crate::study;
 use crate::study::paper::{
     EMBEDDING_TILT_DEG, Evidence, FIGURE_TILTS_DEG, Finding, RECURRENCE_TILTS_DEG,
 };
@@ -38,7 +37,7 @@ pub(super) fn figures(
                 Some(self::motion(number.into(), tilt, response, &modes))
             }
             (1..=3, _) => joint_figure(number, &ball)?,
-            _ => sweep_figure(number, plan, points, evidence)?,
+            _ => sweep_figure(number, plan, points, evidence),
         };
         figures.extend(figure.map(|figure| Figure {
             caption: caption(number, motion, findings),
@@ -69,22 +68,19 @@ fn sweep_figure(
     plan: &SweepPlan,
     points: &[SweepPoint],
     evidence: &Evidence,
-) -> Result<Option<Figure>, Cause> {
+) -> Option<Figure> {
     let [first, last] = RECURRENCE_TILTS_DEG;
     // Multiples of 0.2 degrees; the sweep also has 3.5 degrees.
     let mut succession = evidence.between(first, last);
     succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
-    Ok(match number {
-        8 => {
-            let chosen = evidence
-                .at(EMBEDDING_TILT_DEG)
-                .and_then(study::paper::embedding);
-            let chosen = chosen.transpose()?;
-            chosen.map(|(choice, dt)| embedding(EMBEDDING_TILT_DEG, &choice, dt))
-        }
+    match number {
+        8 => evidence
+            .embedding
+            .as_ref()
+            .map(|(choice, dt)| embedding(EMBEDDING_TILT_DEG, choice, *dt)),
         9 => Some(recurrence_plots(&succession)),
         10 => Some(sections(&succession)),
         11 => Some(bifurcation(plan, points)),
         _ => None,
-    })
+    }
 }

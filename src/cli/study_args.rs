@@ -3,7 +3,6 @@
 use std::num::NonZero;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
@@ -85,7 +84,7 @@ pub struct PaperArgs {
         help_heading = "Simulation")]
     pub figure: Option<u8>,
     /// Initial state at each tilt.
-    #[arg(long, value_parser = starts(), default_value = FRESH, help_heading = "Simulation")]
+    #[arg(long, value_enum, default_value_t = Start::Fresh, help_heading = "Simulation")]
     pub start: Start,
     /// Seed of the random kick, which can select one of several coexisting attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50),
@@ -225,20 +224,6 @@ impl SweepStart {
             Self::All => Start::ALL.to_vec(),
         }
     }
-}
-
-/// The default of `paper --start`.
-const FRESH: &str = "fresh";
-
-/// Parses a single start: `paper` compares one response per tilt with the paper.
-fn starts() -> impl TypedValueParser<Value = Start> {
-    let single = SweepStart::value_variants().iter();
-    let single = single.filter(|choice| choice.starts().len() == 1);
-    let values: Vec<PossibleValue> = single.filter_map(ValueEnum::to_possible_value).collect();
-    PossibleValuesParser::new(values).try_map(|word| {
-        let choice = SweepStart::from_str(&word, false)?;
-        choice.starts().first().copied().ok_or(word)
-    })
 }
 
 /// Parses the number of a shard and the number of shards.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::dynamics::Differentiable;
+use crate::dynamics::equilibrium::Linearised;
 use crate::joint::{BallJoint, Joint};
 use crate::pipeline::prepare::{initial_state, joint_integrator};
 use crate::scene::Carry;
@@ -82,10 +82,8 @@ fn a_step_from_rest_excites_an_oscillation_with_the_shift_of_the_equilibrium() {
         let (joint, after) = at_rest(&scene, 1.0);
         let shift = before - after;
         let m = joint.modes();
-        let mut jacobian = vec![0.0; 4 * m * m];
-        let mut record = vec![0.0; joint.record_len()];
-        joint.jacobian(&vec![0.0; joint.dim()], &mut record, &mut jacobian);
-        let stiffness = DMatrix::from_fn(m, m, |i, j| -jacobian[(m + i) * 2 * m + j]);
+        let at = Linearised::at(&joint, None, 0.0, &vec![0.0; joint.dim()]);
+        let stiffness = DMatrix::from_fn(m, m, |i, j| -at.matrix[(m + i, j)] * at.scale[j]);
         let eigen = stiffness.clone().symmetric_eigen();
         let amplitudes = eigen.eigenvectors.transpose() * &shift;
         let found = frames(&scene);

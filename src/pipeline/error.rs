@@ -3,14 +3,15 @@
 use super::sink::SinkError;
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
-use crate::joint::{AssemblyError, StabilityError};
+use crate::dynamics::equilibrium::EquilibriumError;
+use crate::joint::AssemblyError;
 use crate::scene::SceneError;
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
     /// The scene does not contain the required subject.
-    #[error(transparent)]
+    #[error("{0}")]
     Scene(#[from] SceneError),
     /// The joint cannot be assembled.
     #[error("cannot assemble the joint")]
@@ -18,7 +19,7 @@ pub enum PipelineError {
     /// The growth rates of the linearised joint, with which a lesson compares its measurements, cannot be
     /// computed.
     #[error("cannot compute the growth rates for the scene's mechanism")]
-    Stability(#[from] StabilityError),
+    Stability(#[from] EquilibriumError),
     /// A fixed step is too long for the fastest motion of the linearised system, including contact and
     /// friction.
     #[error(

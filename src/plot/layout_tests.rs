@@ -11,7 +11,7 @@ use crate::study::branch::{
     Branch, BranchPlan, MapPlan, OrbitStarts, sensitivities, stability_map,
 };
 use crate::study::cost::cost;
-use crate::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
+use crate::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
 use crate::study::paper as evidence;
 use crate::study::response::ResponsePlan;
 use crate::study::signal::{SignalOptions, analyse_signal};
@@ -76,7 +76,7 @@ fn paper(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         panic!("the paper has Stribeck friction");
     };
     let causes = ball.model(tilt).unwrap().explained_modes().unwrap();
-    let (choice, dt) = evidence::embedding(found[0].1).unwrap().unwrap();
+    let (choice, dt) = evidence::embedding(found[0].1).unwrap();
     vec![
         configuration(&ball, &ball.model(tilt).unwrap(), tilt).unwrap(),
         mode_shapes(&ball).unwrap(),
@@ -131,10 +131,7 @@ fn studies() -> Vec<Figure> {
         &points,
         &attractors(&points),
     ));
-    for (scene, count) in [
-        ("chaos-5deg", ExponentCount::All),
-        ("impact-oscillator", ExponentCount::All),
-    ] {
+    for (scene, count) in [("chaos-5deg", None), ("impact-oscillator", None)] {
         let request = LyapunovRequest {
             count,
             settle: Some(0.005),

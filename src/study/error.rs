@@ -4,34 +4,31 @@ use super::Stopped;
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
-use crate::joint::{AssemblyError, StabilityError};
+use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
 use crate::scene::SceneError;
 
-/// Why a study has no result.
+/// Why a study has no result. A cause with the same message is the source of the error, so that it can be asked for.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A value of a parameter, or a setting, is invalid.
-    #[error(transparent)]
+    #[error("{0}")]
     Scene(#[from] SceneError),
     /// The system cannot be built or run.
-    #[error(transparent)]
+    #[error("{0}")]
     Pipeline(#[from] PipelineError),
     /// The joint cannot be assembled.
-    #[error(transparent)]
+    #[error("{0}")]
     Assembly(#[from] AssemblyError),
     /// The equilibrium cannot be found or analysed.
-    #[error(transparent)]
+    #[error("{0}")]
     Equilibrium(#[from] EquilibriumError),
     /// An integration failed.
-    #[error(transparent)]
+    #[error("{0}")]
     Dynamics(#[from] DynamicsError),
     /// An analysis rejected the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
-    /// The eigenvalues of steady sliding cannot be computed.
-    #[error(transparent)]
-    Stability(#[from] StabilityError),
     /// The periodic orbits should start outside the interval of a plan.
     #[error(
         "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \

@@ -5,7 +5,7 @@
 //! (G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), whose least value is searched. The intervals follow
 //! from the covariance at the best fit, and hold as far as the law is linear within them.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -276,26 +276,21 @@ fn best_coefficients(
     creep: f64,
     stribeck: f64,
 ) -> Option<(Stribeck, f64)> {
-    // Normal equations of `mu_s` and `mu_d`.
-    let (mut a, mut b, mut c, mut y) = (0.0, 0.0, 0.0, [0.0; 2]);
+    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for point in points {
         let share = -(-creep * point.speed).exp_m1();
         let fall = (-stribeck * point.speed).exp();
-        let [first, second] = [share * fall, share * (1.0 - fall)];
-        let weight = weight(point);
-        a += weight * first * first;
-        b += weight * first * second;
-        c += weight * second * second;
-        y[0] += weight * first * point.coefficient;
-        y[1] += weight * second * point.coefficient;
+        let row = share * Vector2::new(fall, 1.0 - fall);
+        normal += weight(point) * row * row.transpose();
+        right += weight(point) * point.coefficient * row;
     }
-    let determinant = a * c - b * b;
-    if determinant <= 1e-12 * a * c {
+    if normal.determinant() <= 1e-12 * normal[(0, 0)] * normal[(1, 1)] {
         return None;
     }
+    let [mu_s, mu_d] = (normal.try_inverse()? * right).into();
     let law = Stribeck {
-        mu_s: (c * y[0] - b * y[1]) / determinant,
-        mu_d: (a * y[1] - b * y[0]) / determinant,
+        mu_s,
+        mu_d,
         creep,
         stribeck,
     };

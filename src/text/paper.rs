@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use minijinja::context;
-use minijinja::value::Value;
+use minijinja::value::{Serde, Value};
 
 use super::or_error_text;
 use super::template::fill;
 use crate::report::Table;
-use crate::study::paper::{Finding, Score, Verdict};
+use crate::study::paper::{Comparison, Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
 use crate::{VERSION, escape};
 
@@ -23,12 +23,8 @@ pub fn caption(
         .iter()
         .filter(|finding| differs_from_paper(finding, number));
     let words = |finding: &Finding| {
-        let Finding {
-            statement,
-            expected,
-            measured,
-            ..
-        } = finding;
+        let (statement, found) = (&finding.claim.statement, &finding.comparison);
+        let (expected, measured) = (&found.expected, &found.measured);
         format!("{statement}: published {expected}, computed {measured}")
     };
     let motion = motion.map(|(tilt, response)| motion_values(tilt, response));
@@ -64,15 +60,15 @@ fn motion_values(tilt: f64, response: &SettledResponse) -> Value {
 
 /// Whether a figure differs from the paper's statement about it.
 fn differs_from_paper(finding: &Finding, number: u8) -> bool {
-    let place = &finding.place;
+    let (place, found) = (&finding.claim.place, &finding.comparison);
     let mut figures = place.split([',', ';']).filter_map(|part| {
         let digits = part.trim().trim_start_matches("Fig. ");
         let end = digits.find(|c: char| !c.is_ascii_digit());
         digits[..end.unwrap_or(digits.len())].parse::<u8>().ok()
     });
-    let differs = matches!(finding.verdict, Verdict::Partly { .. } | Verdict::NotMet);
+    let differs = matches!(found.verdict, Verdict::Partly { .. } | Verdict::NotMet);
     let is_there = place.starts_with("Fig.") && figures.any(|figure| figure == number);
-    is_there && differs && finding.measured != finding.expected
+    is_there && differs && found.measured != found.expected
 }
 
 /// The page of figures, given by names and captions, with the table of claims. `scene` and `start` are
@@ -84,13 +80,13 @@ pub fn page(
     (score, findings): (&Score, &[Finding]),
 ) -> String {
     let table = Table::of(findings)
-        .left("reference", |it| it.place.clone())
-        .left("claim", |it| it.statement.clone())
-        .left("published", |it| it.expected.clone())
-        .left("computed", |it| it.measured.clone())
-        .left("verdict", |it| verdict(it))
+        .left("reference", |it| it.claim.place.clone())
+        .left("claim", |it| it.claim.statement.clone())
+        .left("published", |it| it.comparison.expected.clone())
+        .left("computed", |it| it.comparison.measured.clone())
+        .left("verdict", |it| verdict(&it.comparison))
         .left("short average", |it| short_average(it))
-        .right("weight", |it| it.weight.to_string());
+        .right("weight", |it| it.claim.weight.to_string());
     let figures = figures.iter();
     let values = context! {
         scene => escape::code(scene),
@@ -106,43 +102,16 @@ pub fn page(
 
 /// The strict score, the numbers of claims by verdict, and the score with partial credit.
 pub fn score_text(score: &Score) -> String {
-    or_error_text(fill(
-        "paper/score",
-        context! {
-            strict => format!("{:.0}", 100.0 * score.strict_score),
-            partial => format!("{:.0}", 100.0 * score.partial_score),
-            met => score.met,
-            partly => score.partly,
-            not_met => score.not_met,
-            not_comparable => score.not_comparable,
-        },
-    ))
+    or_error_text(fill("paper/score", Value::from(Serde(score))))
 }
 
 /// The description of a scene that is compared with the paper, from the findings and their score: lines of at most 88
 /// characters. `start` says how each tilt was started.
 pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> String {
-    let claims = findings.iter().map(|finding| {
-        let verdict = match finding.verdict {
-            Verdict::Met => "met",
-            _ => "not met",
-        };
-        let claim = context! {
-            measured => &*finding.measured,
-            expected => &*finding.expected,
-            verdict,
-        };
-        (&*finding.id, claim)
-    });
-    let values = context! {
-        start,
-        strict => format!("{:.0}", 100.0 * score.strict_score),
-        met => score.met,
-        partly => score.partly,
-        not_met => score.not_met,
-        comparable => score.met + score.partly + score.not_met,
-        claims => claims.collect::<BTreeMap<_, _>>(),
-    };
+    let claims = findings.iter();
+    let claims = claims.map(|finding| (&*finding.claim.id, &finding.comparison));
+    let claims: BTreeMap<_, _> = claims.collect();
+    let values = context! { start, claims => Serde(claims), ..Value::from(Serde(score)) };
     let text = or_error_text(fill("paper/scene", values));
     let paragraphs = text.trim().lines().map(|line| wrapped(line, 88));
     paragraphs.collect::<Vec<_>>().join("\n") + "\n"
@@ -150,26 +119,25 @@ pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> Stri
 
 /// A paragraph in lines of at most `width` characters, broken at spaces, but not behind a number.
 fn wrapped(paragraph: &str, width: usize) -> String {
-    let mut words: Vec<String> = Vec::new();
-    for word in paragraph.split_whitespace() {
-        match words.last_mut().filter(|last| ends_with_number(last)) {
-            Some(last) => *last = format!("{last} {word}"),
-            None => words.push(word.to_owned()),
+    let words = paragraph.split_whitespace().map(str::to_owned);
+    let words = joined(words, |before, _| ends_with_number(before));
+    let fits = |line: &str, word: &str| line.chars().count() + 1 + word.chars().count() <= width;
+    joined(words.into_iter(), fits).join("\n")
+}
+
+/// Joins each text to the one before, if they belong together.
+fn joined(
+    texts: impl Iterator<Item = String>,
+    together: impl Fn(&str, &str) -> bool,
+) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for text in texts {
+        match all.last_mut().filter(|last| together(last, &text)) {
+            Some(last) => *last += &format!(" {text}"),
+            None => all.push(text),
         }
     }
-    let mut text = String::new();
-    let mut length = 0;
-    for word in &words {
-        let size = word.chars().count();
-        if length > 0 {
-            let fits = length + 1 + size <= width;
-            text.push(if fits { ' ' } else { '\n' });
-            length = if fits { length + 1 } else { 0 };
-        }
-        text += word;
-        length += size;
-    }
-    text
+    all
 }
 
 /// Whether the last word of some words is a number.
@@ -179,9 +147,9 @@ fn ends_with_number(words: &str) -> bool {
 }
 
 /// The verdict on a claim, with the deviation of its number or the share of the tilts at which it holds.
-pub fn verdict(finding: &Finding) -> String {
-    let name = finding.verdict.name();
-    match (finding.verdict, finding.deviation) {
+pub fn verdict(found: &Comparison) -> String {
+    let name = found.verdict.name();
+    match (found.verdict, found.deviation) {
         (Verdict::Partly { share }, _) => format!("{name}, {:.0} %", 100.0 * share),
         (_, Some(off)) => format!("{name} ({:+.1} %)", 100.0 * off),
         (_, None) => name.to_owned(),
@@ -192,7 +160,7 @@ pub fn verdict(finding: &Finding) -> String {
 pub fn short_average(finding: &Finding) -> String {
     match &finding.short_average {
         None => String::new(),
-        Some(short) if short.verdict == finding.verdict => "same".to_owned(),
+        Some(short) if short.verdict == finding.comparison.verdict => "same".to_owned(),
         Some(short) => format!("{}: {}", short.verdict.name(), short.measured),
     }
 }

@@ -3,10 +3,10 @@
 use squeakscope::dynamics::{Attractor, Exponent, Motion, Sign};
 use squeakscope::scene::{Scene, Schedule};
 use squeakscope::study::lyapunov::{
-    ExponentCount, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov,
+    FULL_SPECTRUM_TOLERANCE, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov,
 };
 
-fn follow(scene: Scene, count: ExponentCount, goal: Goal) -> SceneLyapunov {
+fn follow(scene: Scene, count: Option<usize>, goal: Goal) -> SceneLyapunov {
     let request = LyapunovRequest {
         count,
         settle: None,
@@ -31,7 +31,7 @@ fn signs(found: &SceneLyapunov) -> (Vec<Sign>, &[Exponent]) {
 #[test]
 fn cycles_have_one_zero_exponent() {
     for name in ["periodic-2deg", "mode-shift-3.5deg"] {
-        let found = follow(scene(name), ExponentCount::Largest(3), Goal::Time(0.65));
+        let found = follow(scene(name), Some(3), Goal::Time(0.65));
         let (signs, exponents) = signs(&found);
         let expected = [Sign::Zero, Sign::Negative, Sign::Negative];
         assert_eq!(signs, expected, "{name}: {exponents:?}");
@@ -42,11 +42,7 @@ fn cycles_have_one_zero_exponent() {
 /// A torus has two zero exponents, and none is undetermined.
 #[test]
 fn a_torus_has_two_zero_exponents() {
-    let found = follow(
-        scene("doubled-torus-3deg"),
-        ExponentCount::Largest(4),
-        Goal::Classification,
-    );
+    let found = follow(scene("doubled-torus-3deg"), Some(4), Goal::Classification);
     let (signs, exponents) = signs(&found);
     let expected = [Sign::Zero, Sign::Zero, Sign::Negative, Sign::Negative];
     assert_eq!(signs, expected, "{exponents:?}");
@@ -56,11 +52,7 @@ fn a_torus_has_two_zero_exponents() {
 /// The scene `chaos-5deg` is chaotic.
 #[test]
 fn chaos_has_a_positive_exponent() {
-    let found = follow(
-        scene("chaos-5deg"),
-        ExponentCount::Largest(2),
-        Goal::Time(1.5),
-    );
+    let found = follow(scene("chaos-5deg"), Some(2), Goal::Time(1.5));
     let (signs, exponents) = signs(&found);
     assert_eq!(signs[0], Sign::Positive, "{exponents:?}");
 }
@@ -73,7 +65,7 @@ fn the_sum_is_the_mean_trace() {
     for name in ["doubled-torus-3deg", "chaos-5deg"] {
         let scene = scene(name);
         assert_eq!(scene.integrator.tolerance, 1e-5);
-        let found = follow(scene, ExponentCount::All, Goal::Time(0.05));
+        let found = follow(scene, None, Goal::Time(0.05));
         assert_eq!(found.tolerance, Some(FULL_SPECTRUM_TOLERANCE));
         let (sum, trace) = (found.study.sum(), found.study.mean_trace);
         let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
@@ -83,24 +75,16 @@ fn the_sum_is_the_mean_trace() {
     }
     // Requesting the number of available exponents requests all of them; fewer keep the tolerance of the
     // scene.
-    let found = follow(
-        scene("doubled-torus-3deg"),
-        ExponentCount::Largest(22),
-        Goal::Time(1e-3),
-    );
+    let found = follow(scene("doubled-torus-3deg"), Some(22), Goal::Time(1e-3));
     assert_eq!(found.tolerance, Some(FULL_SPECTRUM_TOLERANCE));
-    let found = follow(
-        scene("doubled-torus-3deg"),
-        ExponentCount::Largest(21),
-        Goal::Time(1e-3),
-    );
+    let found = follow(scene("doubled-torus-3deg"), Some(21), Goal::Time(1e-3));
     assert_eq!(found.tolerance, Some(1e-5));
 }
 
 /// Ten milliseconds are 17 periods: no exponent counts as zero yet, and the dimension is undefined.
 #[test]
 fn a_short_time_leaves_a_torus_undecided() {
-    let found = follow(scene("periodic-2deg"), ExponentCount::All, Goal::Time(0.01));
+    let found = follow(scene("periodic-2deg"), None, Goal::Time(0.01));
     let spectrum = &found.study.spectrum;
     assert_eq!(spectrum.count(Sign::Zero), 0, "{spectrum:?}");
     assert_eq!(found.study.attractor(), Attractor::Undecided);
@@ -112,7 +96,7 @@ fn a_short_time_leaves_a_torus_undecided() {
 fn steady_sliding_is_an_equilibrium() {
     let mut scene = scene("chaos-5deg").with_duration(5.0).expect("in range");
     scene.start.kick = 0.0;
-    let found = follow(scene, ExponentCount::Largest(4), Goal::Time(0.05));
+    let found = follow(scene, Some(4), Goal::Time(0.05));
     assert_eq!(found.study.motion, Motion::Still);
     let unstable = Attractor::UnstableEquilibrium;
     assert_eq!(found.study.attractor(), unstable);
@@ -123,7 +107,7 @@ fn steady_sliding_is_an_equilibrium() {
 fn a_ramp_is_averaged_at_its_final_tilt() {
     let scene = scene("tilt-ramp");
     let end = scene.joint().expect("a joint").tilt.at(f64::INFINITY);
-    let found = follow(scene, ExponentCount::Largest(1), Goal::Time(1e-3));
+    let found = follow(scene, Some(1), Goal::Time(1e-3));
     assert_eq!(found.tilt, Some(end));
 }
 
@@ -147,11 +131,7 @@ fn continued_up(tilt_deg: f64) -> Scene {
 fn upward_continuation_becomes_chaotic_between_3_and_5_degrees() {
     let mut found = Vec::new();
     for tilt in [3.0, 5.0, 6.0] {
-        let found_here = follow(
-            continued_up(tilt),
-            ExponentCount::Largest(3),
-            Goal::Time(6.0),
-        );
+        let found_here = follow(continued_up(tilt), Some(3), Goal::Time(6.0));
         println!("{tilt} deg: {:?}", found_here.study.spectrum);
         found.push(found_here);
     }

@@ -9,7 +9,7 @@ use squeakscope::numpy::read_npz;
 use squeakscope::pipeline::message::{Frame, Header, JointInfo, Record};
 use squeakscope::pipeline::{Monitor, Simulation, Source, prepare, run};
 use squeakscope::scene::{LoadedJoint, Scene};
-use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
+use squeakscope::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
 
 /// A squealing joint with the given lines for load, tilt and rotation; 150 N and 2 degrees by default.
 fn scene(lines: &str) -> Scene {
@@ -264,7 +264,7 @@ fn studies_use_initial_values_and_exponents_final_values() {
     assert_eq!(rate(&changing), rate(&held));
 
     let request = LyapunovRequest {
-        count: ExponentCount::Largest(1),
+        count: Some(1),
         settle: Some(0.0),
         goal: Goal::Time(1e-3),
         tolerance: None,

@@ -28,7 +28,8 @@ use strum::VariantArray;
 
 use super::nodes::Rows;
 use super::simd::LANES;
-use super::{Joint, Model, StabilityError, is_unstable};
+use super::{Joint, Model, is_unstable};
+use squeakscope_dynamics::equilibrium::{Eigenmode, EquilibriumError, eigenmodes};
 use squeakscope_dynamics::{Differentiable, System};
 
 /// Terms that can excite or damp a mode.
@@ -143,7 +144,7 @@ impl Model {
     ///
     /// # Errors
     /// If an eigenvalue iteration does not converge.
-    pub fn explained_modes(&self) -> Result<Vec<ExplainedMode>, StabilityError> {
+    pub fn explained_modes(&self) -> Result<Vec<ExplainedMode>, EquilibriumError> {
         if self.friction.states() > 0 {
             return Ok(Vec::new());
         }
@@ -247,7 +248,7 @@ impl Terms {
     }
 
     /// Eigenvalues with `omega > 0`; `faded` scales one term by a factor.
-    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, StabilityError> {
+    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, EquilibriumError> {
         let m = self.modes;
         let (mut stiffness, mut damping) = (self.stiffness.clone(), Mat::zeros(m, m));
         for (term, (cause, matrix)) in Cause::ALL.iter().zip(&self.terms).enumerate() {
@@ -272,12 +273,12 @@ impl Terms {
                 (Some(i), Some(j)) => -damping[(i, j)],
             }
         });
-        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
-        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-        let oscillating = (0..2 * m).filter(|&k| values[k].im > 0.0);
-        let roots = oscillating.map(|k| Root {
-            value: values[k],
-            shape: (0..m).map(|i| vectors[(i, k)] / scale[i]).collect(),
+        let oscillating = eigenmodes(&matrix)?
+            .into_iter()
+            .filter(Eigenmode::oscillates);
+        let roots = oscillating.map(|mode| Root {
+            value: mode.value,
+            shape: (0..m).map(|i| mode.vector[i] / scale[i]).collect(),
         });
         Ok(roots.collect())
     }
@@ -301,7 +302,7 @@ impl Terms {
     }
 
     /// Growth rate of a mode after a term has decreased to zero.
-    fn without(&self, term: usize, root: &Root) -> Result<f64, StabilityError> {
+    fn without(&self, term: usize, root: &Root) -> Result<f64, EquilibriumError> {
         let mut shape = root.shape.clone();
         let mut growth = root.value.re;
         for step in 1..=CONTINUATION_STEPS {

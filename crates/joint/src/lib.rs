@@ -56,5 +56,5 @@ pub use published::PUBLISHED;
 pub use spec::{
     BallOnBeam, BodySpec, Contact, Frequencies, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
-pub use stability::{LinearMode, MIN_GROWTH, NamedMode, StabilityError, is_unstable};
+pub use stability::{LinearMode, MIN_GROWTH, NamedMode, is_unstable};
 pub use system::{Equilibrium, Joint};

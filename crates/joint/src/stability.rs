@@ -1,11 +1,11 @@
 //! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
 
-use faer::Mat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Joint;
-use squeakscope_dynamics::{Differentiable, System};
+use squeakscope_dynamics::System;
+use squeakscope_dynamics::equilibrium::{Eigenmode, EquilibriumError, Linearised};
 
 /// Least growth rate of an unstable mode, 1/s.
 ///
@@ -42,6 +42,22 @@ pub struct LinearMode {
 }
 
 impl LinearMode {
+    /// An eigenmode of a system with `m` oscillators, or without oscillators: the shares are then those of the components
+    /// of the state.
+    pub fn new(mode: &Eigenmode, m: usize) -> Self {
+        let mut shares: Vec<f64> = mode.vector.iter().map(|x| x.norm_sqr()).collect();
+        if m > 0 {
+            shares = (0..m).map(|i| shares[i] + shares[m + i]).collect();
+        }
+        let total: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        Self {
+            frequency_hz: mode.frequency_hz(),
+            growth: mode.value.re,
+            shares,
+        }
+    }
+
     /// Whether the mode is unstable: its growth rate is at least [`MIN_GROWTH`], 0.1 1/s, and positive beyond
     /// rounding errors.
     pub fn unstable(&self) -> bool {
@@ -83,14 +99,6 @@ impl LinearMode {
     }
 }
 
-/// Error of the stability analysis: the eigenvalue iteration did not converge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the eigenvalues of the linearised joint did not converge; check the scene for extreme \
-     stiffness or friction slopes"
-)]
-pub struct StabilityError;
-
 impl Joint {
     /// Returns all modes of the joint linearised at steady sliding, in ascending order of frequency. A
     /// complex conjugate pair is one mode; a pair of real eigenvalues (overdamped) is two modes with a
@@ -98,41 +106,16 @@ impl Joint {
     ///
     /// # Errors
     /// If the eigenvalue iteration does not converge.
-    pub fn linear_modes(&self) -> Result<Vec<LinearMode>, StabilityError> {
-        let (m, dim) = (self.omega().len(), self.tangent_dim());
-        let mut jacobian = vec![0.0; dim * dim];
-        let mut record = vec![0.0; self.record_len()];
-        self.jacobian(&vec![0.0; self.dim()], &mut record, &mut jacobian);
-        // The parts [omega q | dq/dt] have the units of a velocity, which balances the matrix.
-        let omega = self.omega();
-        let scale = |i: usize| if i < m { omega[i] } else { 1.0 };
-        let matrix = Mat::from_fn(dim, dim, |i, j| jacobian[i * dim + j] * scale(i) / scale(j));
-        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
-        let values = eigen.S().column_vector();
-        let vectors = eigen.U();
+    pub fn linear_modes(&self) -> Result<Vec<LinearMode>, EquilibriumError> {
+        let m = self.modes();
+        let modes = Linearised::at(self, None, 0.0, &vec![0.0; self.dim()]).modes()?;
         // Equal relaxations of many nodes have small imaginary parts from rounding.
-        let is_shown = |re: f64, im: f64| {
-            if dim == 2 * m {
-                im >= 0.0
-            } else {
-                im > OSCILLATING * re.abs() || im >= 0.0 && re > 0.0
-            }
+        let is_shown = |mode: &&Eigenmode| {
+            let (re, im) = (mode.value.re, mode.value.im);
+            self.tangent_dim() == 2 * m || im > OSCILLATING * re.abs() || re > 0.0
         };
-        let mut modes: Vec<_> = (0..dim)
-            .filter(|&k| is_shown(values[k].re, values[k].im))
-            .map(|k| {
-                let mut shares: Vec<f64> = (0..m)
-                    .map(|i| vectors[(i, k)].norm_sqr() + vectors[(m + i, k)].norm_sqr())
-                    .collect();
-                let total: f64 = shares.iter().sum();
-                shares.iter_mut().for_each(|share| *share /= total);
-                LinearMode {
-                    frequency_hz: values[k].im / std::f64::consts::TAU,
-                    growth: values[k].re,
-                    shares,
-                }
-            })
-            .collect();
+        let modes = modes.iter().filter(is_shown);
+        let mut modes: Vec<_> = modes.map(|mode| LinearMode::new(mode, m)).collect();
         modes.sort_by(|a, b| {
             a.frequency_hz
                 .total_cmp(&b.frequency_hz)

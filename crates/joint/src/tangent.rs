@@ -61,30 +61,6 @@ pub(super) fn keep_slopes<S: Simd, const K: usize, const N: usize>(
 }
 
 impl Joint {
-    /// Writes the Jacobian `dF/dz` of the state `[q | dq/dt | s]` (without the work of the audit) at `z` to
-    /// `jacobian`, row-major, with [`System::tangent_dim`] rows and columns: `2m` for a friction law without states.
-    /// `record` is scratch of length [`Differentiable::record_len`].
-    ///
-    /// The derivative is discontinuous at the separation of a node; at a gap of exactly zero the value of the
-    /// separated side is used.
-    pub fn jacobian(&self, z: &[f64], record: &mut [f64], jacobian: &mut [f64]) {
-        let m = self.modes();
-        let dim = self.tangent_dim();
-        // The force is not needed; the Jacobian overwrites it.
-        self.force_recorded(None, 0.0, z, &mut jacobian[..self.dim() - m], record);
-        let (upper, lower) = jacobian[..dim * dim].split_at_mut(m * dim);
-        self.tangents(record, None, dim, lower);
-        upper.fill(0.0);
-        for i in 0..m {
-            upper[i * dim + m + i] = 1.0;
-            let omega = self.omega()[i];
-            lower[i * dim + i] -= omega * omega;
-            if let Some(zeta) = self.damping().get(i) {
-                lower[i * dim + m + i] -= 2.0 * zeta * omega;
-            }
-        }
-    }
-
     /// The product of the derivative with tangent vectors; without any, with those of the identity.
     fn tangents(&self, record: &mut [f64], vectors: Option<&[f64]>, width: usize, out: &mut [f64]) {
         let (kept, scratch) = record.split_at_mut(self.kept_len());

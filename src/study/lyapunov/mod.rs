@@ -2,7 +2,6 @@
 
 mod report;
 mod scene;
-mod trace;
 
 #[cfg(test)]
 mod tests;
@@ -14,10 +13,10 @@ use serde::Serialize;
 
 use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, SolverStats,
-    System,
 };
 
 use super::{OnProgress, POLL};
+use crate::dynamics::equilibrium::Linearised;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 use crate::report::Measured;
@@ -26,26 +25,6 @@ pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
 };
-use trace::MeanTrace;
-
-/// ExponentCount of the Lyapunov exponents to compute.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExponentCount {
-    /// All exponents: the full spectrum.
-    All,
-    /// The largest ones, at least 1.
-    Largest(usize),
-}
-
-impl ExponentCount {
-    /// Number of tangent vectors for a system.
-    pub fn width(self, sys: &dyn System) -> usize {
-        match self {
-            Self::All => sys.tangent_dim(),
-            Self::Largest(count) => count,
-        }
-    }
-}
 
 /// Goal of the averaging: the criterion that ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -228,7 +207,7 @@ pub fn lyapunov(
     }
     let (start, before) = (integrator.time(), integrator.stats());
     let mut run = StudyRun {
-        trace: MeanTrace::new(integrator.system(), width),
+        trace: Some(0.0).filter(|_| width == integrator.system().tangent_dim()),
         z: integrator.state().to_vec(),
         integrator,
         plan,
@@ -258,9 +237,8 @@ pub fn lyapunov(
     }
     keep(&mut run.running, &spectrum);
     let is_one = !spectrum.exponents.is_empty() && run.segments.len() == 1;
-    let mean_trace = run.trace.filter(|_| is_one);
     Ok(LyapunovStudy {
-        mean_trace: mean_trace.and_then(|trace| trace.mean()),
+        mean_trace: run.trace.filter(|_| is_one),
         motion: run.integrator.motion(),
         spectrum,
         running: run.running,
@@ -345,7 +323,8 @@ struct StudyRun<'a, 's> {
     segments: Vec<MotionSegment>,
     /// Averaging time before the average of the present motion started, s.
     begun: f64,
-    trace: Option<MeanTrace>,
+    /// Mean trace of the samples of the average, 1/s; `None` if it is unknown.
+    trace: Option<f64>,
 }
 
 impl StudyRun<'_, '_> {
@@ -400,8 +379,9 @@ impl StudyRun<'_, '_> {
             }
             sample += 1;
             let now = self.time();
-            if let Some(trace) = &mut self.trace {
-                trace.add(self.integrator, now, &self.z);
+            if let Some(mean) = self.trace {
+                let trace = trace(self.integrator, now, &self.z);
+                self.trace = trace.map(|trace| mean + (trace - mean) / sample as f64);
             }
             let time = sample as f64 * plan.sample_interval;
             let mut ending = None;
@@ -471,6 +451,16 @@ impl StudyRun<'_, '_> {
             .round()
             .max(1.0) as u64
     }
+}
+
+/// Trace of `dF/dz` in a state `z` at time `t` (s), 1/s: the rate at which phase-space volume grows, by Liouville's
+/// theorem the sum of all exponents. `None` if events make volumes jump, or without a derivative.
+fn trace(integrator: &Integrator<'_>, t: f64, z: &[f64]) -> Option<f64> {
+    let (sys, status) = (integrator.system(), integrator.status());
+    let law = sys.differentiable().filter(|_| !sys.jumps())?;
+    let status = (!status.is_empty()).then(|| status.to_vec());
+    let matrix = Linearised::at(law, status, t, z).matrix;
+    Some((0..matrix.nrows()).map(|i| matrix[(i, i)]).sum())
 }
 
 /// Difference of two readings of the solver statistics.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{ExponentCount, Goal, LyapunovPlan, LyapunovStudy, lyapunov};
+use super::{Goal, LyapunovPlan, LyapunovStudy, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO};
 use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{PipelineError, Simulation, Source as _};
@@ -15,8 +15,8 @@ use crate::study::OnProgress;
 /// Request for the Lyapunov exponents of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovRequest {
-    /// Number of exponents.
-    pub count: ExponentCount,
+    /// Number of largest exponents, at least 1; `None` for all.
+    pub count: Option<usize>,
     /// Settling time of the tangent vectors, s; `None` for [`SETTLE_PERIODS`].
     pub settle: Option<f64>,
     /// Goal that ends the averaging.
@@ -89,7 +89,7 @@ pub fn scene_lyapunov(
 ) -> Result<SceneLyapunov, PipelineError> {
     // The scene's own analyses are not needed.
     let mut run = Simulation::new(&scene.clone().without_analyses())?;
-    let width = request.count.width(run.system());
+    let width = request.count.unwrap_or(run.system().tangent_dim());
     // Checked now, so that too many exponents fail before the transient.
     let all = width == run.system().tangent_dim();
     let with_tangents = |integrator: Integrator<'static>| {

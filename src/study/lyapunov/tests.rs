@@ -1,7 +1,7 @@
 //! Exponents of small systems: goals, stops, and the sum that equals the mean trace.
 
 use super::*;
-use crate::dynamics::{Accuracy, Differentiable, MethodName};
+use crate::dynamics::{Accuracy, Differentiable, MethodName, System};
 use crate::study::Stopped;
 use std::time::Duration;
 

@@ -4,28 +4,36 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
+use crate::analysis::delay::DelayChoice;
 use crate::study::response::SettledResponse;
 
 /// The claims as TOML.
 pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
 
 /// A claim of the paper.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Claim {
-    /// Short identifier of the claim.
+    /// Identifier (id) of the claim.
     pub id: String,
     /// Place in the paper: figure or section.
-    #[serde(rename = "where")]
     pub place: String,
-    /// Words of the paper.
+    /// Quote: words of the paper.
     pub quote: String,
-    /// The claim as it is compared.
+    /// Statement of the claim as it is compared.
     pub statement: String,
     /// Weight of the claim in the scores, positive.
     pub weight: f64,
-    /// Relative tolerance of a numeric claim.
-    #[serde(default, rename = "within")]
+    /// Relative tolerance of a numeric claim; 0 for others.
+    #[serde(default)]
     pub tolerance: f64,
+}
+
+/// A claim with what it refers to.
+#[derive(Debug, Deserialize)]
+pub struct Claimed {
+    /// The claim.
+    #[serde(flatten)]
+    pub claim: Claim,
     /// Reason for the tolerance.
     #[serde(default)]
     pub reason: String,
@@ -39,11 +47,11 @@ pub struct Claim {
 
 #[derive(Deserialize)]
 struct Claims {
-    claim: Vec<Claim>,
+    claim: Vec<Claimed>,
 }
 
 /// All claims, in the order of the paper.
-pub fn claims() -> Vec<Claim> {
+pub fn claims() -> Vec<Claimed> {
     // A test parses the built-in file.
     toml_edit::de::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
 }
@@ -51,18 +59,19 @@ pub fn claims() -> Vec<Claim> {
 /// Finding on a claim: its comparison with the simulation results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
-    /// Identifier (id) of the claim.
-    pub id: String,
-    /// Place in the paper: figure or section.
-    pub place: String,
-    /// Quote: words of the paper.
-    pub quote: String,
-    /// Statement of the claim as it is compared.
-    pub statement: String,
-    /// Weight of the claim in the scores.
-    pub weight: f64,
-    /// Relative tolerance of a numeric claim; 0 for others.
-    pub tolerance: f64,
+    /// The claim.
+    #[serde(flatten)]
+    pub claim: Claim,
+    /// Its comparison.
+    #[serde(flatten)]
+    pub comparison: Comparison,
+    /// Finding from short averages, which can see a transient in place of the attractor.
+    pub short_average: Option<ShortAverage>,
+}
+
+/// Comparison of a claim with the simulation results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Comparison {
     /// Expected value according to the paper, as text.
     pub expected: String,
     /// Measured value of the simulation, as text.
@@ -72,8 +81,6 @@ pub struct Finding {
     /// Verdict on the claim.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// Finding from short averages, which can see a transient in place of the attractor.
-    pub short_average: Option<ShortAverage>,
 }
 
 /// Finding on a claim from short averages ([`short_average_plan`](super::short_average_plan)).
@@ -148,15 +155,6 @@ impl Verdict {
 /// Tilts closer than this are equal, degrees.
 const SAME: f64 = 1e-6;
 
-/// Delay and dimension of an embedding.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Embedding {
-    /// Embedding delay, s.
-    pub lag: f64,
-    /// Embedding dimension.
-    pub dimension: usize,
-}
-
 /// Evidence for the claims: settled responses over the tilt, natural frequencies, and the embedding.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
@@ -164,8 +162,8 @@ pub struct Evidence {
     responses: Vec<(f64, SettledResponse)>,
     /// Mode labels and natural frequencies of the finite-element model, Hz.
     pub natural_frequencies: Vec<(String, f64)>,
-    /// The embedding chosen at a tilt of 5 degrees.
-    pub delay: Option<Embedding>,
+    /// Delay and dimension chosen at a tilt of 5 degrees, and the sampling interval, s.
+    pub embedding: Option<(DelayChoice, f64)>,
 }
 
 impl Evidence {
@@ -196,24 +194,16 @@ impl Evidence {
 
 /// Compares every claim with the simulation results.
 pub fn compare(evidence: &Evidence) -> Vec<Finding> {
-    let findings = claims().into_iter().map(|claim| {
-        let points: Vec<_> = match (&claim.tilts_deg, claim.range_deg) {
+    let findings = claims().into_iter().map(|claimed| {
+        let points: Vec<_> = match (&claimed.tilts_deg, claimed.range_deg) {
             (Some(tilts), _) => tilts.iter().flat_map(|&t| evidence.between(t, t)).collect(),
             (None, Some([from, to])) => evidence.between(from, to),
             (None, None) => evidence.between(f64::NEG_INFINITY, f64::INFINITY),
         };
-        let comparison = claim.criterion.compare(claim.tolerance, &points, evidence);
+        let (claim, criterion) = (claimed.claim, claimed.criterion);
         Finding {
-            id: claim.id,
-            place: claim.place,
-            quote: claim.quote,
-            statement: claim.statement,
-            weight: claim.weight,
-            tolerance: claim.tolerance,
-            expected: comparison.expected,
-            measured: comparison.measured,
-            deviation: comparison.deviation,
-            verdict: comparison.verdict,
+            comparison: criterion.compare(claim.tolerance, &points, evidence),
+            claim,
             short_average: None,
         }
     });
@@ -226,8 +216,8 @@ pub fn add_short_averages(findings: &mut [Finding], evidence: &Evidence) -> Scor
     let score = Score::of(&short);
     for (finding, short) in findings.iter_mut().zip(short) {
         finding.short_average = Some(ShortAverage {
-            measured: short.measured,
-            verdict: short.verdict,
+            measured: short.comparison.measured,
+            verdict: short.comparison.verdict,
         });
     }
     score
@@ -253,12 +243,12 @@ pub struct Score {
 impl Score {
     /// Counts the verdicts of findings.
     pub fn of(findings: &[Finding]) -> Self {
-        let count = |is: fn(Verdict) -> bool| findings.iter().filter(|f| is(f.verdict)).count();
+        let verdicts = findings.iter().map(|finding| finding.comparison.verdict);
+        let count = |is: fn(Verdict) -> bool| verdicts.clone().filter(|it| is(*it)).count();
+        let is_met = |verdict| f64::from(verdict == Verdict::Met);
         Self {
-            strict_score: weighted_mean(findings, |finding| {
-                f64::from(finding.verdict == Verdict::Met)
-            }),
-            partial_score: weighted_mean(findings, |finding| finding.verdict.share()),
+            strict_score: weighted_mean(findings, is_met),
+            partial_score: weighted_mean(findings, Verdict::share),
             met: count(|verdict| verdict == Verdict::Met),
             partly: count(|verdict| matches!(verdict, Verdict::Partly { .. })),
             not_met: count(|verdict| verdict == Verdict::NotMet),
@@ -268,12 +258,16 @@ impl Score {
 }
 
 /// Weighted mean over the claims that can be compared.
-fn weighted_mean(findings: &[Finding], value: impl Fn(&Finding) -> f64) -> f64 {
-    let comparable = || {
-        let all = findings.iter();
-        all.filter(|finding| finding.verdict != Verdict::NotComparable)
-    };
-    let weights: f64 = comparable().map(|finding| finding.weight).sum();
-    let values = comparable().map(|finding| finding.weight * value(finding));
-    values.sum::<f64>() / weights.max(f64::MIN_POSITIVE)
+fn weighted_mean(findings: &[Finding], value: impl Fn(Verdict) -> f64) -> f64 {
+    let (mut sum, mut weights) = (0.0, f64::MIN_POSITIVE);
+    for Finding {
+        claim, comparison, ..
+    } in findings
+    {
+        if comparison.verdict != Verdict::NotComparable {
+            sum += claim.weight * value(comparison.verdict);
+            weights += claim.weight;
+        }
+    }
+    sum / weights
 }

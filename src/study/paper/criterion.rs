@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::claims::{Embedding, Evidence, Verdict};
+use super::claims::{Comparison, Evidence, Verdict};
 use crate::analysis::{
     poincare::{SectionShape, section_shape},
     recurrence::RecurrenceKind,
@@ -71,14 +71,6 @@ pub(super) enum Criterion {
     BaseFrequencies([usize; 3]),
 }
 
-/// A comparison without its claim.
-pub(super) struct Comparison {
-    pub expected: String,
-    pub measured: String,
-    pub deviation: Option<f64>,
-    pub verdict: Verdict,
-}
-
 /// Some tilts in degrees with their responses.
 type Points<'e> = [(f64, &'e SettledResponse)];
 
@@ -87,7 +79,7 @@ impl Comparison {
     fn new(expected: impl ToString, measured: Option<String>, verdict: Verdict) -> Self {
         Self {
             expected: expected.to_string(),
-            measured: measured.unwrap_or_else(nothing),
+            measured: measured.unwrap_or_else(|| NOTHING.to_owned()),
             deviation: None,
             verdict,
         }
@@ -96,11 +88,11 @@ impl Comparison {
     /// Compares a frequency with a published one, Hz. Without a result the claim cannot be compared;
     /// a response without such a line does not meet it.
     fn frequency(published: f64, measured: Option<Option<f64>>, within: f64) -> Self {
-        let off = |hz: f64| hz / published - 1.0;
-        let verdict = Verdict::when(measured, |hz| hz.is_some_and(|hz| off(hz).abs() <= within));
+        let is_near = |hz: Option<f64>| hz.is_some_and(|hz| is_near(hz, published, within));
+        let verdict = Verdict::when(measured, is_near);
         let measured = measured.flatten();
         Self {
-            deviation: measured.map(off),
+            deviation: measured.map(|hz| hz / published - 1.0),
             ..Self::new(khz(published), measured.map(khz), verdict)
         }
     }
@@ -128,8 +120,22 @@ impl Comparison {
     }
 }
 
-fn nothing() -> String {
-    "not found".to_owned()
+/// Measured value without a result.
+const NOTHING: &str = "not found";
+
+/// Texts separated by commas; `none` if there are none.
+fn listed(texts: impl Iterator<Item = String>, none: &str) -> String {
+    let texts: Vec<String> = texts.collect();
+    if texts.is_empty() {
+        none.to_owned()
+    } else {
+        texts.join(", ")
+    }
+}
+
+/// Whether a value differs from a published one by at most a relative tolerance.
+fn is_near(value: f64, published: f64, within: f64) -> bool {
+    (value / published - 1.0).abs() <= within
 }
 
 fn khz(hz: f64) -> String {
@@ -144,7 +150,7 @@ impl Criterion {
         let line = |hz, found: &dyn Fn(&SettledResponse) -> Option<f64>| {
             Comparison::frequency(hz, first.map(found), within)
         };
-        let delay = evidence.delay.filter(|_| first.is_some());
+        let embedding = evidence.embedding.as_ref().filter(|_| first.is_some());
         match *self {
             Self::NaturalFrequency { ref mode, hz } => {
                 let found = evidence.natural_frequencies.iter();
@@ -185,13 +191,29 @@ impl Criterion {
                 })
             }
             Self::LinearMismatch {} => linear_mismatch(points, within),
-            Self::Lag(samples) => lag(samples, delay),
-            Self::Dimension(is) => dimension(is, delay),
-            Self::RecurrencePeriod { s, kind } => recurrence_period(s, kind, within, points),
-            Self::NoRecurrencePeriod {} => no_recurrence_period(points),
+            // The paper does not state the sampling interval, so the delays cannot be compared.
+            Self::Lag(samples) => Comparison::new(
+                format!("{samples} samples"),
+                embedding.map(|(choice, dt)| format!("{:.0} us", 1e6 * (choice.lag as f64 * dt))),
+                Verdict::NotComparable,
+            ),
+            Self::Dimension(is) => dimension(is, embedding.map(|(choice, _)| choice.dimension)),
+            Self::RecurrencePeriod { s, kind } => {
+                Comparison::of_points(milliseconds(s), points, |response| {
+                    let found = response.recurrence_periods.last(kind);
+                    let found = found.map(|found| found.period);
+                    let is_so = found.is_some_and(|period| is_near(period, s, within));
+                    Some((is_so, listed(found.map(milliseconds).into_iter(), "none")))
+                })
+            }
+            Self::NoRecurrencePeriod {} => Comparison::of_points("none", points, |response| {
+                let found = &response.recurrence_periods.0;
+                let shown = found.iter().map(|found| milliseconds(found.period));
+                Some((found.is_empty(), listed(shown, "none")))
+            }),
             Self::Section(ref form) => Comparison::of_points(form, points, |response| {
-                let found = section_form(response).map_or_else(nothing, str::to_owned);
-                Some((found == *form, found))
+                let found = section_form(response).unwrap_or(NOTHING);
+                Some((found == form, found.to_owned()))
             }),
             Self::ExponentZero {} => Comparison::of_points("nearly zero", points, |response| {
                 let largest = largest(response)?;
@@ -256,15 +278,10 @@ fn strong_lines(response: &SettledResponse) -> Vec<f64> {
 /// Frequencies of the lines that count and are no harmonics of other such lines, Hz.
 fn independent_lines(response: &SettledResponse) -> Vec<f64> {
     let lines = strong_lines(response);
-    let is_harmonic = |hz: f64| {
-        let lower = lines.iter().filter(|&&of| of < 0.75 * hz);
-        lower.into_iter().any(|&of| is_multiple(hz, of, MULTIPLE))
-    };
-    lines
-        .iter()
-        .copied()
-        .filter(|&hz| !is_harmonic(hz))
-        .collect()
+    let is_multiple = |hz: f64, of: f64| of < 0.75 * hz && is_multiple(hz, of, MULTIPLE);
+    let is_harmonic = |hz: f64| lines.iter().any(|of| is_multiple(hz, *of));
+    let independent = lines.iter().copied().filter(|hz| !is_harmonic(*hz));
+    independent.collect()
 }
 
 /// The line nearest to a frequency.
@@ -278,15 +295,11 @@ fn nearest(lines: &[f64], hz: f64) -> Option<f64> {
 fn combination(response: &SettledResponse, base_hz: [f64; 2], orders: [i32; 2]) -> Option<f64> {
     let all: Vec<f64> = response.lines.iter().map(|line| line.frequency).collect();
     let strong = strong_lines(response);
-    let first = nearest(&strong, base_hz[0])?;
-    let second = nearest(&strong, base_hz[1])?;
     // The bases are those of the claim, not any lines.
-    let off = |line: f64, base: f64| (line / base - 1.0).abs();
-    if off(first, base_hz[0]) > BASE || off(second, base_hz[1]) > BASE {
-        return None;
-    }
-    let sum = f64::from(orders[0]) * first + f64::from(orders[1]) * second;
-    nearest(&all, sum.abs()).filter(|line| (line - sum.abs()).abs() <= MULTIPLE * second)
+    let base = |hz: f64| nearest(&strong, hz).filter(|line| is_near(*line, hz, BASE));
+    let [first, second] = [base(base_hz[0])?, base(base_hz[1])?];
+    let sum = (f64::from(orders[0]) * first + f64::from(orders[1]) * second).abs();
+    nearest(&all, sum).filter(|line| (line - sum).abs() <= MULTIPLE * second)
 }
 
 /// Relative tolerance of the base frequencies of a combination.
@@ -313,39 +326,20 @@ fn same_lines(
     count: usize,
     within: f64,
 ) -> Comparison {
-    let expected = model.map(|model| {
-        let lines = model.lines.iter().take(count);
-        lines.map(|line| line.frequency).collect::<Vec<_>>()
-    });
-    let found = response.zip(expected.as_ref()).map(|(response, expected)| {
+    let expected = model.into_iter().flat_map(|model| &model.lines);
+    let expected = expected.take(count).map(|line| line.frequency);
+    let expected: Vec<f64> = expected.collect();
+    let found = response.filter(|_| model.is_some()).map(|response| {
         let lines = strong_lines(response);
-        expected
-            .iter()
-            .filter_map(|&hz| nearest(&lines, hz).filter(|line| (line / hz - 1.0).abs() <= within))
-            .collect::<Vec<_>>()
+        let same = |hz: &f64| nearest(&lines, *hz).filter(|line| is_near(*line, *hz, within));
+        expected.iter().filter_map(same).collect::<Vec<_>>()
     });
-    let list = |lines: &Vec<f64>| match lines.len() {
-        0 => nothing(),
-        _ => lines
-            .iter()
-            .map(|&hz| khz(hz))
-            .collect::<Vec<_>>()
-            .join(", "),
-    };
+    let list = |lines: &[f64]| listed(lines.iter().map(|hz| khz(*hz)), NOTHING);
     let verdict = Verdict::when(found.as_ref(), |found| found.len() == count);
-    let shown = expected.as_ref().map_or_else(nothing, list);
-    Comparison::new(shown, found.as_ref().map(list), verdict)
+    Comparison::new(list(&expected), found.as_deref().map(list), verdict)
 }
 
-/// The paper does not state the sampling interval, so the delays cannot be compared.
-fn lag(samples: f64, found: Option<Embedding>) -> Comparison {
-    let measured = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
-    let expected = format!("{samples} samples");
-    Comparison::new(expected, measured, Verdict::NotComparable)
-}
-
-fn dimension(is: usize, found: Option<Embedding>) -> Comparison {
-    let found = found.map(|delay| delay.dimension);
+fn dimension(is: usize, found: Option<usize>) -> Comparison {
     let verdict = Verdict::when(found, |dimension| dimension == is);
     Comparison::new(is, found.map(|dimension| dimension.to_string()), verdict)
 }
@@ -357,47 +351,11 @@ fn linear_mismatch(points: &Points<'_>, within: f64) -> Comparison {
         let modes = response.linear.as_ref().map_or_else(Vec::new, |linear| {
             linear.unstable().map(|mode| mode.frequency_hz).collect()
         });
-        let is_silent = |hz: &&f64| {
-            let line = nearest(&lines, **hz);
-            line.is_none_or(|line| (line / **hz - 1.0).abs() > within)
-        };
+        let is_silent =
+            |hz: &&f64| nearest(&lines, **hz).is_none_or(|line| !is_near(line, **hz, within));
         let silent = modes.iter().filter(is_silent).count();
         let measured = format!("{silent} of {} unstable modes without a line", modes.len());
         Some((2 * silent > modes.len(), measured))
-    })
-}
-
-fn recurrence_period(
-    published: f64,
-    kind: RecurrenceKind,
-    within: f64,
-    points: &Points<'_>,
-) -> Comparison {
-    Comparison::of_points(milliseconds(published), points, |response| {
-        let found = response
-            .recurrence_periods
-            .last(kind)
-            .map(|found| found.period);
-        let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
-        let text = found.map_or_else(|| "none".to_owned(), milliseconds);
-        Some((is_so, text))
-    })
-}
-
-fn no_recurrence_period(points: &Points<'_>) -> Comparison {
-    Comparison::of_points("none", points, |response| {
-        let periods: Vec<String> = response
-            .recurrence_periods
-            .0
-            .iter()
-            .map(|found| milliseconds(found.period))
-            .collect();
-        let text = if periods.is_empty() {
-            "none".to_owned()
-        } else {
-            periods.join(", ")
-        };
-        Some((periods.is_empty(), text))
     })
 }
 
@@ -481,15 +439,10 @@ fn base_frequencies(
             Regime::Chaotic => chaotic,
             _ => return None,
         };
-        let labels = || response.lines.iter().map(|line| &*line.label);
-        let bases = ["f1", "f2"].into_iter();
-        let found = bases
-            .filter(|base| labels().any(|label| label.contains(base)))
-            .count();
-        Some((
-            found == expected,
-            format!("{} with {found}", response.regime),
-        ))
+        let is_named = |base: &&str| response.lines.iter().any(|line| line.label.contains(base));
+        let found = ["f1", "f2"].iter().filter(|base| is_named(base)).count();
+        let measured = format!("{} with {found}", response.regime);
+        Some((found == expected, measured))
     })
 }
 

@@ -8,8 +8,8 @@ mod study;
 mod tests;
 
 pub use claims::{
-    CLAIMS, Claim, Embedding, Evidence, Finding, Score, ShortAverage, Verdict, add_short_averages,
-    claims, compare,
+    CLAIMS, Claim, Claimed, Comparison, Evidence, Finding, Score, ShortAverage, Verdict,
+    add_short_averages, claims, compare,
 };
 pub use study::{
     EMBEDDING_TILT_DEG, FIGURE_TILTS_DEG, RECURRENCE_TILTS_DEG, embedding, paper_evidence,

@@ -1,10 +1,7 @@
 //! The tilt sweep of the paper's figures, and its evaluation.
 
-use super::{Embedding, Evidence};
-use crate::analysis::{
-    AnalysisError,
-    delay::{DelayChoice, DelaySearch, choose_delay},
-};
+use super::Evidence;
+use crate::analysis::delay::{DelayChoice, DelaySearch, choose_delay};
 use crate::joint::{AssemblyError, BallJoint, BodySpec, Frequencies, JointSpec};
 use crate::scene::{Parameter, Scene};
 use crate::study::response::{ResponsePlan, SettledResponse};
@@ -79,25 +76,16 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
     let ball = BallJoint::new(&own)?;
     let modes = ball.family_labels().into_iter();
     evidence.natural_frequencies = modes.zip(ball.frequencies_hz().iter().copied()).collect();
-    let choice = evidence
-        .at(EMBEDDING_TILT_DEG)
-        .and_then(|response| embedding(response)?.ok());
-    evidence.delay = choice.map(|(choice, dt)| Embedding {
-        lag: choice.lag as f64 * dt,
-        dimension: choice.dimension,
-    });
+    evidence.embedding = evidence.at(EMBEDDING_TILT_DEG).and_then(embedding);
     Ok(evidence)
 }
 
 /// Embedding delay and dimension of a response's motion, and its sampling interval, s. `None` if the response
-/// has no portrait.
-pub fn embedding(response: &SettledResponse) -> Option<Result<(DelayChoice, f64), AnalysisError>> {
+/// has no portrait, or a constant motion.
+pub fn embedding(response: &SettledResponse) -> Option<(DelayChoice, f64)> {
     let portrait = response.portrait.as_ref()?;
-    let samples: Vec<f64> = portrait
-        .displacement
-        .iter()
-        .map(|u| f64::from(*u))
-        .collect();
+    let samples = portrait.displacement.iter().map(|u| f64::from(*u));
+    let samples: Vec<f64> = samples.collect();
     let choice = choose_delay(&samples, &DelaySearch::for_samples(samples.len()));
-    Some(choice.map(|choice| (choice, portrait.dt)))
+    Some((choice.ok()?, portrait.dt))
 }

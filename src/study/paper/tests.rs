@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
+use crate::analysis::delay::{DelaySearch, choose_delay};
 use crate::analysis::regime::Regime;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::{BallJoint, NamedMode};
@@ -129,10 +130,10 @@ fn as_published() -> Evidence {
         (tilt, found)
     });
     let mut evidence = Evidence::new(responses);
-    evidence.delay = Some(Embedding {
-        lag: 6e-5,
-        dimension: 5,
-    });
+    let samples = sines(RATE, 4000, &[(4100.0, 1.0, 0.0)]);
+    let mut choice = choose_delay(&samples, &DelaySearch::for_samples(samples.len())).unwrap();
+    choice.dimension = 5;
+    evidence.embedding = Some((choice, 1.0 / RATE));
     let published = [
         ("1st bending", 1698.0),
         ("2nd bending", 4093.0),
@@ -150,19 +151,22 @@ fn as_published() -> Evidence {
 }
 
 fn finding<'f>(findings: &'f [Finding], id: &str) -> &'f Finding {
-    findings.iter().find(|finding| finding.id == id).unwrap()
+    findings
+        .iter()
+        .find(|finding| finding.claim.id == id)
+        .unwrap()
 }
 
 #[test]
 fn the_claims_parse_and_each_has_one_statement() {
     let claims = claims();
-    let mut ids: Vec<&str> = claims.iter().map(|claim| &*claim.id).collect();
+    let mut ids: Vec<&str> = claims.iter().map(|claimed| &*claimed.claim.id).collect();
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), claims.len());
-    for claim in &claims {
+    for Claimed { claim, reason, .. } in &claims {
         assert!(claim.weight > 0.0 && !claim.quote.is_empty(), "{claim:?}");
-        assert_eq!(claim.tolerance > 0.0, !claim.reason.is_empty(), "{claim:?}");
+        assert_eq!(claim.tolerance > 0.0, !reason.is_empty(), "{claim:?}");
     }
     // A claim has exactly one key besides the common ones; a misspelt key would be a second one.
     let file: serde_json::Value = toml_edit::de::from_str(CLAIMS).unwrap();
@@ -171,11 +175,11 @@ fn the_claims_parse_and_each_has_one_statement() {
     for claim in all {
         let common = [
             "id",
-            "where",
+            "place",
             "quote",
             "statement",
             "weight",
-            "within",
+            "tolerance",
             "reason",
             "tilts_deg",
             "range_deg",
@@ -191,12 +195,12 @@ fn the_claims_parse_and_each_has_one_statement() {
 fn the_published_motions_meet_the_claims() {
     let findings = compare(&as_published());
     for finding in &findings {
-        let expected = match &*finding.id {
+        let expected = match &*finding.claim.id {
             // Its unit is unknown.
             "lag" => Verdict::NotComparable,
             _ => Verdict::Met,
         };
-        assert_eq!(finding.verdict, expected, "{finding:?}");
+        assert_eq!(finding.comparison.verdict, expected, "{finding:?}");
     }
     let score = Score::of(&findings);
     assert_eq!((score.strict_score, score.not_comparable), (1.0, 1));
@@ -242,10 +246,10 @@ fn similar_motions_do_not_meet_the_claims() {
         "order",
     ] {
         let finding = finding(&findings, id);
-        assert_eq!(finding.verdict, Verdict::NotMet, "{finding:?}");
+        assert_eq!(finding.comparison.verdict, Verdict::NotMet, "{finding:?}");
     }
     assert_eq!(
-        finding(&findings, "chaos-5.0").verdict,
+        finding(&findings, "chaos-5.0").comparison.verdict,
         Verdict::NotComparable
     );
 }
@@ -263,7 +267,7 @@ fn an_order_holds_strictly_or_in_part() {
             (k as f64, response)
         });
         let findings = compare(&Evidence::new(responses));
-        finding(&findings, "order").verdict
+        finding(&findings, "order").comparison.verdict
     };
     assert_eq!(
         of(&["periodic", "periodic", "torus", "chaos"]),
@@ -287,17 +291,21 @@ fn an_order_holds_strictly_or_in_part() {
 #[test]
 fn the_strict_score_counts_what_is_met_and_can_be_compared() {
     let with = |weight, verdict| Finding {
+        claim: Claim {
+            id: String::new(),
+            place: String::new(),
+            quote: String::new(),
+            statement: String::new(),
+            weight,
+            tolerance: 0.0,
+        },
+        comparison: Comparison {
+            expected: String::new(),
+            measured: String::new(),
+            deviation: None,
+            verdict,
+        },
         short_average: None,
-        id: String::new(),
-        place: String::new(),
-        quote: String::new(),
-        statement: String::new(),
-        weight,
-        tolerance: 0.0,
-        expected: String::new(),
-        measured: String::new(),
-        deviation: None,
-        verdict,
     };
     let score = Score::of(&[
         with(1.0, Verdict::Met),

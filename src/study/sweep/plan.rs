@@ -56,11 +56,11 @@ impl Axis {
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Start {
-    /// Fresh start: each point starts from the scene's kick.
+    /// The initial state of the scene, with its random kick.
     Fresh,
-    /// Upward continuation: each point starts from the final state at the next lower value.
+    /// The settled state at the next lower value.
     Upward,
-    /// Downward continuation: each point starts from the final state at the next higher value.
+    /// The settled state at the next higher value.
     Downward,
 }
 

@@ -43,7 +43,10 @@ pub enum EquilibriumError {
         residual: f64,
     },
     /// The eigenvalue iteration did not converge.
-    #[error("the eigenvalues of the linearised system did not converge")]
+    #[error(
+        "the eigenvalues of the linearised system did not converge; check the scene for extreme stiffness or friction \
+         slopes"
+    )]
     Eigenvalues,
     /// A mode without oscillation has no Hopf bifurcation.
     #[error("a mode without oscillation has no Hopf bifurcation")]
@@ -85,14 +88,13 @@ impl Linearised {
             .differentiable()
             .ok_or(EquilibriumError::NoDerivative)?;
         let (m, dim) = (system.modes(), system.tangent_dim());
-        let scale = energy_units(system);
         let mut z = guess.to_vec();
         let mut rate = vec![0.0; system.dim()];
         let mut residual = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
-            let status = status_at(system, &z);
             system.rhs(0.0, &z, &mut rate);
-            let matrix = jacobian(law, status.as_deref(), &z, &scale);
+            let found = Self::at(law, status_at(system, &z), 0.0, &z);
+            let (matrix, scale) = (&found.matrix, &found.scale);
             // Each component relative to the sum of the terms that cancel in it, as far as they are known.
             let size = |i: usize| -> f64 {
                 let terms = (0..dim).map(|j| (matrix[(i, j)] * scale[j] * z[j]).abs());
@@ -102,13 +104,7 @@ impl Linearised {
             residual = ratios.fold(0.0, f64::max);
             let is_zero = rate[..dim].iter().all(|rate| rate.abs() < TINY);
             if is_zero || residual < RESIDUAL {
-                z.truncate(dim);
-                return Ok(Self {
-                    state: z,
-                    status,
-                    scale,
-                    matrix,
-                });
+                return Ok(found);
             }
             let right = Mat::from_fn(dim, 1, |i, _| -rate[i] * scale[i]);
             let step = matrix.partial_piv_lu().solve(&right);
@@ -124,6 +120,27 @@ impl Linearised {
         Err(EquilibriumError::NotConverged { residual })
     }
 
+    /// Linearises a system in a state `z` (length [`System::dim`]) at time `t` (s), which need not be an equilibrium.
+    pub fn at(law: &dyn Differentiable, status: Option<Vec<u8>>, t: f64, z: &[f64]) -> Self {
+        let scale = energy_units(law);
+        let (m, dim) = (law.modes(), scale.len());
+        let mut record = vec![0.0; law.record_len()];
+        let mut force = vec![0.0; law.dim() - m];
+        law.force_recorded(status.as_deref(), t, z, &mut force, &mut record);
+        let mut identity = vec![0.0; dim * dim];
+        identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
+        let mut rows = vec![0.0; dim * dim];
+        let below = &mut rows[m * dim..];
+        law.product(status.as_deref(), &mut record, &identity, dim, below);
+        add_linear(law.omega(), law.damping(), &identity, &mut rows, dim);
+        Self {
+            state: z[..dim].to_vec(),
+            status,
+            matrix: Mat::from_fn(dim, dim, |i, j| rows[i * dim + j] * scale[i] / scale[j]),
+            scale,
+        }
+    }
+
     /// Number of coordinates.
     pub fn dim(&self) -> usize {
         self.scale.len()
@@ -135,23 +152,7 @@ impl Linearised {
     /// # Errors
     /// [`EquilibriumError::Eigenvalues`].
     pub fn modes(&self) -> Result<Vec<Eigenmode>, EquilibriumError> {
-        let eigen = self
-            .matrix
-            .eigen()
-            .map_err(|_| EquilibriumError::Eigenvalues)?;
-        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-        let shown = (0..self.dim()).filter(|&k| values[k].im >= 0.0);
-        let mut modes: Vec<Eigenmode> = shown
-            .map(|k| {
-                let vector = (0..self.dim()).map(|i| vectors[(i, k)]).collect();
-                Eigenmode {
-                    value: values[k],
-                    vector: unit(vector),
-                }
-            })
-            .collect();
-        modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
-        Ok(modes)
+        eigenmodes(&self.matrix)
     }
 
     /// The left eigenvector `y` of a mode with the right eigenvector `x`: `y* A = lambda y*`, `y* x = 1`, by inverse
@@ -180,6 +181,24 @@ impl Linearised {
     }
 }
 
+/// [`Linearised::modes`] of a matrix.
+///
+/// # Errors
+/// [`EquilibriumError::Eigenvalues`].
+pub fn eigenmodes(matrix: &Mat<f64>) -> Result<Vec<Eigenmode>, EquilibriumError> {
+    let eigen = matrix.eigen().map_err(|_| EquilibriumError::Eigenvalues)?;
+    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+    let shown = (0..matrix.nrows()).filter(|&k| values[k].im >= 0.0);
+    let mut modes: Vec<Eigenmode> = shown
+        .map(|k| Eigenmode {
+            value: values[k],
+            vector: unit(vectors.col(k).iter().copied().collect()),
+        })
+        .collect();
+    modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+    Ok(modes)
+}
+
 /// Derivative of an eigenvalue with a parameter, `y* (dA/dp) x`, from its left and right eigenvectors and the
 /// derivative of the scaled matrix.
 pub fn eigenvalue_derivative(left: &[c64], slope: &Mat<f64>, right: &[c64]) -> c64 {
@@ -200,20 +219,6 @@ fn status_at(system: &dyn System, z: &[f64]) -> Option<Vec<u8>> {
     let mut status = vec![0; switching.status_len()];
     switching.status_of(0.0, z, &mut status);
     Some(status)
-}
-
-/// The Jacobian `dF/dz` in scaled coordinates.
-fn jacobian(law: &dyn Differentiable, status: Option<&[u8]>, z: &[f64], scale: &[f64]) -> Mat<f64> {
-    let (m, dim) = (law.modes(), scale.len());
-    let mut record = vec![0.0; law.record_len()];
-    let mut force = vec![0.0; law.dim() - m];
-    law.force_recorded(status, 0.0, z, &mut force, &mut record);
-    let mut identity = vec![0.0; dim * dim];
-    identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
-    let mut rows = vec![0.0; dim * dim];
-    law.product(status, &mut record, &identity, dim, &mut rows[m * dim..]);
-    add_linear(law.omega(), law.damping(), &identity, &mut rows, dim);
-    Mat::from_fn(dim, dim, |i, j| rows[i * dim + j] * scale[i] / scale[j])
 }
 
 /// `a* b`.

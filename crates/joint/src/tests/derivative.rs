@@ -172,8 +172,8 @@ fn products_of_any_width_are_those_of_the_jacobian() {
     for joint in joints() {
         let m = joint.modes();
         let z = state(&joint, 17);
-        let (mut record, mut jacobian) = (record(&joint), vec![0.0; 4 * m * m]);
-        joint.jacobian(&z, &mut record, &mut jacobian);
+        let (mut record, mut jacobian) = (record(&joint), jacobian(&joint, &z));
+        joint.force_recorded(None, 0.0, &z, &mut vec![0.0; m], &mut record);
         // The force excludes modal stiffness and damping.
         for i in 0..m {
             let row = &mut jacobian[2 * m * (m + i)..];

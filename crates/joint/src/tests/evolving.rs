@@ -317,8 +317,7 @@ fn linear_modes_are_eigenvalues_of_the_jacobian() {
     for friction in laws() {
         let joint = Joint::new(&scattered(7, 3, friction));
         let n = joint.dim();
-        let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; n * n]);
-        joint.jacobian(&vec![0.0; n], &mut record, &mut jacobian);
+        let jacobian = jacobian(&joint, &vec![0.0; n]);
         let values = DMatrix::from_row_slice(n, n, &jacobian).complex_eigenvalues();
         let modes = joint.linear_modes().unwrap();
         assert!(modes.iter().filter(|mode| mode.frequency_hz > 1e3).count() >= 3);

@@ -37,8 +37,7 @@ fn products_are_the_derivative_of_the_force() {
         let m = joint.modes();
         let z = state(&joint, 23);
         let mut record = vec![0.0; joint.record_len()];
-        let mut jacobian = vec![0.0; 4 * m * m];
-        joint.jacobian(&z, &mut record, &mut jacobian);
+        let jacobian = jacobian(&joint, &z);
         let rate = |z: &[f64]| {
             let mut rate = vec![0.0; joint.dim()];
             joint.rhs(0.0, z, &mut rate);
