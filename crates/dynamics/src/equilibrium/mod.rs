@@ -129,29 +129,12 @@ impl Linearised {
         self.scale.len()
     }
 
-    /// All eigenvalues with non-negative imaginary part and their eigenvectors, in descending order of the growth
-    /// rate.
+    /// The modes of the linearised system: [`eigenmodes`].
     ///
     /// # Errors
     /// [`EquilibriumError::Eigenvalues`].
     pub fn modes(&self) -> Result<Vec<Eigenmode>, EquilibriumError> {
-        let eigen = self
-            .matrix
-            .eigen()
-            .map_err(|_| EquilibriumError::Eigenvalues)?;
-        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-        let shown = (0..self.dim()).filter(|&k| values[k].im >= 0.0);
-        let mut modes: Vec<Eigenmode> = shown
-            .map(|k| {
-                let vector = (0..self.dim()).map(|i| vectors[(i, k)]).collect();
-                Eigenmode {
-                    value: values[k],
-                    vector: unit(vector),
-                }
-            })
-            .collect();
-        modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
-        Ok(modes)
+        eigenmodes(&self.matrix)
     }
 
     /// The left eigenvector `y` of a mode with the right eigenvector `x`: `y* A = lambda y*`, `y* x = 1`, by inverse
@@ -178,6 +161,25 @@ impl Linearised {
         let product = inner(&left, &mode.vector).conj();
         left.iter().map(|y| *y / product).collect()
     }
+}
+
+/// All eigenvalues of a real matrix with non-negative imaginary part and their eigenvectors, in descending order of the
+/// growth rate.
+///
+/// # Errors
+/// [`EquilibriumError::Eigenvalues`].
+pub fn eigenmodes(matrix: &Mat<f64>) -> Result<Vec<Eigenmode>, EquilibriumError> {
+    let eigen = matrix.eigen().map_err(|_| EquilibriumError::Eigenvalues)?;
+    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+    let shown = (0..matrix.nrows()).filter(|&k| values[k].im >= 0.0);
+    let mut modes: Vec<Eigenmode> = shown
+        .map(|k| Eigenmode {
+            value: values[k],
+            vector: unit(vectors.col(k).iter().copied().collect()),
+        })
+        .collect();
+    modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+    Ok(modes)
 }
 
 /// Derivative of an eigenvalue with a parameter, `y* (dA/dp) x`, from its left and right eigenvectors and the
