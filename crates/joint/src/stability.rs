@@ -1,10 +1,11 @@
 //! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
 
-use faer::Mat;
+use faer::{Mat, c64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Joint;
+use squeakscope_dynamics::equilibrium::{Eigenmode, eigenmodes};
 use squeakscope_dynamics::{Differentiable, System};
 
 /// Least growth rate of an unstable mode, 1/s.
@@ -42,6 +43,24 @@ pub struct LinearMode {
 }
 
 impl LinearMode {
+    /// An eigenvalue of a system with a number of modes; without any, the shares are those of the components of the state.
+    pub fn new(mode: &Eigenmode, modes: usize) -> Self {
+        let squares: Vec<f64> = mode.vector.iter().map(|x| x.norm_sqr()).collect();
+        let mut shares = squares.clone();
+        if modes > 0 {
+            shares = (0..modes)
+                .map(|i| squares[i] + squares[modes + i])
+                .collect();
+        }
+        let total: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        Self {
+            frequency_hz: mode.frequency_hz(),
+            growth: mode.value.re,
+            shares,
+        }
+    }
+
     /// Whether the mode is unstable: its growth rate is at least [`MIN_GROWTH`], 0.1 1/s, and positive beyond
     /// rounding errors.
     pub fn unstable(&self) -> bool {
@@ -107,32 +126,14 @@ impl Joint {
         let omega = self.omega();
         let scale = |i: usize| if i < m { omega[i] } else { 1.0 };
         let matrix = Mat::from_fn(dim, dim, |i, j| jacobian[i * dim + j] * scale(i) / scale(j));
-        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
-        let values = eigen.S().column_vector();
-        let vectors = eigen.U();
+        let all = eigenmodes(&matrix).map_err(|_| StabilityError)?;
         // Equal relaxations of many nodes have small imaginary parts from rounding.
-        let is_shown = |re: f64, im: f64| {
-            if dim == 2 * m {
-                im >= 0.0
-            } else {
-                im > OSCILLATING * re.abs() || im >= 0.0 && re > 0.0
-            }
+        let is_shown = |mode: &&Eigenmode| {
+            let c64 { re, im } = mode.value;
+            dim == 2 * m || im > OSCILLATING * re.abs() || re > 0.0
         };
-        let mut modes: Vec<_> = (0..dim)
-            .filter(|&k| is_shown(values[k].re, values[k].im))
-            .map(|k| {
-                let mut shares: Vec<f64> = (0..m)
-                    .map(|i| vectors[(i, k)].norm_sqr() + vectors[(m + i, k)].norm_sqr())
-                    .collect();
-                let total: f64 = shares.iter().sum();
-                shares.iter_mut().for_each(|share| *share /= total);
-                LinearMode {
-                    frequency_hz: values[k].im / std::f64::consts::TAU,
-                    growth: values[k].re,
-                    shares,
-                }
-            })
-            .collect();
+        let shown = all.iter().filter(is_shown);
+        let mut modes: Vec<_> = shown.map(|mode| LinearMode::new(mode, m)).collect();
         modes.sort_by(|a, b| {
             a.frequency_hz
                 .total_cmp(&b.frequency_hz)

@@ -161,19 +161,7 @@ impl SteadyState {
     /// The mode with the name of the mode of the body, or of the component of the state, that has the largest share of it.
     pub fn named(&self, mode: &Eigenmode) -> NamedMode {
         let m = self.system.modes();
-        let squares: Vec<f64> = mode.vector.iter().map(|x| x.norm_sqr()).collect();
-        let mut shares = squares.clone();
-        if m > 0 {
-            shares = (0..m).map(|i| squares[i] + squares[m + i]).collect();
-        }
-        let total: f64 = shares.iter().sum();
-        shares.iter_mut().for_each(|share| *share /= total);
-        let linear = LinearMode {
-            frequency_hz: mode.frequency_hz(),
-            growth: mode.value.re,
-            shares,
-        };
-        let named = linear.named(&self.families);
+        let named = LinearMode::new(mode, m).named(&self.families);
         NamedMode {
             // Rates of a system without modes have any unit.
             unstable: if m > 0 {
