@@ -147,7 +147,11 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
         ]
     );
     assert!(branch.unresolved.is_empty());
-    assert!(branch.stats.newton_iterations <= 60, "{:?}", branch.stats);
+    assert!(
+        branch.newton_iterations <= 60,
+        "{}",
+        branch.newton_iterations
+    );
     assert_eq!(branch.bifurcations.len(), 1);
     let torus = &branch.bifurcations[0];
     assert_eq!(torus.kind, BifurcationKind::NeimarkSacker);

@@ -31,8 +31,15 @@ use std::ops::{Deref, DerefMut};
 
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
-use super::stepper::Stepper;
-use super::{SolverStats, System};
+use super::stepper::{Law, Stepper};
+use super::tableau::{DOP853, RK4, TSIT5};
+use super::{DynamicsError, Method, MethodName, SolverStats, System};
+
+/// The error of an implicit method for a system without derivative.
+pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability {
+    what: "derivative of the force",
+    purpose: "implicit steps (rodas5p, auto)",
+};
 
 /// Stability limit `h rho` of the pair of Tsitouras on the negative real axis.
 const STABILITY_LIMIT: f64 = 3.5;
@@ -73,7 +80,7 @@ const MIN_EXPLICIT_PHASE: f64 = 1e-3;
 /// The methods of an integration, one of which is active.
 #[derive(Clone, Debug)]
 pub(super) struct Steppers {
-    explicit: RungeKutta,
+    pub explicit: RungeKutta,
     implicit: Option<Rosenbrock>,
     /// Whether the implicit method is active.
     pub is_implicit: bool,
@@ -185,29 +192,40 @@ impl StiffnessDetector {
 }
 
 impl Steppers {
-    /// The methods of an integration; of two, `auto` chooses, starting with the explicit one.
-    pub fn new(explicit: RungeKutta, implicit: Option<Rosenbrock>, auto: bool) -> Self {
-        Self {
-            explicit,
-            is_implicit: implicit.is_some() && !auto,
-            implicit,
-            detector: auto.then(StiffnessDetector::new),
+    /// The workspaces of a method for a system. The method `auto` starts with the explicit one.
+    pub fn new(method: Method, sys: &dyn System) -> Result<Self, DynamicsError> {
+        let (tableau, modes) = match method.name {
+            MethodName::Lawson54 | MethodName::Auto => (&TSIT5, sys.modes()),
+            MethodName::Lawson853 => (&DOP853, sys.modes()),
+            MethodName::Tsit5 | MethodName::Rodas5P => (&TSIT5, 0),
+            MethodName::Dop853 => (&DOP853, 0),
+            MethodName::Rk4 => (&RK4, 0),
+        };
+        let implicit = method.needs_derivative().then(|| {
+            let derivative = sys.differentiable().ok_or(NO_DERIVATIVE)?;
+            Ok(Rosenbrock::new(sys, derivative))
+        });
+        let chooses = method.name == MethodName::Auto;
+        Ok(Self {
+            explicit: RungeKutta::new(tableau, sys, modes),
+            implicit: implicit.transpose()?,
+            is_implicit: method.name == MethodName::Rodas5P,
+            detector: chooses.then(StiffnessDetector::new),
             prescribed: None,
+        })
+    }
+
+    /// Work of both methods.
+    pub fn stats(&self) -> SolverStats {
+        let mut stats = self.explicit.step.stats;
+        if let Some(implicit) = &self.implicit {
+            stats += implicit.step.stats;
         }
-    }
-
-    /// Updates the linear part for a changed system with the same number of modes.
-    pub fn update_linear_part(&mut self, sys: &dyn System) {
-        self.explicit.form.update_linear_part(sys);
-    }
-
-    /// Maximum step that the linear part allows, s.
-    pub fn max_step_of_linear_part(&self) -> f64 {
-        self.explicit.form.max_step_of_linear_part()
+        stats
     }
 
     /// Chooses the method of the next step, if there is a choice, and activates it.
-    pub fn choose(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
+    pub fn choose(&mut self, law: Law<'_>) {
         let (Some(detector), Some(implicit)) = (&mut self.detector, &mut self.implicit) else {
             return;
         };
@@ -217,7 +235,7 @@ impl Steppers {
         } else {
             (from, to)
         };
-        let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
+        let fastest = law.sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
         let due = detector.should_switch(self.is_implicit, from.length(), fastest);
         if self
             .prescribed
@@ -229,25 +247,19 @@ impl Steppers {
         to.end.copy_from_slice(&from.end);
         detector.reset(self.is_implicit);
         self.is_implicit = !self.is_implicit;
-        stats.switches += 1;
-        self.reinitialise(sys, status, stats);
+        to.stats.switches += 1;
+        self.reinitialise(law);
     }
 
     /// As [`Stepper::attempt`], with an estimate of the stiffness.
-    pub fn attempt(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        end_time: f64,
-        stats: &mut SolverStats,
-    ) {
-        (**self).attempt(sys, status, end_time, stats);
+    pub fn attempt(&mut self, law: Law<'_>, end_time: f64) {
+        (**self).attempt(law, end_time);
         if self.detector.is_none() {
             return;
         }
         let rate = match &self.implicit {
             Some(implicit) if self.is_implicit => implicit.step.length() * implicit.fastest_rate,
-            _ => self.explicit.step.length() * self.explicit.fastest_rate(sys),
+            _ => self.explicit.step.length() * self.explicit.fastest_rate(law.sys),
         };
         if let Some(detector) = &mut self.detector {
             detector.last = Some(rate);
@@ -263,10 +275,10 @@ impl Steppers {
     }
 
     /// Enables tangent vectors; returns the number of slopes that each of them needs.
-    pub fn enable_tangents(&mut self, sys: &dyn System) -> usize {
+    pub fn enable_tangents(&mut self, law: Law<'_>) -> usize {
         let implicit = self.implicit.as_mut();
-        let stages = implicit.map_or(0, |implicit| implicit.enable_tangents(sys));
-        self.explicit.enable_tangents(sys).max(stages)
+        let stages = implicit.map_or(0, |implicit| implicit.enable_tangents(law));
+        self.explicit.enable_tangents(law).max(stages)
     }
 }
 

@@ -30,7 +30,7 @@
 //! The last slope of a step is stored before its transformation to `y'`. Because the coordinates of each
 //! step refer to its own start, this slope is also the first slope of the next step.
 
-use super::system::add_linear;
+use super::stepper::Law;
 use super::{System, trigonometry};
 use crate::simd::vectorised;
 
@@ -231,9 +231,9 @@ impl IntegratingFactor {
 
     /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
     /// Components that are integrated exactly become zero.
-    pub fn add_linear_part(&self, sys: &dyn System, z: &[f64], slope: &mut [f64], width: usize) {
-        if self.modes < sys.modes() {
-            add_linear(sys.omega(), sys.damping(), z, slope, width);
+    pub fn add_linear_part(&self, law: Law<'_>, z: &[f64], slope: &mut [f64], width: usize) {
+        if self.modes < law.sys.modes() {
+            law.add_linear(z, slope, width);
         } else {
             slope[..self.modes * width].fill(0.0);
         }

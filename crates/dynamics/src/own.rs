@@ -1,10 +1,8 @@
 //! Systems from closures.
 
 use crate::continuation::{Family, FamilyError};
-use crate::{Differentiable, Switching, System, central_difference};
-
-/// Part of a tangent vector that is left by rounding when it is projected away.
-const ROUNDING: f64 = 1e-9;
+use crate::system::difference_of_change;
+use crate::{Differentiable, Switching, System};
 
 /// Writes numbers from a status, a time (s), the coordinates and the velocities.
 type Law = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
@@ -180,26 +178,7 @@ impl Switching for OwnSystem {
             let (q, v) = z.split_at_mut(self.omega.len());
             (self.pieces().hold)(status[0], q, v);
         };
-        // What the constraint takes from a vector: nothing where it does not act.
-        let mut taken = vec![0.0; z.len()];
-        for l in 0..width {
-            let vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
-            central_difference((t, z), (&vector, 0.0), &mut taken, |_, z, out| {
-                out.copy_from_slice(z);
-                hold(out);
-                for (out, z) in out.iter_mut().zip(z) {
-                    *out -= z;
-                }
-            });
-            let size = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            for (x, taken) in vectors.iter_mut().skip(l).step_by(width).zip(&taken) {
-                *x += taken;
-                // What is taken away leaves rounding errors of the difference.
-                if *taken != 0.0 && x.abs() < ROUNDING * size {
-                    *x = 0.0;
-                }
-            }
-        }
+        difference_of_change((t, z), (vectors, width, 0.0), |_, z| hold(z));
         hold(z);
     }
 }

@@ -7,13 +7,12 @@
 //! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
 //! additional stages for the dense output, which are evaluated on demand.
 
+use super::System;
 use super::error_control::{MethodTraits, StateNorm};
 use super::integrating_factor::IntegratingFactor;
-use super::stepper::{Step, Stepper, differentiable, switching};
-use super::system::force;
+use super::stepper::{Law, Step, Stepper};
 use super::tableau::{MAX_STAGES, Tableau};
 use super::tangents::TangentBlock;
-use super::{SolverStats, System};
 use crate::simd::vectorised;
 
 /// A tableau in a form.
@@ -100,16 +99,14 @@ impl RungeKutta {
     }
 
     /// Evaluates the slope at a stage, which is not yet transformed to that of `y`.
-    fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
+    fn evaluate(&mut self, law: Law<'_>, stage: usize) {
         let dim = self.step.dim();
         let (z, slope) = (&self.state, &mut self.slopes[stage * dim..][..dim]);
-        let out = &mut slope[sys.modes()..];
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
-        match self.records.get_mut(stage) {
-            None => force(sys, status, time, z, out),
-            Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
-        }
-        self.form.add_linear_part(sys, z, slope, 1);
+        let record = self.records.get_mut(stage);
+        law.force(time, z, &mut slope[law.sys.modes()..], record);
+        self.form.add_linear_part(law, z, slope, 1);
+        self.step.stats.rhs_evals += 1;
         if stage == self.tableau.end {
             self.step.end_slope.copy_from_slice(slope);
         }
@@ -142,13 +139,12 @@ impl Stepper for RungeKutta {
         &self.tableau.traits
     }
 
-    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
-        stats.rhs_evals += 1;
+    fn reinitialise(&mut self, law: Law<'_>) {
         self.step.full_end_time = self.step.end_time;
         self.step.start_time = self.step.end_time;
         self.state.copy_from_slice(&self.step.end);
         // The record stays at the end; the next step takes it from there.
-        self.evaluate(sys, status, self.tableau.end);
+        self.evaluate(law, self.tableau.end);
         self.step.start_at_end();
         self.slopes[..self.step.dim()].copy_from_slice(&self.step.end_slope);
     }
@@ -166,13 +162,7 @@ impl Stepper for RungeKutta {
         self.swap_end_records();
     }
 
-    fn attempt(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        end_time: f64,
-        stats: &mut SolverStats,
-    ) {
+    fn attempt(&mut self, law: Law<'_>, end_time: f64) {
         self.step.end_time = end_time;
         self.step.full_end_time = end_time;
         self.is_dense = false;
@@ -180,10 +170,10 @@ impl Stepper for RungeKutta {
         self.form.prepare(tableau.nodes, self.step.length());
         for stage in 1..=end {
             self.advance(stage);
-            if let (true, Some(status)) = (stage == end, status) {
-                switching(sys).settle(status, end_time, &mut self.state, (&mut [], 0));
+            if stage == end {
+                law.settle(end_time, &mut self.state, (&mut [], 0));
             }
-            self.evaluate(sys, status, stage);
+            self.evaluate(law, stage);
             self.pull_back(stage);
         }
         self.step.end.copy_from_slice(&self.state);
@@ -193,7 +183,6 @@ impl Stepper for RungeKutta {
             self.difference(&weights[..=end]);
             self.coarse_error.copy_from_slice(&self.state);
         }
-        stats.rhs_evals += end as u64;
     }
 
     fn error(&self, sys: &dyn System) -> StateNorm {
@@ -204,30 +193,19 @@ impl Stepper for RungeKutta {
         }
     }
 
-    fn prepare_dense_output(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
-        let tableau = self.tableau;
+    fn prepare_dense_output(&mut self, law: Law<'_>) {
         if self.is_dense || self.step.length() == 0.0 {
             return;
         }
         self.is_dense = true;
-        for stage in tableau.end + 1..tableau.nodes.len() {
+        for stage in self.tableau.end + 1..self.tableau.nodes.len() {
             self.advance(stage);
-            self.evaluate(sys, status, stage);
+            self.evaluate(law, stage);
             self.pull_back(stage);
         }
-        stats.rhs_evals += (tableau.nodes.len() - 1 - tableau.end) as u64;
     }
 
-    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
-        if let Some(state) = self.step.at_end(t) {
-            out.copy_from_slice(state);
-            return;
-        }
+    fn interpolate_inside(&mut self, t: f64, out: &mut [f64]) {
         let h = self.step.length();
         let offset = t - self.step.start_time;
         self.form.prepare_sample(offset);
@@ -238,24 +216,17 @@ impl Stepper for RungeKutta {
         out.copy_from_slice(&self.state);
     }
 
-    fn enable_tangents(&mut self, sys: &dyn System) -> usize {
+    fn enable_tangents(&mut self, law: Law<'_>) -> usize {
         let stages = self.tableau.nodes.len();
-        self.records = vec![vec![0.0; differentiable(sys).record_len()]; stages];
+        self.records = vec![vec![0.0; law.record_len()]; stages];
         stages
     }
 
     /// The vectors pass through the same stages as the state. The result is the exact derivative of the
     /// numerical map, whatever its tolerance.
-    fn propagate_tangents(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        block: &mut TangentBlock,
-        _stats: &mut SolverStats,
-    ) {
+    fn propagate_tangents(&mut self, law: Law<'_>, block: &mut TangentBlock) {
         let width = block.width;
         let numbers = block.end.len();
-        let derivative = differentiable(sys);
         let tableau = self.tableau;
         let h = self.step.length();
         let is_shortened = self.step.is_shortened();
@@ -273,14 +244,9 @@ impl Stepper for RungeKutta {
                 self.form.push_forward(stage, &mut block.stage, width);
             }
             let slope = &mut block.slopes[stage * numbers..][..numbers];
-            derivative.product(
-                status,
-                &mut self.records[stage],
-                &block.stage,
-                width,
-                &mut slope[sys.modes() * width..],
-            );
-            self.form.add_linear_part(sys, &block.stage, slope, width);
+            let out = &mut slope[law.sys.modes() * width..];
+            law.product(&mut self.records[stage], &block.stage, width, out);
+            self.form.add_linear_part(law, &block.stage, slope, width);
             if stage > 0 {
                 self.form.pull_back(stage, slope, width);
             }

@@ -2,8 +2,8 @@
 
 use super::auto::Steppers;
 use super::error_control::{StateNorm, StepControl};
-use super::stepper::{Step, Stepper};
-use super::{DynamicsError, SolverStats, System};
+use super::stepper::{Law, Step, Stepper};
+use super::{DynamicsError, System};
 
 /// A step may be stretched by this factor to end at a required time. This avoids a very short remaining
 /// step.
@@ -27,8 +27,6 @@ pub(super) struct StepController {
     pub implicit: bool,
     /// Progress since the last check for a stall.
     pub progress: Progress,
-    /// Work done.
-    pub stats: SolverStats,
     /// Largest error ratio of the accepted steps since it was last read; `None` without steps.
     pub largest_ratio: Option<f64>,
 }
@@ -46,10 +44,10 @@ impl StepController {
     pub fn reinitialise(
         &mut self,
         stepper: &mut dyn Stepper,
-        sys: &dyn System,
-        status: Option<&[u8]>,
+        law: Law<'_>,
     ) -> Result<(), DynamicsError> {
-        stepper.reinitialise(sys, status, &mut self.stats);
+        stepper.reinitialise(law);
+        let sys = law.sys;
         let size = StateNorm::of(&stepper.step().end, sys);
         if !(size.is_finite() && rate(stepper, sys).is_finite()) {
             return Err(non_finite(stepper, sys, stepper.step().end_time));
@@ -63,11 +61,11 @@ impl StepController {
     pub fn step(
         &mut self,
         stepper: &mut Steppers,
-        sys: &dyn System,
-        status: Option<&[u8]>,
+        law: Law<'_>,
         limit: f64,
     ) -> Result<(), DynamicsError> {
-        stepper.choose(sys, status, &mut self.stats);
+        stepper.choose(law);
+        let sys = law.sys;
         stepper.begin_step();
         let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
         let start_size = self.size;
@@ -87,7 +85,7 @@ impl StepController {
             if !ends_at_limit {
                 self.control.set_actual_step(end - start);
             }
-            stepper.attempt(sys, status, end, &mut self.stats);
+            stepper.attempt(law, end);
 
             let size = StateNorm::of(&stepper.step().end, sys);
             let error = stepper.error(sys);
@@ -104,12 +102,12 @@ impl StepController {
                 }
                 let before = self.largest_ratio.unwrap_or(0.0);
                 self.largest_ratio = Some(before.max(ratio));
-                self.stats.steps += 1;
+                stepper.step_mut().stats.steps += 1;
                 self.set_norm(size, sys);
                 return self.check_stall(end, end - start);
             }
 
-            self.stats.rejections += 1;
+            stepper.step_mut().stats.rejections += 1;
             if !self.control.reject(start, end - start, ratio, gain) {
                 let failure = if finite {
                     DynamicsError::StepUnderflow {

@@ -1,8 +1,67 @@
 //! The interface of a single step, common to all methods.
 
 use super::error_control::{MethodTraits, StateNorm};
+use super::system::{add_linear, force};
 use super::tangents::TangentBlock;
 use super::{Differentiable, SolverStats, Switching, System};
+
+/// The law of a system, with a frozen status if there is one.
+#[derive(Clone, Copy)]
+pub(super) struct Law<'a> {
+    pub sys: &'a dyn System,
+    pub status: Option<&'a [u8]>,
+}
+
+impl Law<'_> {
+    /// The derivative of the force of a system that is known to have one.
+    fn derivative(&self) -> &dyn Differentiable {
+        self.sys.differentiable().expect("checked at construction")
+    }
+
+    /// Length of a record.
+    pub fn record_len(self) -> usize {
+        self.derivative().record_len()
+    }
+
+    /// Writes `[f | g]`, and its record if there is one to fill.
+    pub fn force(self, t: f64, z: &[f64], out: &mut [f64], record: Option<&mut Vec<f64>>) {
+        match record {
+            None => force(self.sys, self.status, t, z, out),
+            Some(record) => self
+                .derivative()
+                .force_recorded(self.status, t, z, out, record),
+        }
+    }
+
+    /// Eq. (9): writes `dz/dt`.
+    pub fn rhs(self, t: f64, z: &[f64], dz: &mut [f64], record: Option<&mut Vec<f64>>) {
+        self.force(t, z, &mut dz[self.sys.modes()..], record);
+        self.add_linear(z, dz, 1);
+    }
+
+    /// Adds the linear part to `dz = [. | f | g]`. `z` is one state, or `width` tangent vectors.
+    pub fn add_linear(self, z: &[f64], dz: &mut [f64], width: usize) {
+        add_linear(self.sys.omega(), self.sys.damping(), z, dz, width);
+    }
+
+    /// Eq. (20): writes the nonlinear part of the derivative of `width` tangent vectors.
+    pub fn product(self, record: &mut [f64], vectors: &[f64], width: usize, out: &mut [f64]) {
+        self.derivative()
+            .product(self.status, record, vectors, width, out);
+    }
+
+    /// Writes the partial time derivative of `[f | g]`.
+    pub fn time_derivative(self, t: f64, z: &[f64], out: &mut [f64]) {
+        self.derivative().time_derivative(self.status, t, z, out);
+    }
+
+    /// Projects a state and tangent vectors onto the constraint of the status, if there is one.
+    pub fn settle(self, t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {
+        if let (Some(status), Some(switching)) = (self.status, self.sys.switching()) {
+            switching.settle(status, t, z, tangents);
+        }
+    }
+}
 
 /// The last step: time and state at its two ends.
 #[derive(Clone, Debug)]
@@ -21,6 +80,8 @@ pub(super) struct Step {
     pub end_slope: Vec<f64>,
     /// Error estimate of `end`; zero for a method without embedded estimate.
     pub error: Vec<f64>,
+    /// Work of all steps.
+    pub stats: SolverStats,
 }
 
 impl Step {
@@ -35,6 +96,7 @@ impl Step {
             end: zeros.clone(),
             end_slope: zeros.clone(),
             error: zeros,
+            stats: SolverStats::default(),
         }
     }
 
@@ -77,8 +139,6 @@ impl Step {
 }
 
 /// A single-step method with its workspace. Steps do not allocate.
-///
-/// The work is counted in the given counters.
 pub(super) trait Stepper {
     /// The last step.
     fn step(&self) -> &Step;
@@ -90,7 +150,7 @@ pub(super) trait Stepper {
     fn traits(&self) -> &'static MethodTraits;
 
     /// Evaluates the right-hand side at the present state and discards the last step.
-    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats);
+    fn reinitialise(&mut self, law: Law<'_>);
 
     /// Moves the start of the next step to the end of the last one.
     fn begin_step(&mut self);
@@ -100,28 +160,24 @@ pub(super) trait Stepper {
 
     /// Attempts a step from the present start to `end_time`. It overwrites an earlier attempt, so a
     /// rejected step needs no cleanup.
-    fn attempt(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        end_time: f64,
-        stats: &mut SolverStats,
-    );
+    fn attempt(&mut self, law: Law<'_>, end_time: f64);
 
     /// Error norm of the attempted step.
     fn error(&self, sys: &dyn System) -> StateNorm;
 
     /// Evaluates the additional stages that the dense output needs.
-    fn prepare_dense_output(
-        &mut self,
-        _sys: &dyn System,
-        _status: Option<&[u8]>,
-        _stats: &mut SolverStats,
-    ) {
-    }
+    fn prepare_dense_output(&mut self, _law: Law<'_>) {}
 
-    /// Writes the state at time `t` (s) within the last step by dense output.
-    fn interpolate(&mut self, t: f64, out: &mut [f64]);
+    /// Writes the state at time `t` (s) between the ends of the last step by dense output.
+    fn interpolate_inside(&mut self, t: f64, out: &mut [f64]);
+
+    /// Writes the state at time `t` (s) within the last step.
+    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
+        match self.step().at_end(t) {
+            Some(state) => out.copy_from_slice(state),
+            None => self.interpolate_inside(t, out),
+        }
+    }
 
     /// Shortens the last step to end at time `t` (s), with the state from the dense output.
     fn shorten(&mut self, t: f64) {
@@ -136,24 +192,13 @@ pub(super) trait Stepper {
     }
 
     /// Enables tangent vectors; returns the number of slopes that each of them needs.
-    fn enable_tangents(&mut self, sys: &dyn System) -> usize;
+    fn enable_tangents(&mut self, law: Law<'_>) -> usize;
 
     /// Propagates tangent vectors from the start of the step to its end, shortened or not.
-    fn propagate_tangents(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        block: &mut TangentBlock,
-        stats: &mut SolverStats,
-    );
+    fn propagate_tangents(&mut self, law: Law<'_>, block: &mut TangentBlock);
 }
 
 /// The switching interface of a system that is known to have one.
 pub(super) fn switching(sys: &dyn System) -> &dyn Switching {
     sys.switching().expect("checked at construction")
-}
-
-/// The derivative of a system that is known to have one.
-pub(super) fn differentiable(sys: &dyn System) -> &dyn Differentiable {
-    sys.differentiable().expect("checked at construction")
 }

@@ -1,6 +1,6 @@
 //! Piecewise smooth systems: guards, statuses and reset maps.
 
-use super::system::{System, add_linear, central_difference, difference_step};
+use super::system::{System, add_linear, central_difference, difference_of_change};
 
 /// A piecewise smooth system. Its discrete *status* describes, for example, which nodes are in contact
 /// or whether a mass sticks. A smooth law holds for each status. A status ends where one of its *guards*
@@ -111,30 +111,10 @@ pub trait Switching: System {
         guard: usize,
         t: f64,
         z: &[f64],
-        (vectors, width, rate): (&mut [f64], usize, f64),
+        tangents: (&mut [f64], usize, f64),
     ) {
-        let mut scratch = status.to_vec();
-        for l in 0..width {
-            let mut vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
-            vector.resize(z.len(), 0.0);
-            let step = difference_step(z, &vector, (rate != 0.0).then_some(t));
-            if !step.is_finite() {
-                // A collapsed vector stays zero.
-                continue;
-            }
-            let [ahead, behind] = [step, -step].map(|step| {
-                let moved = z.iter().zip(&vector).map(|(z, v)| z + step * v);
-                let before: Vec<f64> = moved.collect();
-                let mut after = before.clone();
-                scratch.copy_from_slice(status);
-                self.cross(guard, t + rate * step, &mut after, &mut scratch);
-                (before, after)
-            });
-            for (c, x) in vectors.iter_mut().skip(l).step_by(width).enumerate() {
-                if ahead.0[c] != ahead.1[c] || behind.0[c] != behind.1[c] {
-                    *x = (ahead.1[c] - behind.1[c]) / (2.0 * step);
-                }
-            }
-        }
+        difference_of_change((t, z), tangents, |t, z| {
+            self.cross(guard, t, z, &mut status.to_vec());
+        });
     }
 }

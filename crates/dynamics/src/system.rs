@@ -246,9 +246,39 @@ pub fn central_difference(
     }
 }
 
+/// Replaces each of `width` vectors by the central difference of a change of the state along it, and along the time at a
+/// rate of 0 or 1. It is exact for components that do not change.
+pub(super) fn difference_of_change(
+    (t, z): (f64, &[f64]),
+    (vectors, width, rate): (&mut [f64], usize, f64),
+    mut change: impl FnMut(f64, &mut [f64]),
+) {
+    for l in 0..width {
+        let mut vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
+        vector.resize(z.len(), 0.0);
+        let step = difference_step(z, &vector, (rate != 0.0).then_some(t));
+        if !step.is_finite() {
+            // A collapsed vector stays zero.
+            continue;
+        }
+        let [ahead, behind] = [step, -step].map(|step| {
+            let moved = z.iter().zip(&vector).map(|(z, v)| z + step * v);
+            let before: Vec<f64> = moved.collect();
+            let mut after = before.clone();
+            change(t + rate * step, &mut after);
+            (before, after)
+        });
+        for (c, x) in vectors.iter_mut().skip(l).step_by(width).enumerate() {
+            if ahead.0[c] != ahead.1[c] || behind.0[c] != behind.1[c] {
+                *x = (ahead.1[c] - behind.1[c]) / (2.0 * step);
+            }
+        }
+    }
+}
+
 /// Step of a central difference at a state along a vector, and in time with it if a time (s) is given: a small
 /// part of the largest component, or of the time in which the vector, a slope, passes it.
-pub(super) fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 {
+fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 {
     /// The cube root of the rounding error.
     const RELATIVE: f64 = 6e-6;
     /// Least part of the time, which is rounded.

@@ -139,8 +139,7 @@ impl BallJoint {
         let (frequencies_hz, body) = match &spec.body {
             BodySpec::BallOnBeam(body) => {
                 let modes = body_modes(body)?;
-                let frequencies_hz = natural_frequencies(body, modes.modes())?
-                    .map_err(|label| AssemblyError::Unpublished { label })?;
+                let frequencies_hz = natural_frequencies(body, modes.modes())?;
                 (frequencies_hz, Body::Meshed(body.clone(), modes))
             }
             BodySpec::Imported(modes) => {

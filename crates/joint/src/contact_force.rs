@@ -305,14 +305,6 @@ impl<L: ContactLaw, const EXTRAS: bool> NodeLaw<'_, L, EXTRAS> {
     }
 }
 
-/// Output of the kernel.
-pub(crate) struct KernelOutput<'a> {
-    /// Generalised forces, `m`, and the rates of the states of friction, minus those of steady sliding.
-    pub rates: &'a mut [f64],
-    /// Derivatives at the nodes ([`keep_slopes`]), if required.
-    pub record: Option<&'a mut [[f64; LANES]]>,
-}
-
 /// The kernel: one pass over all nodes. `N` is the number of inputs of the friction law if the derivatives are required.
 /// Returns the power (W) of the deviation of friction from steady sliding and of contact damping, if it is required.
 pub(crate) struct ContactForceKernel<
@@ -326,7 +318,10 @@ pub(crate) struct ContactForceKernel<
     /// Generalised forces and rates of steady sliding.
     pub steady: [&'a [f64]; 2],
     pub audited: bool,
-    pub output: KernelOutput<'a>,
+    /// Output: generalised forces, `m`, and the rates of the states of friction, minus those of steady sliding.
+    pub rates: &'a mut [f64],
+    /// Output: derivatives at the nodes ([`keep_slopes`]), if required.
+    pub record: Option<&'a mut [[f64; LANES]]>,
 }
 
 impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool> WithSimd
@@ -355,7 +350,7 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool> Wi
         if const { parts::<S>() < VECTORS_PER_GROUP } {
             self.pass::<S, 1>(simd, left, sums, &mut power);
         }
-        let (forces, rates) = self.output.rates.split_at_mut(modes);
+        let (forces, rates) = self.rates.split_at_mut(modes);
         for ((out, sum), steady) in forces.iter_mut().zip(sums).zip(self.steady[0]) {
             *out = -sum.part(simd, 0).sum() - steady;
         }
@@ -429,7 +424,7 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool>
             }
         }
         let count = law.law.states();
-        let rates = &mut self.output.rates[law.nodes.modes..];
+        let rates = &mut self.rates[law.nodes.modes..];
         for (i, rate) in rate[..count].iter().enumerate() {
             group.scatter(rate.value, law.nodes.count, |node, rate| {
                 rates[node * count + i] = rate;
@@ -446,7 +441,7 @@ impl<L: ContactLaw, const RECORDED: bool, const N: usize, const EXTRAS: bool>
                 *power = *power - lost.one(k);
             }
         }
-        if RECORDED && let Some(record) = self.output.record.as_deref_mut() {
+        if RECORDED && let Some(record) = self.record.as_deref_mut() {
             let normal = law.normal::<S, K, 2>(simd, group, motion).total;
             keep_slopes(record, group.first, &normal, &response);
         }

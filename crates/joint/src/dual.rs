@@ -59,6 +59,31 @@ impl<const N: usize> Dual<Scalar, 1, N> {
     pub fn scalar(value: f64, input: usize) -> Self {
         Self::input(Vector::splat(Scalar::new(), value), input)
     }
+
+    /// A number that does not depend on the inputs.
+    pub fn number(value: f64) -> Self {
+        Self::scalar(value, N)
+    }
+
+    /// The value.
+    pub fn value(self) -> f64 {
+        self.value.sum()
+    }
+}
+
+impl<const N: usize> Add<f64> for Dual<Scalar, 1, N> {
+    type Output = Self;
+    fn add(mut self, term: f64) -> Self {
+        self.value = self.value + self.value.broadcast(term);
+        self
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<Scalar, 1, N> {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        self.scale(factor)
+    }
 }
 
 impl<S: Simd, const K: usize, const N: usize> Dual<S, K, N> {

@@ -123,18 +123,12 @@ impl ContactLaw for Frictionless {
     }
 }
 
+/// Whether friction includes the radial slip velocity, as a compile-time parameter.
+#[derive(Clone, Copy)]
+pub(crate) struct Radial<const RADIAL: bool>;
+
 /// Friction against the slip velocity, with a coefficient that depends on its magnitude.
-pub(crate) struct AgainstSlip<'a, L: ?Sized, const RADIAL: bool>(pub &'a L);
-
-impl<L: ?Sized, const RADIAL: bool> Clone for AgainstSlip<'_, L, RADIAL> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<L: ?Sized, const RADIAL: bool> Copy for AgainstSlip<'_, L, RADIAL> {}
-
-impl<L: Curve + ?Sized, const RADIAL: bool> ContactLaw for AgainstSlip<'_, L, RADIAL> {
+impl<L: Curve + ?Sized, const RADIAL: bool> ContactLaw for (&L, Radial<RADIAL>) {
     const IS_COMMON: bool = L::IS_COMMON;
 
     #[inline(always)]
@@ -369,9 +363,9 @@ impl ActiveLaw {
         macro_rules! against_slip {
             ($law:expr, $radial:expr) => {
                 if $radial {
-                    task.with_law::<_, 3>(AgainstSlip::<_, true>($law))
+                    task.with_law::<_, 3>(($law, Radial::<true>))
                 } else {
-                    task.with_law::<_, 3>(AgainstSlip::<_, false>($law))
+                    task.with_law::<_, 3>(($law, Radial::<false>))
                 }
             };
         }

@@ -131,12 +131,6 @@ struct Terms {
     terms: [Mat<f64>; Cause::ALL.len()],
 }
 
-/// An eigenvalue with its mode shape.
-struct Root {
-    value: c64,
-    shape: Vec<c64>,
-}
-
 impl Model {
     /// Returns the oscillating modes of steady sliding with the decomposition of their growth rates, in
     /// ascending order of frequency. Overdamped modes are omitted. Empty for a friction law with states, whose part
@@ -215,24 +209,15 @@ impl Terms {
         let shapes = [0, 1, 2].map(|axis| component(rows, axis));
         let convected = nodes.convected_rows(block);
         let [slopes, coupling, direction, _, damping, convection] = &mut self.terms;
-        add(
-            &mut self.stiffness,
-            slope(OUTWARD, 0),
-            &shapes[OUTWARD],
-            &shapes[OUTWARD],
-        );
-        add(
-            damping,
-            slope(OUTWARD, 1),
-            &shapes[OUTWARD],
-            &shapes[OUTWARD],
-        );
+        let [along, _, outward] = &shapes;
+        add(&mut self.stiffness, slope(OUTWARD, 0), outward, outward);
+        add(damping, slope(OUTWARD, 1), outward, outward);
         if joint.friction_inputs() == 0 {
             return;
         }
         // Steady friction acts along the first axis.
-        add(coupling, slope(0, 0), &shapes[0], &shapes[OUTWARD]);
-        add(damping, slope(0, 1), &shapes[0], &shapes[OUTWARD]);
+        add(coupling, slope(0, 0), along, outward);
+        add(damping, slope(0, 1), along, outward);
         for (axis, shape) in shapes.iter().enumerate() {
             let by_slip = slope(axis, 2 + axis);
             let term = if axis == 0 {
@@ -248,7 +233,7 @@ impl Terms {
     }
 
     /// Eigenvalues with `omega > 0`; `faded` scales one term by a factor.
-    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, EquilibriumError> {
+    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Eigenmode>, EquilibriumError> {
         let m = self.modes;
         let (mut stiffness, mut damping) = (self.stiffness.clone(), Mat::zeros(m, m));
         for (term, (cause, matrix)) in Cause::ALL.iter().zip(&self.terms).enumerate() {
@@ -273,26 +258,29 @@ impl Terms {
                 (Some(i), Some(j)) => -damping[(i, j)],
             }
         });
-        let oscillating = eigenmodes(&matrix)?
-            .into_iter()
-            .filter(Eigenmode::oscillates);
-        let roots = oscillating.map(|mode| Root {
-            value: mode.value,
-            shape: (0..m).map(|i| mode.vector[i] / scale[i]).collect(),
-        });
-        Ok(roots.collect())
+        let modes = eigenmodes(&matrix)?;
+        Ok(modes.into_iter().filter(Eigenmode::oscillates).collect())
+    }
+
+    /// The shape of a mode in modal coordinates.
+    fn shape(&self, root: &Eigenmode) -> Vec<c64> {
+        let shape = root.vector[..self.modes].iter().enumerate();
+        shape
+            .map(|(i, x)| x / self.stiffness[(i, i)].sqrt())
+            .collect()
     }
 
     /// Power that a term supplies to a mode, divided by twice its energy, 1/s.
-    fn share(&self, term: usize, root: &Root) -> f64 {
+    fn share(&self, term: usize, root: &Eigenmode) -> f64 {
+        let shape = self.shape(root);
         let matrix = &self.terms[term];
         let mut product = c64::new(0.0, 0.0);
         for i in 0..self.modes {
             for j in 0..self.modes {
-                product += root.shape[i].conj() * root.shape[j] * matrix[(i, j)];
+                product += shape[i].conj() * shape[j] * matrix[(i, j)];
             }
         }
-        let size: f64 = root.shape.iter().map(|v| v.norm_sqr()).sum();
+        let size: f64 = shape.iter().map(|v| v.norm_sqr()).sum();
         let turned = product.im / root.value.im;
         if Cause::ALL[term].is_stiffness() {
             -turned / (2.0 * size)
@@ -302,29 +290,18 @@ impl Terms {
     }
 
     /// Growth rate of a mode after a term has decreased to zero.
-    fn without(&self, term: usize, root: &Root) -> Result<f64, EquilibriumError> {
-        let mut shape = root.shape.clone();
-        let mut growth = root.value.re;
+    fn without(&self, term: usize, root: &Eigenmode) -> Result<f64, EquilibriumError> {
+        let mut last = root.clone();
         for step in 1..=CONTINUATION_STEPS {
             let share = 1.0 - step as f64 / CONTINUATION_STEPS as f64;
-            let roots = self.roots(Some((term, share)))?;
-            let alike = |other: &Root| {
-                let common: c64 = other
-                    .shape
-                    .iter()
-                    .zip(&shape)
-                    .map(|(a, b)| a.conj() * b)
-                    .sum();
-                common.norm_sqr() / other.shape.iter().map(|v| v.norm_sqr()).sum::<f64>()
+            let roots = self.roots(Some((term, share)))?.into_iter();
+            let alike = |other: &Eigenmode| other.correlation(&last);
+            let Some(next) = roots.max_by(|a, b| alike(a).total_cmp(&alike(b))) else {
+                break;
             };
-            let next = roots.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)));
-            let Some(next) = next else {
-                return Ok(growth);
-            };
-            growth = next.value.re;
-            shape.clone_from(&next.shape);
+            last = next;
         }
-        Ok(growth)
+        Ok(last.value.re)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::body_modes;
-use super::{BallOnBeam, Frequencies};
+use super::{AssemblyError, BallOnBeam, Frequencies};
 use crate::fem::{
     BodyMode, BodyModes, Elements, Families, FemError, Geometry, LengthReading, Material, ModeKind,
 };
@@ -48,15 +48,14 @@ impl BallOnBeam {
     }
 }
 
-/// Natural frequencies (Hz) of the modes of a body, from the source that it selects. The error is the first mode
-/// whose frequency is not published.
+/// Natural frequencies (Hz) of the modes of a body, from the source that it selects.
 ///
 /// # Errors
-/// [`FemError`] if the modes of the published body cannot be computed.
+/// If the modes of the published body cannot be computed, or the frequency of a mode is not published.
 pub(super) fn natural_frequencies(
     body: &BallOnBeam,
     modes: &[BodyMode],
-) -> Result<Result<Vec<f64>, String>, FemError> {
+) -> Result<Vec<f64>, AssemblyError> {
     let reference = match body.frequencies {
         Frequencies::Scaled if !body.is_published() => Some(published_body(body)?),
         _ => None,
@@ -66,14 +65,17 @@ pub(super) fn natural_frequencies(
         if body.frequencies == Frequencies::FiniteElement {
             return Ok(mode.frequency_hz);
         }
-        let published = published_hz(mode).ok_or_else(|| mode.label())?;
+        let unknown = || AssemblyError::Unpublished {
+            label: mode.label(),
+        };
+        let published = published_hz(mode).ok_or_else(unknown)?;
         let same = |other: &&BodyMode| (other.kind, other.order) == (mode.kind, mode.order);
         let ratio = reference.iter().find(same);
         Ok(ratio.map_or(published, |other| {
             published * mode.frequency_hz / other.frequency_hz
         }))
     };
-    Ok(modes.iter().map(frequency).collect())
+    modes.iter().map(frequency).collect()
 }
 
 /// The published frequency of a mode, Hz; `None` if the paper has none.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pulp::Arch;
 
-use super::contact_force::{ContactForceKernel, KernelOutput, NodeLaw};
+use super::contact_force::{ContactForceKernel, NodeLaw};
 use super::friction::{ActiveLaw, ContactLaw, FrictionLaw, WithLaw};
 use super::nodes::Nodes;
 use super::normal::Separation;
@@ -261,7 +261,8 @@ impl Joint {
             joint: self,
             contact,
             parts: self.parts(z),
-            output: KernelOutput { rates, record },
+            rates,
+            record,
         })
     }
 
@@ -286,7 +287,8 @@ struct ForceOfLaw<'a> {
     joint: &'a Joint,
     contact: Separation<'a>,
     parts: [&'a [f64]; 3],
-    output: KernelOutput<'a>,
+    rates: &'a mut [f64],
+    record: Option<&'a mut [[f64; LANES]]>,
 }
 
 impl WithLaw for ForceOfLaw<'_> {
@@ -303,11 +305,12 @@ impl WithLaw for ForceOfLaw<'_> {
                         node_law: joint.node_law(law, self.contact, self.parts),
                         steady: [&joint.equilibrium.force, &joint.steady_rates],
                         audited: joint.audit,
-                        output: self.output,
+                        rates: self.rates,
+                        record: self.record,
                     })
             };
         }
-        let recorded = self.output.record.is_some();
+        let recorded = self.record.is_some();
         if const { L::IS_COMMON } && !joint.has_extras() {
             if recorded {
                 pass!(true, N, false)

@@ -208,7 +208,6 @@ export const T = {
     fold: "fold",
     "period-doubling": "period doubling",
     "branch-point": "branch point",
-    "symmetry-breaking": "symmetry breaking",
     "zero-eigenvalue": "loss of balance",
   },
   kindsShort: {
@@ -217,7 +216,6 @@ export const T = {
     fold: "F",
     "period-doubling": "PD",
     "branch-point": "BP",
-    "symmetry-breaking": "SB",
     "zero-eigenvalue": "LB",
   },
 

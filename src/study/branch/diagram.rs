@@ -384,7 +384,7 @@ fn orbit_sentence(found: &Bifurcation) -> String {
             passes(found.crossing_rate, &tilt),
             quantity(found.torus_frequency_hz.unwrap_or(f64::NAN), 4, "Hz"),
         ),
-        BifurcationKind::BranchPoint | BifurcationKind::SymmetryBreaking => {
+        BifurcationKind::BranchPoint => {
             format!(
                 "At {tilt}, another periodic motion crosses {tone} and may take over its stability."
             )

@@ -9,8 +9,8 @@ use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
     BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, HopfPoint,
-    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit, settled_orbit,
-    switched_orbit,
+    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, doubled_orbit, hopf_orbit,
+    settled_orbit,
 };
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::scene::Scene;
@@ -329,7 +329,7 @@ impl Study<'_> {
             .cloned()
             .collect();
         for found in doublings {
-            let start = switched_orbit(&self.family, &found.bifurcation, SWITCH, &self.options)
+            let start = doubled_orbit(&self.family, &found.bifurcation, SWITCH, &self.options)
                 .map_err(|error| StudyError::NoOrbit(chain_of_causes(&error)));
             self.follow_from("period doubling", &found.at, start)?;
         }
@@ -432,7 +432,6 @@ fn ends(orbits: &OrbitBranch, branch: usize, name: &str) -> Vec<String> {
                 Some(guard) => format!("guard {guard} is grazed"),
                 None => "the sequence of events changes".to_owned(),
             },
-            BranchEnd::PeriodTooLong { period_s } => format!("the period reached {period_s:.3} s"),
             BranchEnd::Hopf {
                 parameter,
                 frequency_hz,

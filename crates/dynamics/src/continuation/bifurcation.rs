@@ -21,9 +21,6 @@ pub enum BifurcationKind {
     /// Branch point: a multiplier at 1 without a fold. Another branch crosses.
     #[strum(serialize = "branch point")]
     BranchPoint,
-    /// A branch point at which the critical direction breaks the symmetry of the family and of the orbit.
-    #[strum(serialize = "symmetry breaking")]
-    SymmetryBreaking,
     /// Grazing: a guard touches zero.
     Grazing,
 }
@@ -152,9 +149,9 @@ pub(super) fn critical_multiplier(
 ) -> Option<Multiplier> {
     let all = orbit.nontrivial_multipliers();
     let distance: &dyn Fn(&Multiplier) -> f64 = match kind {
-        BifurcationKind::Fold
-        | BifurcationKind::BranchPoint
-        | BifurcationKind::SymmetryBreaking => &|multiplier| multiplier.distance_from(1.0),
+        BifurcationKind::Fold | BifurcationKind::BranchPoint => {
+            &|multiplier| multiplier.distance_from(1.0)
+        }
         BifurcationKind::PeriodDoubling => &|multiplier| multiplier.distance_from(-1.0),
         BifurcationKind::NeimarkSacker => {
             return all

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Bifurcation, PeriodicOrbit};
-use crate::{SolverStats, Stopped};
+use crate::Stopped;
 
 /// The reason why a branch ends.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -26,11 +26,6 @@ pub enum BranchEnd {
         /// Index of the guard; `None` if the sequence of events changed in another way.
         guard: Option<usize>,
     },
-    /// The period exceeds the maximum. It grows without limit towards a homoclinic orbit.
-    PeriodTooLong {
-        /// The period reached, s.
-        period_s: f64,
-    },
     /// The amplitude vanishes: the orbit was born in a Hopf bifurcation there.
     Hopf {
         /// Value of the parameter at zero amplitude, by extrapolation.
@@ -49,22 +44,6 @@ pub enum BranchEnd {
     Stopped,
 }
 
-/// Work done for a branch.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
-pub struct BranchStats {
-    /// Orbits computed, including those of the location of bifurcations.
-    pub orbits: u64,
-    /// Newton iterations.
-    pub newton_iterations: u64,
-    /// Steps along the branch that were rejected and shortened.
-    pub rejected_steps: u64,
-    /// Systems of the family that were built.
-    pub systems: u64,
-    /// Work of the integrations.
-    #[serde(flatten)]
-    pub solver: SolverStats,
-}
-
 /// A branch of periodic orbits of a family.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitBranch {
@@ -78,8 +57,8 @@ pub struct OrbitBranch {
     /// Why the branch ends before its first point and after its last one. A branch that was followed in one direction
     /// has no end at its start.
     pub ends: [Option<BranchEnd>; 2],
-    /// Work done.
-    pub stats: BranchStats,
+    /// Newton iterations of all orbits, including those of the location of bifurcations.
+    pub newton_iterations: u64,
 }
 
 impl OrbitBranch {

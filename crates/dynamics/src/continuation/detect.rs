@@ -18,7 +18,7 @@ impl BifurcationKind {
         match self {
             Self::Fold => parameter_of(&point.tangent) / point.scale.parameter,
             // Zero at folds, too.
-            Self::BranchPoint | Self::SymmetryBreaking => product(orbit, |m| 1.0 - m.re()),
+            Self::BranchPoint => product(orbit, |m| 1.0 - m.re()),
             Self::PeriodDoubling => product(orbit, |m| 1.0 + m.re()),
             Self::NeimarkSacker => pairs(orbit),
             // The lowest minimum of a guard of a continuous system.
@@ -91,7 +91,7 @@ fn pairs(orbit: &PeriodicOrbit) -> f64 {
 
 /// The guard of a continuous system with the lowest minimum over the orbit.
 pub(super) fn lowest_guard(point: &Point) -> Option<(usize, f64)> {
-    match &point.shape.guards {
+    match &point.guards {
         GuardDistances::Minima(minima) => minima
             .iter()
             .copied()

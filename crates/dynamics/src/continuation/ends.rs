@@ -52,7 +52,7 @@ impl BranchState<'_, '_> {
                 guard: grazing.guard,
             };
         }
-        match now.shape.guards {
+        match now.guards {
             GuardDistances::ClosestDip(Some((guard, least))) if least < GRAZING => {
                 let grazing = self.grazing(now.orbit.parameter);
                 let parameter = grazing.parameter;
@@ -73,7 +73,7 @@ impl BranchState<'_, '_> {
     pub(super) fn grazing(&self, beyond: f64) -> Bifurcation {
         let now = &self.now;
         let here = now.orbit.parameter;
-        let dip = |point: &Point| match point.shape.guards {
+        let dip = |point: &Point| match point.guards {
             GuardDistances::ClosestDip(dip) => dip,
             GuardDistances::Minima(_) => None,
         };
@@ -107,11 +107,6 @@ impl BranchState<'_, '_> {
     /// step.
     pub(super) fn end(&mut self, known: usize) -> Option<BranchEnd> {
         let orbit = &self.now.orbit;
-        if orbit.period_s > self.flow.options.max_period_s {
-            return Some(BranchEnd::PeriodTooLong {
-                period_s: orbit.period_s,
-            });
-        }
         let is_small = orbit.amplitude < SMALL_AMPLITUDE * self.largest_amplitude;
         if is_small && orbit.is_autonomous() {
             return self.hopf();
@@ -193,8 +188,8 @@ pub(super) fn halved(piece: Piece<'_>) -> Option<f64> {
         return None;
     }
     let scale = &piece.to.scale;
-    let [from, to] = ends.map(|point| scale.norm_state(&point.shape.half));
-    let cosine = scale.dot_states(&piece.from.shape.half, &piece.to.shape.half) / (from * to);
+    let [from, to] = ends.map(|point| scale.norm_state(&point.half));
+    let cosine = scale.dot_states(&piece.from.half, &piece.to.half) / (from * to);
     // Not a number for orbits whose halves are equal everywhere.
     (cosine < -0.5).then(|| piece.guess(from / (from + to)).parameter)
 }

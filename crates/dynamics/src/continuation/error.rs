@@ -66,7 +66,7 @@ pub enum ContinuationError {
         /// Permitted range.
         allowed: &'static str,
     },
-    /// A bifurcation has no branch to switch to.
+    /// A bifurcation has no branch of twice the period.
     #[error("there is no branch of periodic orbits to switch to: {why}")]
     NoSwitch {
         /// The reason.

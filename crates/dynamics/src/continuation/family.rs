@@ -25,10 +25,4 @@ pub trait Family {
     fn observable(&self, _parameter: f64) -> Vec<f64> {
         vec![1.0]
     }
-
-    /// The signs of a reflection symmetry: if `z(t)` is a solution, so is `s_i z_i(t)`. For a forced system this holds
-    /// together with a shift by half a period of the drive. Used to name a branch point that breaks the symmetry.
-    fn symmetry(&self) -> Option<&[f64]> {
-        None
-    }
 }

@@ -3,18 +3,18 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::shooting::ShootingPoint;
-use super::{BranchStats, ContinuationError, ContinuationOptions, Family};
-use crate::system::add_linear;
+use super::{ContinuationError, ContinuationOptions, Family};
+use crate::stepper::Law;
 use crate::{DynamicsError, Integrator, System};
 
 /// A system of the family.
 pub(super) type Member = Box<dyn System>;
 
-/// Integrates the systems of a family and counts the work.
+/// Integrates the systems of a family.
 pub(super) struct Flow<'a> {
     pub family: &'a dyn Family,
     pub options: ContinuationOptions,
-    pub stats: BranchStats,
+    pub newton_iterations: u64,
 }
 
 /// The ends of the segments.
@@ -44,7 +44,7 @@ impl<'a> Flow<'a> {
         Ok(Self {
             family,
             options: *options,
-            stats: BranchStats::default(),
+            newton_iterations: 0,
         })
     }
 
@@ -55,7 +55,6 @@ impl<'a> Flow<'a> {
 
     /// Builds a system.
     pub fn system(&mut self, parameter: f64) -> Result<Member, ContinuationError> {
-        self.stats.systems += 1;
         self.family
             .system(parameter)
             .map_err(|source| ContinuationError::Family { parameter, source })
@@ -128,7 +127,6 @@ impl<'a> Flow<'a> {
             }
         }
         found.crossings = integrator.stats().crossings;
-        self.stats.solver += integrator.stats();
         Ok(found)
     }
 
@@ -198,13 +196,8 @@ fn with_quadratures(sys: &dyn System, state: &DVector<f64>) -> Vec<f64> {
 /// `dz/dt` without quadratures, for a status if there is one.
 pub(super) fn slope_in(sys: &dyn System, status: &[u8], t: f64, z: &[f64]) -> DVector<f64> {
     let mut slope = vec![0.0; sys.dim()];
-    match sys.switching() {
-        Some(switching) if !status.is_empty() => {
-            switching.force_in(status, t, z, &mut slope[sys.modes()..]);
-            add_linear(sys.omega(), sys.damping(), z, &mut slope, 1);
-        }
-        _ => sys.rhs(t, z, &mut slope),
-    }
+    let status = (!status.is_empty()).then_some(status);
+    Law { sys, status }.rhs(t, z, &mut slope, None);
     slope.truncate(sys.tangent_dim());
     DVector::from_vec(slope)
 }

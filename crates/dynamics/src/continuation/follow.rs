@@ -4,7 +4,7 @@ use super::detect::{changed, explains};
 use super::ends::halved;
 use super::flow::Flow;
 use super::locate::Piece;
-use super::newton::{Constraint, Precision};
+use super::newton::Precision;
 use super::point::Point;
 use super::shape::GuardDistances;
 use super::shooting::{Direction, Scale, ShootingPoint, parameter_of};
@@ -44,15 +44,7 @@ pub fn continue_orbits(
         .as_ref()
         .filter(|origin| origin.len() == shot.len())
         .map(|origin| shot.minus(origin));
-    let constraint = match &away {
-        Some(tangent) => Constraint::Arclength {
-            tangent,
-            target: &shot,
-        },
-        None => Constraint::Parameter,
-    };
-    let precision = Precision::Location;
-    let mut first = flow.point(&shot, &scale, constraint, precision)?;
+    let mut first = flow.point(&shot, &scale, away.as_ref(), Precision::Location)?;
     let is_forward = match &away {
         Some(away) if away.len() == first.tangent.len() => {
             first.scale.dot(&first.tangent, away) > 0.0
@@ -86,7 +78,7 @@ pub fn continue_orbits(
         branch.unresolved.append(&mut found.unresolved);
         branch.ends[1] = found.ends[1].take();
     }
-    branch.stats = flow.stats;
+    branch.newton_iterations = flow.newton_iterations;
     Ok(branch)
 }
 
@@ -135,7 +127,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
             bend: None,
             control,
             largest_amplitude: first.orbit.amplitude,
-            largest_sizes: first.shape.sizes,
+            largest_sizes: first.sizes,
             first,
             found: OrbitBranch::default(),
         }
@@ -153,7 +145,6 @@ impl<'a, 'f> BranchState<'a, 'f> {
             let next = match next {
                 Ok(next) => next,
                 Err(error) => {
-                    self.flow.stats.rejected_steps += 1;
                     if self.control.shorten() {
                         continue;
                     }
@@ -161,7 +152,6 @@ impl<'a, 'f> BranchState<'a, 'f> {
                 }
             };
             if let Some(objection) = self.objection(&prediction, &next) {
-                self.flow.stats.rejected_steps += 1;
                 if self.control.shorten() {
                     continue;
                 }
@@ -236,7 +226,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
         let mut scale = self.now.scale.clone();
         let m = scale.state.len();
         let largest = self.largest_sizes;
-        let here = self.now.shape.sizes;
+        let here = self.now.sizes;
         let factor = [0, 1].map(|part| match here[part] {
             0.0 => 1.0,
             size => (size / (MIN_SCALE * largest[part]).max(size)).min(1.0),
@@ -251,18 +241,9 @@ impl<'a, 'f> BranchState<'a, 'f> {
     /// Corrects a prediction.
     fn attempt(&mut self, prediction: &Prediction) -> Result<Point, ContinuationError> {
         let scale = self.scale();
-        let constraint = if prediction.ends_at_bound {
-            Constraint::Parameter
-        } else {
-            Constraint::Arclength {
-                tangent: &self.now.tangent,
-                target: &prediction.shot,
-            }
-        };
-        let precision = Precision::Branch;
-        let mut next = self
-            .flow
-            .point(&prediction.shot, &scale, constraint, precision)?;
+        let along = (!prediction.ends_at_bound).then_some(&self.now.tangent);
+        let guess = &prediction.shot;
+        let mut next = self.flow.point(guess, &scale, along, Precision::Branch)?;
         if next.shot.phases != self.now.shot.phases {
             self.now = self.flow.with_phases(&self.now, &next.shot.phases)?;
             self.bend = None;
@@ -283,7 +264,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
     /// Why a step should be shorter; `None` if it is accepted.
     fn objection(&mut self, prediction: &Prediction, next: &Point) -> Option<Objection> {
         let now = &self.now;
-        let has_jumps = matches!(next.shape.guards, GuardDistances::ClosestDip(_));
+        let has_jumps = matches!(next.guards, GuardDistances::ClosestDip(_));
         if has_jumps && next.orbit.events != now.orbit.events {
             return Some(Objection::Events);
         }
@@ -341,8 +322,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
         });
         self.found.bifurcations.extend(located);
         self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
-        self.largest_sizes =
-            [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
+        self.largest_sizes = [0, 1].map(|part| self.largest_sizes[part].max(next.sizes[part]));
         let watched = watch(&next.orbit);
         self.found.points.push(next.orbit.clone());
         let bend = (&next.tangent - &self.now.tangent) / prediction.step;

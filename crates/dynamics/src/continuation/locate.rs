@@ -1,11 +1,9 @@
 //! Location of bifurcations between two points of a branch.
 
-use nalgebra::DVector;
-
 use super::bifurcation::critical_multiplier;
 use super::detect::lowest_guard;
 use super::flow::Flow;
-use super::newton::{Constraint, Precision};
+use super::newton::Precision;
 use super::point::Point;
 use super::shooting::{ShootingPoint, parameter_of};
 use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonance};
@@ -23,9 +21,6 @@ const MIN_BRACKET: f64 = 1e-13;
 const OFFSETS: [f64; 12] = [
     0.1, -0.1, 0.04, -0.04, 0.02, -0.02, 0.01, -0.01, 0.005, -0.005, 0.002, -0.002,
 ];
-
-/// Distance from the symmetric motion below which an orbit counts as symmetric, relative to its size.
-const SYMMETRIC: f64 = 1e-4;
 
 /// Two successive points with equal phases.
 #[derive(Clone, Copy)]
@@ -154,13 +149,8 @@ impl Flow<'_> {
         share: f64,
     ) -> Result<Point, ContinuationError> {
         let guess = piece.guess(share);
-        let constraint = Constraint::Arclength {
-            tangent: &piece.from.tangent,
-            target: &guess,
-        };
-        let scale = &piece.from.scale;
-        let precision = Precision::Location;
-        let mut point = self.point(&guess, scale, constraint, precision)?;
+        let Point { scale, tangent, .. } = piece.from;
+        let mut point = self.point(&guess, scale, Some(tangent), Precision::Location)?;
         if point.shot.len() == piece.from.shot.len()
             && piece.from.scale.dot(&point.tangent, &piece.from.tangent) < 0.0
         {
@@ -197,12 +187,6 @@ impl Flow<'_> {
             .trivial_multiplier_error
             .zip(crossing_rate)
             .map_or(0.0, |(error, rate)| error / rate.abs());
-        let kind = match kind {
-            BifurcationKind::BranchPoint if self.breaks_symmetry(&point) => {
-                BifurcationKind::SymmetryBreaking
-            }
-            kind => kind,
-        };
         let [from, to] =
             [piece.from, piece.to].map(|point| point.orbit.unstable_multipliers as i32);
         Ok(Bifurcation {
@@ -221,18 +205,6 @@ impl Flow<'_> {
                 .map(|(guard, _)| guard),
             unstable_change: to - from,
             orbit: point.orbit,
-        })
-    }
-
-    /// Whether an orbit at a branch point is symmetric under the reflection of the family: the branch that crosses then
-    /// breaks the symmetry.
-    fn breaks_symmetry(&self, point: &Point) -> bool {
-        let start = &point.shot.states[0];
-        self.family.symmetry().is_some_and(|signs| {
-            // The state half a period later is the reflected one.
-            let reflected =
-                (start + &point.shape.half).component_mul(&DVector::from_column_slice(signs));
-            point.scale.norm_state(&(reflected - start)) < SYMMETRIC
         })
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::ContinuationError;
 use super::flow::Flow;
-use super::newton::{Constraint, Precision};
+use super::newton::Precision;
 use super::point::Point;
 use super::shooting::{Scale, ShootingPoint, parameter_of};
 use crate::System;
@@ -86,8 +86,7 @@ impl Flow<'_> {
             }
             shot.states.push(state);
         }
-        let constraint = Constraint::Parameter;
-        let mut other = self.point(&shot, &point.scale, constraint, Precision::Branch)?;
+        let mut other = self.point(&shot, &point.scale, None, Precision::Branch)?;
         if (parameter_of(&other.tangent) < 0.0) != (parameter_of(&point.tangent) < 0.0) {
             other.tangent.neg_mut();
         }

@@ -57,10 +57,10 @@ mod start;
 mod step;
 
 pub use bifurcation::{Bifurcation, BifurcationKind, Criticality, MotionBirth, Resonance};
-pub use branch::{BranchEnd, BranchStats, OrbitBranch};
+pub use branch::{BranchEnd, OrbitBranch};
 pub use error::ContinuationError;
 pub use family::{Family, FamilyError};
 pub use follow::{OnOrbit, continue_orbits};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
-pub use start::{BranchStart, HopfPoint, ReturnSearch, hopf_orbit, settled_orbit, switched_orbit};
+pub use start::{BranchStart, HopfPoint, ReturnSearch, doubled_orbit, hopf_orbit, settled_orbit};

@@ -24,18 +24,6 @@ const RENEWAL: u32 = 3;
 /// correction.
 const MAX_LAST_CORRECTION: f64 = 1e-4;
 
-/// The last equation of multiple shooting.
-#[derive(Clone, Copy)]
-pub(super) enum Constraint<'a> {
-    /// The parameter is fixed.
-    Parameter,
-    /// The difference from `target` is orthogonal to `tangent`.
-    Arclength {
-        tangent: &'a Direction,
-        target: &'a ShootingPoint,
-    },
-}
-
 /// Accuracy of a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Precision {
@@ -68,7 +56,7 @@ struct Iterate {
 }
 
 impl Flow<'_> {
-    /// Corrects a guess of an orbit.
+    /// Corrects a guess of an orbit: orthogonally to a tangent of the branch, or at a fixed parameter without one.
     ///
     /// # Errors
     /// [`ContinuationError::NotConverged`], and errors of the family and the integration.
@@ -76,7 +64,7 @@ impl Flow<'_> {
         &mut self,
         guess: &ShootingPoint,
         scale: &Scale,
-        constraint: Constraint<'_>,
+        along: Option<&Direction>,
         precision: Precision,
     ) -> Result<Corrected, ContinuationError> {
         let mut now = self.iterate(guess.clone(), scale)?;
@@ -87,12 +75,11 @@ impl Flow<'_> {
             if iteration % RENEWAL == 0 {
                 slopes = self.parameter_slopes(now.sys.as_ref(), &now.shot, &now.ends)?;
             }
-            let Some([correction, tangent]) =
-                now.corrections(guess, scale, constraint, &phase, &slopes)
+            let Some([correction, tangent]) = now.corrections(guess, scale, along, &phase, &slopes)
             else {
                 break;
             };
-            self.stats.newton_iterations += 1;
+            self.newton_iterations += 1;
             corrections.push(scale.norm(&correction));
             if self.has_converged(&corrections, precision) {
                 return Ok(Corrected {
@@ -219,7 +206,7 @@ impl Iterate {
         &self,
         guess: &ShootingPoint,
         scale: &Scale,
-        constraint: Constraint<'_>,
+        tangent: Option<&Direction>,
         phase: &Direction,
         slopes: &[DVector<f64>],
     ) -> Option<[Direction; 2]> {
@@ -237,11 +224,11 @@ impl Iterate {
         if shot.drive_periods.is_none() {
             right[(period, 0)] = -phase.dot(&scale.scaled(&shot.minus(guess)));
         }
-        match constraint {
-            Constraint::Parameter => entries.push(Entry::new(parameter, parameter, 1.0)),
-            Constraint::Arclength { tangent, target } => {
+        match tangent {
+            None => entries.push(Entry::new(parameter, parameter, 1.0)),
+            Some(tangent) => {
                 let tangent = scale.scaled(tangent);
-                right[(parameter, 0)] = -tangent.dot(&scale.scaled(&shot.minus(target)));
+                right[(parameter, 0)] = -tangent.dot(&scale.scaled(&shot.minus(guess)));
                 let places = (0..=parameter).map(|j| Entry::new(parameter, j, tangent[j]));
                 entries.extend(places);
             }

@@ -103,8 +103,8 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
             Some(normal) => complement(normal),
         };
         let mut monodromy = DMatrix::identity(n, n);
-        for map in &point.shape.maps {
-            monodromy = scale.scaled_map(map) * monodromy;
+        for map in &point.maps {
+            monodromy = map * monodromy;
         }
         Ok(Self {
             derivative: section.transpose() * monodromy * &section,

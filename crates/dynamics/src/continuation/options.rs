@@ -36,8 +36,6 @@ pub struct ContinuationOptions {
     pub newton_tolerance: f64,
     /// Limits of the steps along the branch.
     pub steps: StepLimits,
-    /// Maximum period, s.
-    pub max_period_s: f64,
 }
 
 impl ContinuationOptions {
@@ -49,7 +47,6 @@ impl ContinuationOptions {
             method: MethodName::Lawson853.with(Accuracy::relative(1e-11), max_step),
             newton_tolerance: 1e-9,
             steps: StepLimits::default(),
-            max_period_s: f64::INFINITY,
         }
     }
 

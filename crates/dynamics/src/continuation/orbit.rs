@@ -171,6 +171,17 @@ impl PeriodicOrbit {
         self.trivial_multiplier_error.unwrap_or(0.0).max(1e-7)
     }
 
+    /// With the stability by its multipliers.
+    pub(super) fn with_stability(mut self) -> Self {
+        let distance = |k: usize| self.multipliers[k].distance_from(1.0);
+        self.trivial_multiplier_error = self.trivial_multiplier().map(distance);
+        let width = self.circle_width();
+        let outside = |multiplier: &Multiplier| multiplier.ln_magnitude > width;
+        self.unstable_multipliers = self.nontrivial_multipliers().filter(outside).count();
+        self.stable = self.unstable_multipliers == 0;
+        self
+    }
+
     /// The two base frequencies (Hz) of the torus around this orbit, `1 / T` and `rotation number / T`, from the
     /// largest pair of complex multipliers outside the unit circle; `None` without such a pair. They are exact at the
     /// Neimark-Sacker point and to first order in the distance from it.

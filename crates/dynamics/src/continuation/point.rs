@@ -1,9 +1,11 @@
 //! Points of a branch while it is computed.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::cyclic;
 use super::flow::Flow;
-use super::newton::{Constraint, Corrected, Precision};
-use super::shape::{GuardDistances, Shape};
+use super::newton::{Corrected, Precision, residual};
+use super::shape::{GuardDistances, SAMPLES, sizes};
 use super::shooting::{Direction, Scale, ShootingPoint};
 use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
 
@@ -17,8 +19,14 @@ pub(super) struct Point {
     pub shot: ShootingPoint,
     /// The tangent of the branch.
     pub tangent: Direction,
-    pub shape: Shape,
     pub scale: Scale,
+    /// Largest distance of the vibration, and of the first-order components, from their means.
+    pub sizes: [f64; 2],
+    /// The change of the state over the first half of the period.
+    pub half: DVector<f64>,
+    pub guards: GuardDistances,
+    /// Derivatives of the segment maps in scaled coordinates.
+    pub maps: Vec<DMatrix<f64>>,
     /// The first Newton correction.
     pub first_correction: f64,
 }
@@ -27,7 +35,7 @@ impl Point {
     /// Whether the start of a segment passes an event of a system with jumps on the way to another point: the flow has a corner
     /// there, and so has the state at this phase along the branch.
     pub fn has_corner_before(&self, other: &Self) -> bool {
-        let has_jumps = matches!(self.shape.guards, GuardDistances::ClosestDip(_));
+        let has_jumps = matches!(self.guards, GuardDistances::ClosestDip(_));
         has_jumps && self.shot.statuses != other.shot.statuses
     }
 }
@@ -38,70 +46,63 @@ impl Flow<'_> {
         &mut self,
         guess: &ShootingPoint,
         scale: &Scale,
-        constraint: Constraint<'_>,
+        along: Option<&Direction>,
         precision: Precision,
     ) -> Result<Point, ContinuationError> {
-        let mut corrected = self.correct(guess, scale, constraint, precision)?;
+        let mut corrected = self.correct(guess, scale, along, precision)?;
         let first_correction = corrected.corrections[0];
         let mut iterations = corrected.corrections.len();
         for _ in 0..MAX_REFINEMENTS {
             let Some(refined) = self.refine(&corrected.shot, &corrected.maps, scale)? else {
                 break;
             };
-            corrected = self.correct(&refined, scale, Constraint::Parameter, precision)?;
+            corrected = self.correct(&refined, scale, None, precision)?;
             iterations += corrected.corrections.len();
         }
-        let shape = self.shape(&corrected.shot, scale)?;
-        let sys = self.system(corrected.shot.parameter)?;
-        let scale = Scale::new(
-            sys.as_ref(),
-            shape.sizes,
-            corrected.shot.period,
-            self.width(),
-        );
-        self.stats.orbits += 1;
-        let orbit = self.orbit(&corrected, iterations, &shape, &scale)?;
-        Ok(Point {
-            orbit,
-            shot: corrected.shot,
-            tangent: &corrected.tangent / scale.norm(&corrected.tangent),
-            shape,
-            scale,
-            first_correction,
-        })
-    }
-
-    /// The result for a corrected orbit.
-    fn orbit(
-        &self,
-        corrected: &Corrected,
-        iterations: usize,
-        shape: &Shape,
-        scale: &Scale,
-    ) -> Result<PeriodicOrbit, ContinuationError> {
-        let shot = &corrected.shot;
-        let maps = shape.maps.iter().map(|map| scale.scaled_map(map));
+        let Corrected {
+            shot,
+            tangent,
+            corrections,
+            ..
+        } = corrected;
         let parameter = shot.parameter;
-        let multipliers = cyclic::multipliers(&maps.collect::<Vec<_>>())
-            .ok_or(ContinuationError::Multipliers { parameter })?;
+        let sys = self.system(parameter)?;
+        let sys = sys.as_ref();
+        let (samples, ends) = self.samples(sys, &shot, true)?;
+        let states = DMatrix::from_fn(SAMPLES, sys.tangent_dim(), |k, i| samples[k].z[i]);
+        let factors = self.family.observable(parameter);
+        let observed = DVector::from_fn(SAMPLES, |k, _| {
+            let terms = factors.iter().zip(&samples[k].z);
+            terms.map(|(a, z)| a * z).sum::<f64>()
+        });
+        let half_range = |max: f64, min: f64| 0.5 * (max - min);
+        let residual = residual(&shot, &ends, scale);
+        let sizes = sizes(sys, &samples);
+        let scale = Scale::new(sys, sizes, shot.period, self.width());
+        let maps: Vec<_> = ends.maps.iter().map(|map| scale.scaled_map(map)).collect();
+        let guards = GuardDistances::of(sys, &samples);
         let segments = shot.phases.iter().zip(&shot.states);
-        let mut orbit = PeriodicOrbit {
+        let orbit = PeriodicOrbit {
             parameter,
             period_s: shot.period,
             drive_periods: shot.drive_periods,
             state: shot.states[0].as_slice().to_vec(),
-            multipliers,
+            multipliers: cyclic::multipliers(&maps)
+                .ok_or(ContinuationError::Multipliers { parameter })?,
             stable: false,
             unstable_multipliers: 0,
             trivial_multiplier_error: None,
-            amplitude: shape.amplitude,
-            component_amplitudes: shape.component_amplitudes.clone(),
-            component_deviations: shape.component_deviations.clone(),
-            residual: shape.residual,
-            correction: corrected.corrections[corrected.corrections.len() - 1],
+            amplitude: half_range(observed.max(), observed.min()),
+            component_amplitudes: states
+                .column_iter()
+                .map(|component| half_range(component.max(), component.min()))
+                .collect(),
+            component_deviations: states.row_variance_tr().map(f64::sqrt).as_slice().to_vec(),
+            residual,
+            correction: corrections[corrections.len() - 1],
             iterations: iterations as u32,
-            events: shape.crossings,
-            open_guards: shape.open_guards(),
+            events: ends.crossings,
+            open_guards: guards.open(),
             segments: segments
                 .map(|(&phase, state)| OrbitSegment {
                     phase,
@@ -109,15 +110,16 @@ impl Flow<'_> {
                 })
                 .collect(),
         };
-        orbit.trivial_multiplier_error = orbit
-            .trivial_multiplier()
-            .map(|k| orbit.multipliers[k].distance_from(1.0));
-        let width = orbit.circle_width();
-        orbit.unstable_multipliers = orbit
-            .nontrivial_multipliers()
-            .filter(|multiplier| multiplier.ln_magnitude > width)
-            .count();
-        orbit.stable = orbit.unstable_multipliers == 0;
-        Ok(orbit)
+        Ok(Point {
+            orbit: orbit.with_stability(),
+            tangent: &tangent / scale.norm(&tangent),
+            half: (states.row(SAMPLES / 2) - states.row(0)).transpose(),
+            shot,
+            scale,
+            sizes,
+            guards,
+            maps,
+            first_correction,
+        })
     }
 }

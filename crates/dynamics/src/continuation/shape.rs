@@ -1,23 +1,22 @@
 //! Samples of an orbit: its range, and its distance from the guards.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::ContinuationError;
 use super::flow::{Flow, SegmentEnds, slope_in};
-use super::newton::residual;
 use super::shooting::{Scale, ShootingPoint};
 use crate::{Switching, System};
 
 /// Samples per period from which ranges and minima are computed.
-const SAMPLES: usize = 128;
+pub(super) const SAMPLES: usize = 128;
 
 /// A state of an orbit.
 #[derive(Clone, Debug)]
-struct OrbitSample {
+pub(super) struct OrbitSample {
     /// Time from phase zero, s.
     time_s: f64,
     /// The state.
-    z: Vec<f64>,
+    pub z: Vec<f64>,
     /// Status of a system whose events are located; otherwise empty.
     status: Vec<u8>,
     /// Guards crossed before, from any origin.
@@ -34,41 +33,30 @@ pub(super) enum GuardDistances {
     ClosestDip(Option<(usize, f64)>),
 }
 
-/// Properties of an orbit by samples.
-#[derive(Clone, Debug)]
-pub(super) struct Shape {
-    /// Half the range of the observable.
-    pub amplitude: f64,
-    /// Half the range of each component.
-    pub component_amplitudes: Vec<f64>,
-    /// Standard deviation of each component.
-    pub component_deviations: Vec<f64>,
-    /// Largest distance of the vibration, and of the first-order components, from their means.
-    pub sizes: [f64; 2],
-    /// Largest distance between the end of a segment and the start of the next one.
-    pub residual: f64,
-    /// The change of the state over the first half of the period.
-    pub half: DVector<f64>,
-    /// Guards crossed.
-    pub crossings: u64,
-    pub guards: GuardDistances,
-    /// Derivatives of the segment maps.
-    pub maps: Vec<DMatrix<f64>>,
-}
+impl GuardDistances {
+    /// The distances over the samples of an orbit.
+    pub fn of(sys: &dyn System, samples: &[OrbitSample]) -> Self {
+        match sys.switching() {
+            Some(switching) if switching.guards() > 0 && !switching.is_continuous() => {
+                Self::ClosestDip(closest_dip(switching, samples))
+            }
+            Some(switching) => Self::Minima(minima(switching, samples)),
+            None => Self::Minima(Vec::new()),
+        }
+    }
 
-impl Shape {
     /// Number of guards of a continuous system that change their sign.
-    pub fn open_guards(&self) -> usize {
-        match &self.guards {
-            GuardDistances::Minima(minima) => minima.iter().filter(|&&least| least < 0.0).count(),
-            GuardDistances::ClosestDip(_) => 0,
+    pub fn open(&self) -> usize {
+        match self {
+            Self::Minima(minima) => minima.iter().filter(|&&least| least < 0.0).count(),
+            Self::ClosestDip(_) => 0,
         }
     }
 }
 
 impl Flow<'_> {
     /// Samples of an orbit at equal intervals, the first one at phase zero, and the ends of its segments.
-    fn samples(
+    pub fn samples(
         &mut self,
         sys: &dyn System,
         shot: &ShootingPoint,
@@ -98,48 +86,6 @@ impl Flow<'_> {
         Ok((samples, ends))
     }
 
-    /// Measures an orbit.
-    pub fn shape(
-        &mut self,
-        shot: &ShootingPoint,
-        scale: &Scale,
-    ) -> Result<Shape, ContinuationError> {
-        let sys = self.system(shot.parameter)?;
-        let sys = sys.as_ref();
-        let (samples, ends) = self.samples(sys, shot, true)?;
-        let n = sys.tangent_dim();
-        let states = DMatrix::from_fn(SAMPLES, n, |k, i| samples[k].z[i]);
-        let factors = self.family.observable(shot.parameter);
-        let observed = DVector::from_fn(SAMPLES, |k, _| {
-            factors
-                .iter()
-                .zip(&samples[k].z)
-                .map(|(a, z)| a * z)
-                .sum::<f64>()
-        });
-        let guards = match sys.switching() {
-            Some(switching) if switching.guards() > 0 && !switching.is_continuous() => {
-                GuardDistances::ClosestDip(closest_dip(switching, &samples))
-            }
-            Some(switching) => GuardDistances::Minima(minima(switching, &samples)),
-            None => GuardDistances::Minima(Vec::new()),
-        };
-        Ok(Shape {
-            half: (states.row(SAMPLES / 2) - states.row(0)).transpose(),
-            amplitude: 0.5 * (observed.max() - observed.min()),
-            component_amplitudes: states
-                .column_iter()
-                .map(|component| 0.5 * (component.max() - component.min()))
-                .collect(),
-            component_deviations: states.row_variance_tr().map(f64::sqrt).as_slice().to_vec(),
-            sizes: sizes(sys, &samples),
-            residual: residual(shot, &ends, scale),
-            crossings: ends.crossings,
-            guards,
-            maps: ends.maps,
-        })
-    }
-
     /// The scale for an orbit or a guess.
     pub fn scale(&mut self, shot: &ShootingPoint) -> Result<Scale, ContinuationError> {
         let sys = self.system(shot.parameter)?;
@@ -151,7 +97,7 @@ impl Flow<'_> {
 }
 
 /// The largest distances of the vibration and of the first-order components from their means.
-fn sizes(sys: &dyn System, samples: &[OrbitSample]) -> [f64; 2] {
+pub(super) fn sizes(sys: &dyn System, samples: &[OrbitSample]) -> [f64; 2] {
     let n = sys.tangent_dim();
     let states = || {
         samples

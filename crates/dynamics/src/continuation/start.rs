@@ -1,4 +1,4 @@
-//! Orbits to start from: from a settled motion, from a Hopf point, and on branches that cross at a bifurcation.
+//! Orbits to start from: from a settled motion, from a Hopf point, and of twice the period at a period doubling.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use super::cyclic::{equations, null_direction, phase_row};
 use super::flow::{Flow, slope_in};
-use super::newton::{Constraint, Precision};
+use super::newton::Precision;
 use super::shooting::{Direction, Scale, ShootingPoint, direction};
 use super::{
     Bifurcation, BifurcationKind, ContinuationError, ContinuationOptions, Family, PeriodicOrbit,
@@ -82,9 +82,7 @@ pub fn settled_orbit(
     let scale = Scale::new(sys.as_ref(), sizes, guess.period, flow.width());
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
     let scale = flow.scale(&guess)?;
-    let precision = Precision::Location;
-    let point = flow.point(&guess, &scale, Constraint::Parameter, precision)?;
-    Ok(point.orbit)
+    Ok(flow.point(&guess, &scale, None, Precision::Location)?.orbit)
 }
 
 /// Simulates a motion until it returns to its state after the settling time. Returns the orbit in one segment, and the sizes of
@@ -184,18 +182,12 @@ pub fn hopf_orbit(
         &real * cos - &imaginary * sin
     };
     let factors = family.observable(hopf.parameter);
-    let range = (0..64).map(|k| {
-        let z = &equilibrium + turn(f64::from(k) / 64.0);
-        factors
-            .iter()
-            .zip(z.as_slice())
-            .map(|(a, z)| a * z)
-            .sum::<f64>()
+    let observed = DVector::from_fn(64, |k, _| {
+        let z = &equilibrium + turn(k as f64 / 64.0);
+        let terms = factors.iter().zip(z.as_slice());
+        terms.map(|(a, z)| a * z).sum::<f64>()
     });
-    let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x: f64| {
-        (low.min(x), high.max(x))
-    });
-    let factor = 2.0 * amplitude / (high - low);
+    let factor = 2.0 * amplitude / (observed.max() - observed.min());
     let phases: Vec<f64> = (0..HOPF_SEGMENTS)
         .map(|k| k as f64 / HOPF_SEGMENTS as f64)
         .collect();
@@ -215,67 +207,43 @@ pub fn hopf_orbit(
     start_along(&mut flow, &at_rest, &direction(&states, 0.0, 0.0))
 }
 
-/// An orbit of the branch that crosses at a bifurcation: that of twice the period at a period doubling, or the other
-/// branch at a branch point. `amplitude` is the distance from the branch relative to the size of the orbit, for example
-/// 0.01.
+/// An orbit of the branch of twice the period that crosses at a period doubling. `amplitude` is the distance from the branch
+/// relative to the size of the orbit, for example 0.01.
 ///
 /// # Errors
-/// [`ContinuationError::NoSwitch`] for bifurcations without such a branch, and those of Newton's method.
-pub fn switched_orbit(
+/// [`ContinuationError::NoSwitch`] for other bifurcations, and those of Newton's method.
+pub fn doubled_orbit(
     family: &dyn Family,
     bifurcation: &Bifurcation,
     amplitude: f64,
     options: &ContinuationOptions,
 ) -> Result<BranchStart, ContinuationError> {
-    let doubles = match bifurcation.kind {
-        BifurcationKind::PeriodDoubling => true,
-        BifurcationKind::BranchPoint | BifurcationKind::SymmetryBreaking => false,
-        BifurcationKind::Fold => {
-            return Err(ContinuationError::NoSwitch {
-                why: "a branch turns at a fold; continue it",
-            });
-        }
-        BifurcationKind::NeimarkSacker => {
-            return Err(ContinuationError::NoSwitch {
-                why: "a torus is born at a Neimark-Sacker point; simulate it from beyond the point",
-            });
-        }
-        BifurcationKind::Grazing => {
-            return Err(ContinuationError::NoSwitch {
-                why: "the flow is not differentiable at a grazing; start from a simulation beyond it",
-            });
-        }
-    };
+    let none = |why| ContinuationError::NoSwitch { why };
+    if bifurcation.kind != BifurcationKind::PeriodDoubling {
+        return Err(none("the bifurcation is no period doubling"));
+    }
     let mut flow = Flow::new(family, options)?;
-    let orbit = &bifurcation.orbit;
-    let mut shot = ShootingPoint::of(orbit);
+    let mut shot = ShootingPoint::of(&bifurcation.orbit);
     let scale = flow.scale(&shot)?;
     let sys = flow.system(shot.parameter)?;
     let ends = flow.segments(sys.as_ref(), &shot, true)?;
     let phase = phase_row(&shot, &ends, &scale);
-    let mut entries = equations(&shot, &ends, &scale, &phase, doubles);
-    let mut size = scale.units(shot.len()).len() - 1;
-    if doubles || !orbit.is_autonomous() {
-        // The period stays as it is.
-        size -= 1;
-        entries.retain(|entry| entry.row < size && entry.col < size);
-    }
-    let critical = null_direction(entries, size).ok_or(ContinuationError::NoSwitch {
-        why: "the direction in which the equations of the orbit are singular is not unique",
-    })?;
-    let mut change = critical.as_slice().to_vec();
-    if doubles {
-        change.extend(critical.iter().map(|x| -x));
-        let later: Vec<f64> = shot.phases.iter().map(|phase| phase + 1.0).collect();
-        shot.phases.extend(later);
-        shot.phases.iter_mut().for_each(|phase| *phase *= 0.5);
-        shot.states.extend_from_within(..);
-        shot.period *= 2.0;
-        shot.drive_periods = shot.drive_periods.map(|count| 2 * count);
-    }
+    let mut entries = equations(&shot, &ends, &scale, &phase, true);
+    // The period and the parameter stay as they are.
+    let size = scale.units(shot.len()).len() - 2;
+    entries.retain(|entry| entry.row < size && entry.col < size);
+    let critical = null_direction(entries, size).ok_or(none(
+        "the direction in which the equations of the orbit are singular is not unique",
+    ))?;
+    let later: Vec<f64> = shot.phases.iter().map(|phase| phase + 1.0).collect();
+    shot.phases.extend(later);
+    shot.phases.iter_mut().for_each(|phase| *phase *= 0.5);
+    shot.states.extend_from_within(..);
+    shot.period *= 2.0;
+    shot.drive_periods = shot.drive_periods.map(|count| 2 * count);
+    let change = critical.iter().copied().chain(critical.iter().map(|x| -x));
+    let change = DVector::from_vec(change.chain([0.0; 2]).collect()).normalize() * amplitude;
     let units = scale.units(shot.len());
-    change.resize(units.len(), 0.0);
-    let change = DVector::from_vec(change).normalize() * amplitude;
     start_along(&mut flow, &shot, &change.component_div(&units))
 }
 
@@ -287,13 +255,8 @@ fn start_along(
 ) -> Result<BranchStart, ContinuationError> {
     let guess = origin.moved(1.0, direction);
     let scale = flow.scale(&guess)?;
-    let constraint = Constraint::Arclength {
-        tangent: direction,
-        target: &guess,
-    };
     // Close to the bifurcation the equations are nearly singular.
-    let precision = Precision::Branch;
-    let point = flow.point(&guess, &scale, constraint, precision)?;
+    let point = flow.point(&guess, &scale, Some(direction), Precision::Branch)?;
     Ok(BranchStart {
         orbit: point.orbit,
         origin: Some(origin.clone()),

@@ -146,8 +146,7 @@ impl Linearised {
         self.scale.len()
     }
 
-    /// All eigenvalues with non-negative imaginary part and their eigenvectors, in descending order of the growth
-    /// rate.
+    /// The modes of the linearised system: [`eigenmodes`].
     ///
     /// # Errors
     /// [`EquilibriumError::Eigenvalues`].
@@ -181,7 +180,8 @@ impl Linearised {
     }
 }
 
-/// [`Linearised::modes`] of a matrix.
+/// All eigenvalues of a real matrix with non-negative imaginary part and their eigenvectors, in descending order of the
+/// growth rate.
 ///
 /// # Errors
 /// [`EquilibriumError::Eigenvalues`].

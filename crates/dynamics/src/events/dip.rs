@@ -1,8 +1,6 @@
 //! Detection of guards that become negative and positive again between two samples.
 
-use super::{Events, GRAZING_TOLERANCE, QUARTERS};
-use crate::stepper::Stepper;
-use crate::{SolverStats, Switching};
+use super::{Events, GRAZING_TOLERANCE, QUARTERS, SearchedStep};
 
 /// Maximum number of evaluations in the search for a minimum; the remaining depth is within rounding.
 const MAX_EVALUATIONS: usize = 40;
@@ -62,10 +60,8 @@ impl Events {
     /// (s) at which one is negative; `below` then holds the guards at that time.
     pub(super) fn find_dip(
         &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
+        searched: &mut SearchedStep<'_>,
         quarter: usize,
-        stats: &mut SolverStats,
     ) -> Option<f64> {
         let mut found = None;
         for k in 0..self.candidates.len() {
@@ -79,14 +75,14 @@ impl Events {
                 t: [0, 1, 2].map(|k| self.quarter_time(middle - 1 + k)),
                 h: [0, 1, 2].map(|k| values[middle - 1 + k]),
             };
-            match self.find_minimum(switching, stepper, guard, bracket, scale) {
+            match self.find_minimum(searched, guard, bracket, scale) {
                 Minimum::Negative(t) => {
                     if found.is_none_or(|earlier| t < earlier) {
                         found = Some(t);
                         std::mem::swap(&mut self.below, &mut self.between);
                     }
                 }
-                Minimum::Grazing => stats.grazings += 1,
+                Minimum::Grazing => searched.stepper.step_mut().stats.grazings += 1,
                 Minimum::Positive => {}
             }
         }
@@ -96,8 +92,7 @@ impl Events {
     /// Locates the minimum of a guard by successive parabolic interpolation.
     fn find_minimum(
         &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
+        searched: &mut SearchedStep<'_>,
         guard: usize,
         mut bracket: MinimumBracket,
         scale: f64,
@@ -123,7 +118,7 @@ impl Events {
                 };
                 t = middle + far * apart;
             }
-            self.sample_at(switching, stepper, t);
+            self.sample_at(searched, t);
             let h = self.between[guard];
             if h < -touch {
                 return Minimum::Negative(t);

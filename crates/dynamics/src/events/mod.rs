@@ -24,8 +24,8 @@
 mod dip;
 mod root;
 
+use super::Switching;
 use super::stepper::Stepper;
-use super::{SolverStats, Switching};
 
 /// Number of intervals per piece of a step.
 const QUARTERS: usize = 4;
@@ -62,8 +62,14 @@ pub(super) struct Events {
     pub limit: usize,
     pub window: f64,
     /// Number of events since `window_start` (s).
-    events_in_window: usize,
+    pub events_in_window: usize,
     window_start: f64,
+}
+
+/// The last step of a method, in which events are sought; its dense output is prepared.
+pub(super) struct SearchedStep<'a> {
+    pub switching: &'a dyn Switching,
+    pub stepper: &'a mut dyn Stepper,
 }
 
 impl Events {
@@ -118,11 +124,6 @@ impl Events {
         }
     }
 
-    /// Number of events in the present window.
-    pub fn events_in_window(&self) -> usize {
-        self.events_in_window
-    }
-
     /// Adds a guard to the list of crossed guards.
     pub fn record_crossing(&mut self, guard: usize) {
         // Only chattering fills the list; it must not allocate during a step.
@@ -153,21 +154,16 @@ impl Events {
         !self.above.is_empty()
     }
 
-    /// Searches the last step for its first event; the dense output must be prepared. If an event is
-    /// found, the step is shortened to end there, and `pending` holds its guards. Returns whether an
+    /// Searches a step for its first event. If an event is found, the step is shortened to end there, and `pending` holds its guards. Returns whether an
     /// event was found.
-    pub fn find_first(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
-        stats: &mut SolverStats,
-    ) -> bool {
+    pub fn find_first(&mut self, mut searched: SearchedStep<'_>) -> bool {
         self.pending.clear();
         if !self.has_guards() {
             return false;
         }
-        let pieces = stepper.traits().pieces;
-        let (start, end) = (stepper.step().start_time, stepper.step().end_time);
+        let pieces = searched.stepper.traits().pieces;
+        let step = searched.stepper.step();
+        let (start, end) = (step.start_time, step.end_time);
         (1..=pieces).any(|piece| {
             let boundary = |k: usize| start + (end - start) * k as f64 / pieces as f64;
             self.piece = [
@@ -178,29 +174,24 @@ impl Events {
                     boundary(piece)
                 },
             ];
-            self.find_first_in_piece(switching, stepper, stats)
+            self.find_first_in_piece(&mut searched)
         })
     }
 
     /// Searches one piece of the step; earlier pieces contain no event.
-    fn find_first_in_piece(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
-        stats: &mut SolverStats,
-    ) -> bool {
-        self.sample_quarter(switching, stepper, 2);
-        self.sample_quarter(switching, stepper, 4);
+    fn find_first_in_piece(&mut self, searched: &mut SearchedStep<'_>) -> bool {
+        self.sample_quarter(searched, 2);
+        self.sample_quarter(searched, 4);
         if !self.needs_quarters() {
             self.samples.swap(0, QUARTERS);
             return false;
         }
-        self.sample_quarter(switching, stepper, 1);
-        self.sample_quarter(switching, stepper, 3);
+        self.sample_quarter(searched, 1);
+        self.sample_quarter(searched, 3);
         self.list_candidates();
         self.clear_touches();
         for quarter in 1..=QUARTERS {
-            let high = match self.find_dip(switching, stepper, quarter, stats) {
+            let high = match self.find_dip(searched, quarter) {
                 Some(high) => high,
                 None if self.samples[quarter].iter().any(|&h| h < 0.0) => {
                     self.below.copy_from_slice(&self.samples[quarter]);
@@ -210,9 +201,12 @@ impl Events {
             };
             self.above.copy_from_slice(&self.samples[quarter - 1]);
             let low = self.quarter_time(quarter - 1);
-            let t = self.locate(switching, stepper, low, high);
-            stepper.shorten(t);
-            switching.settle(&self.status, t, &mut stepper.step_mut().end, (&mut [], 0));
+            let t = self.locate(searched, low, high);
+            searched.stepper.shorten(t);
+            let end = &mut searched.stepper.step_mut().end;
+            searched
+                .switching
+                .settle(&self.status, t, end, (&mut [], 0));
             let negative = self.below.iter().enumerate().filter(|(_, h)| **h < 0.0);
             self.pending.extend(negative.map(|(guard, _)| guard));
             return true;
@@ -222,21 +216,16 @@ impl Events {
     }
 
     /// Evaluates the guards at a quarter of the piece.
-    fn sample_quarter(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
-        quarter: usize,
-    ) {
-        let t = self.quarter_time(quarter);
-        stepper.interpolate(t, &mut self.state);
-        switching.guard_values(&self.status, t, &self.state, &mut self.samples[quarter]);
+    fn sample_quarter(&mut self, searched: &mut SearchedStep<'_>, quarter: usize) {
+        self.sample_at(searched, self.quarter_time(quarter));
+        std::mem::swap(&mut self.samples[quarter], &mut self.between);
     }
 
     /// Evaluates the guards at time `t` (s) within the step into `between`.
-    fn sample_at(&mut self, switching: &dyn Switching, stepper: &mut dyn Stepper, t: f64) {
-        stepper.interpolate(t, &mut self.state);
-        switching.guard_values(&self.status, t, &self.state, &mut self.between);
+    fn sample_at(&mut self, searched: &mut SearchedStep<'_>, t: f64) {
+        searched.stepper.interpolate(t, &mut self.state);
+        let (switching, values) = (searched.switching, &mut self.between);
+        switching.guard_values(&self.status, t, &self.state, values);
     }
 
     /// Whether some guard is closer to zero than it has moved, from its values at the start, the middle

@@ -1,8 +1,6 @@
 //! Location of the first zero of the guards in a bracket.
 
-use super::Events;
-use crate::Switching;
-use crate::stepper::Stepper;
+use super::{Events, SearchedStep};
 
 impl Events {
     /// Locates the first zero of a guard between `low` and `high` (s). All guards are positive or zero
@@ -15,12 +13,12 @@ impl Events {
     /// The secant is that of the guard with the earliest predicted zero.
     pub(super) fn locate(
         &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
+        searched: &mut SearchedStep<'_>,
         mut low: f64,
         mut high: f64,
     ) -> f64 {
-        let resolution = 2.0 * f64::EPSILON * high.abs().max(stepper.step().start_time.abs());
+        let start = searched.stepper.step().start_time;
+        let resolution = 2.0 * f64::EPSILON * high.abs().max(start.abs());
         let first_width = high - low;
         // Permitted width of the bracket, as if it were halved from here on.
         let mut allowed = first_width.max(resolution);
@@ -45,7 +43,7 @@ impl Events {
             if guess <= low || guess >= high {
                 break;
             }
-            self.sample_at(switching, stepper, guess);
+            self.sample_at(searched, guess);
             if self.between.iter().any(|&h| h < 0.0) {
                 high = guess;
                 std::mem::swap(&mut self.below, &mut self.between);
@@ -54,7 +52,7 @@ impl Events {
                 std::mem::swap(&mut self.above, &mut self.between);
             }
         }
-        self.merge_simultaneous(switching, stepper, high)
+        self.merge_simultaneous(searched, high)
     }
 
     /// The earliest zero of the secants of all falling guards, as a fraction of the bracket from 0 to 1.
@@ -74,20 +72,17 @@ impl Events {
 
     /// Shifts the located time (s) by its rounding error if another guard is zero within the rounding of
     /// its values, so that both belong to one event.
-    fn merge_simultaneous(
-        &mut self,
-        switching: &dyn Switching,
-        stepper: &mut dyn Stepper,
-        t: f64,
-    ) -> f64 {
-        let later = t + 8.0 * f64::EPSILON * t.abs().max(stepper.step().start_time.abs());
+    fn merge_simultaneous(&mut self, searched: &mut SearchedStep<'_>, t: f64) -> f64 {
+        let step = searched.stepper.step();
+        let (start, end) = (step.start_time, step.end_time);
+        let later = t + 8.0 * f64::EPSILON * t.abs().max(start.abs());
         let is_rounding = |guard: usize, h: f64| {
             let start = self.samples[0][guard];
             (0.0..=16.0 * f64::EPSILON * start.abs()).contains(&h) && h < start
         };
         let mut guards = self.below.iter().enumerate();
-        if later < stepper.step().end_time && guards.any(|(guard, &h)| is_rounding(guard, h)) {
-            self.sample_at(switching, stepper, later);
+        if later < end && guards.any(|(guard, &h)| is_rounding(guard, h)) {
+            self.sample_at(searched, later);
             // The first guard may be positive again if it fell only slightly; the shift is then not
             // used.
             let mut pairs = self.below.iter().zip(&self.between);

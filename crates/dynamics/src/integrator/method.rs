@@ -2,18 +2,8 @@
 
 use strum::VariantArray;
 
-use crate::auto::Steppers;
+use crate::DynamicsError;
 use crate::error_control::{Accuracy, StepControl};
-use crate::rosenbrock::Rosenbrock;
-use crate::runge_kutta::RungeKutta;
-use crate::tableau::{DOP853, RK4, TSIT5};
-use crate::{DynamicsError, System};
-
-/// The error of an implicit method for a system without derivative.
-pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability {
-    what: "derivative of the force",
-    purpose: "implicit steps (rodas5p, auto)",
-};
 
 /// An integration method with its parameters: [`MethodName::with`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,28 +72,8 @@ impl MethodName {
 
 impl Method {
     /// Whether the method needs the derivative of the force.
-    pub(super) fn needs_derivative(self) -> bool {
+    pub(crate) fn needs_derivative(self) -> bool {
         matches!(self.name, MethodName::Rodas5P | MethodName::Auto)
-    }
-
-    /// The workspace of the method for a system.
-    pub(super) fn steppers(self, sys: &dyn System) -> Result<Steppers, DynamicsError> {
-        let (tableau, modes) = match self.name {
-            MethodName::Lawson54 | MethodName::Auto => (&TSIT5, sys.modes()),
-            MethodName::Lawson853 => (&DOP853, sys.modes()),
-            MethodName::Tsit5 | MethodName::Rodas5P => (&TSIT5, 0),
-            MethodName::Dop853 => (&DOP853, 0),
-            MethodName::Rk4 => (&RK4, 0),
-        };
-        let implicit = self.needs_derivative().then(|| {
-            let derivative = sys.differentiable().ok_or(NO_DERIVATIVE)?;
-            Ok(Rosenbrock::new(sys, derivative))
-        });
-        Ok(Steppers::new(
-            RungeKutta::new(tableau, sys, modes),
-            implicit.transpose()?,
-            self.name == MethodName::Auto,
-        ))
     }
 
     /// The step-size control, with checked parameters.

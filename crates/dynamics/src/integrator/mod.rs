@@ -3,19 +3,18 @@
 mod method;
 mod nearby;
 
-use method::NO_DERIVATIVE;
 pub use method::{Method, MethodName};
 use nearby::PerturbedTrajectory;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::auto::Steppers;
+use super::auto::{NO_DERIVATIVE, Steppers};
 use super::error_control::StateNorm;
-use super::events::Events;
+use super::events::{Events, SearchedStep};
 use super::step_controller::{Progress, StepController, rate};
-use super::stepper::switching;
-use super::tangents::{Crossing, Tangents};
+use super::stepper::{Law, switching};
+use super::tangents::Tangents;
 use super::{DynamicsError, ErrorEstimate, SolverStats, System};
 
 /// Integrates a [`System`] and returns its state at any times in ascending order.
@@ -53,13 +52,12 @@ impl<'a> Integrator<'a> {
     pub fn new(method: Method, system: impl System + 'a) -> Result<Self, DynamicsError> {
         let control = method.control()?;
         check_modes(&system)?;
-        let stepper = method.steppers(&system)?;
+        let stepper = Steppers::new(method, &system)?;
         let step_controller = StepController {
             control,
             size: StateNorm::default(),
             implicit: method.needs_derivative(),
             progress: Progress::default(),
-            stats: SolverStats::default(),
             largest_ratio: None,
         };
         let mut integrator = Self {
@@ -206,15 +204,17 @@ impl<'a> Integrator<'a> {
 
     /// Begins at the present time and state.
     fn begin(&mut self) -> Result<(), DynamicsError> {
-        self.stepper.update_linear_part(&*self.system);
+        let sys = &*self.system;
+        self.stepper.explicit.form.update_linear_part(sys);
         self.limit_step();
+        let sys = &*self.system;
         let status = self.events.as_mut().map(|events| {
             let step = self.stepper.step();
-            events.start(switching(&*self.system), step.end_time, &step.end);
+            events.start(switching(sys), step.end_time, &step.end);
             events.status.as_slice()
         });
-        self.step_controller
-            .reinitialise(&mut *self.stepper, &*self.system, status)
+        let law = Law { sys, status };
+        self.step_controller.reinitialise(&mut *self.stepper, law)
     }
 
     /// Adds constants to the first components of the present state, one for each number of `by`, and the
@@ -248,17 +248,16 @@ impl<'a> Integrator<'a> {
     pub fn sample(&mut self, t: f64, out: &mut [f64]) -> Result<(), DynamicsError> {
         check_size("the sample", self.state().len(), out.len())?;
         self.advance_past(t, f64::INFINITY)?;
-        let sys = &*self.system;
-        let status = self.events.as_ref().and_then(Events::frozen_status);
+        let law = Law {
+            sys: &*self.system,
+            status: self.events.as_ref().and_then(Events::frozen_status),
+        };
         if self.stepper.step().at_end(t).is_none() {
             // With event location this was done under the status of the step.
-            self.stepper
-                .prepare_dense_output(sys, status, &mut self.step_controller.stats);
+            self.stepper.prepare_dense_output(law);
         }
         self.stepper.interpolate(t, out);
-        if let Some(status) = status {
-            switching(sys).settle(status, t, out, (&mut [], 0));
-        }
+        law.settle(t, out, (&mut [], 0));
         Ok(())
     }
 
@@ -355,7 +354,7 @@ impl<'a> Integrator<'a> {
 
     /// Work done since [`Integrator::new`].
     pub fn stats(&self) -> SolverStats {
-        self.step_controller.stats
+        self.stepper.stats()
     }
 
     /// The largest local error estimate of the steps accepted since the last call, or since
@@ -411,7 +410,7 @@ impl<'a> Integrator<'a> {
             tangents.begin_step(stepper.step().end_time)?;
         }
         let status = events.as_ref().and_then(Events::frozen_status);
-        step_controller.step(stepper, sys, status, limit)?;
+        step_controller.step(stepper, Law { sys, status }, limit)?;
         if let Some(PerturbedTrajectory { integrator, .. }) = perturbed {
             integrator.stepper.prescribed = Some(stepper.is_implicit);
         }
@@ -420,14 +419,17 @@ impl<'a> Integrator<'a> {
         if let Some(events) = events {
             if events.has_guards() {
                 let status = events.frozen_status();
-                stepper.prepare_dense_output(sys, status, &mut step_controller.stats);
+                stepper.prepare_dense_output(Law { sys, status });
             }
             if !held {
-                let step = stepper.step();
+                let step = stepper.step_mut();
                 events.skip_events(switching(sys), step.end_time, &step.end);
                 events.update_window(step.end_time);
-                step_controller.stats.steps_without_event_location += 1;
-            } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
+                step.stats.steps_without_event_location += 1;
+            } else if events.find_first(SearchedStep {
+                switching: switching(sys),
+                stepper: &mut *stepper,
+            }) {
                 step_controller.update_norm(stepper, sys);
             }
         }
@@ -436,10 +438,7 @@ impl<'a> Integrator<'a> {
                 .as_ref()
                 .filter(|_| held)
                 .map(|events| events.status.as_slice());
-            tangents.advance(sys, status, stepper, &mut step_controller.stats);
-            if let Some(status) = status {
-                tangents.project(switching(sys), status, stepper.step_mut());
-            }
+            tangents.advance(Law { sys, status }, stepper);
         }
         Ok(())
     }
@@ -453,15 +452,19 @@ impl<'a> Integrator<'a> {
         else {
             return Ok(());
         };
-        let (step_controller, tangents) = (&mut self.step_controller, &mut self.tangents);
+        let mut tangents = self.tangents.as_mut();
         let sys = &*self.system;
         let switching = switching(sys);
         let continuous = switching.is_continuous();
-        let stepper = &mut *self.stepper;
-        let t = stepper.step().end_time;
-        step_controller.stats.events += 1;
+        let step = self.stepper.step_mut();
+        let t = step.end_time;
+        step.stats.events += 1;
         events.crossed.clear();
-        if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+        if continuous {
+            // Tangent vectors do not change.
+            tangents = None;
+        }
+        if let Some(tangents) = &mut tangents {
             tangents.begin_event(&events.pending);
         }
         while let Some(&guard) = events.pending.first() {
@@ -470,43 +473,41 @@ impl<'a> Integrator<'a> {
             let together = if continuous { events.pending.len() } else { 1 };
             for k in 0..together {
                 let guard = events.pending[k];
-                let crossing = Crossing {
-                    switching,
-                    guard,
-                    t,
-                };
-                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                    tangents
-                        .saltation
-                        .before(sys, crossing, &events.status, &stepper.step().end);
+                if let Some(Tangents {
+                    saltation, block, ..
+                }) = &mut tangents
+                {
+                    let state = (events.status.as_slice(), step.end.as_slice());
+                    saltation.before(switching, (guard, t), state, block);
                 }
-                switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
+                switching.cross(guard, t, &mut step.end, &mut events.status);
                 events.record_crossing(guard);
-                step_controller.stats.crossings += 1;
-                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                    let block = &mut tangents.block;
-                    let vectors = (block.end.as_mut_slice(), block.width);
-                    let (status, end) = (&events.status, &stepper.step().end);
-                    tangents
-                        .saltation
-                        .after(sys, crossing, status, end, vectors);
+                step.stats.crossings += 1;
+                if let Some(Tangents {
+                    saltation, block, ..
+                }) = &mut tangents
+                {
+                    let state = (events.status.as_slice(), step.end.as_slice());
+                    saltation.after(switching, t, state, block);
                 }
             }
             let chatters = events.count_event(t);
             if chatters && !continuous {
-                let crossings = events.events_in_window();
+                let crossings = events.events_in_window;
                 return Err(DynamicsError::Chatter {
                     time: t,
                     guard,
                     crossings,
                 });
             }
-            events.find_negative(switching, t, &stepper.step().end);
+            events.find_negative(switching, t, &step.end);
             if chatters {
                 events.pending.clear();
             }
         }
-        step_controller.reinitialise(stepper, sys, Some(&events.status))
+        let status = Some(events.status.as_slice());
+        let law = Law { sys, status };
+        self.step_controller.reinitialise(&mut *self.stepper, law)
     }
 
     /// Checks that a time is not before the start of the last step.
@@ -521,7 +522,7 @@ impl<'a> Integrator<'a> {
 
     /// Limits the step to the maximum of the parameters and of the linear part.
     fn limit_step(&mut self) {
-        let longest = self.stepper.max_step_of_linear_part();
+        let longest = self.stepper.explicit.form.max_step_of_linear_part();
         let control = &mut self.step_controller.control;
         control.set_max_step(self.method.max_step.min(longest));
     }

@@ -8,11 +8,13 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::{Integrator, check_size};
+use crate::auto::Steppers;
 use crate::error_control::StepControl;
 use crate::lyapunov::Growth;
 use crate::step_controller::{Progress, StepController};
+use crate::stepper::Law;
 use crate::tangents::Tangents;
-use crate::{DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, SolverStats};
+use crate::{DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion};
 
 impl Integrator<'_> {
     /// Propagates `width` tangent vectors with the state from the next start on; `seed` sets their
@@ -35,7 +37,7 @@ impl Integrator<'_> {
                 dimension,
             });
         }
-        let slopes = self.stepper.enable_tangents(sys);
+        let slopes = self.stepper.enable_tangents(Law { sys, status: None });
         self.tangents = Some(Tangents::new(sys, width, seed, slopes));
         Ok(self)
     }
@@ -133,12 +135,11 @@ impl Integrator<'_> {
     pub fn add_perturbed(&mut self, z: &[f64]) -> Result<(), DynamicsError> {
         let mut integrator = Integrator {
             system: Arc::clone(&self.system),
-            stepper: self.method.steppers(&*self.system)?,
+            stepper: Steppers::new(self.method, &*self.system)?,
             step_controller: StepController {
                 // Steps end where those of the reference trajectory end, whatever the error.
                 control: StepControl::new(None, f64::INFINITY),
                 progress: Progress::default(),
-                stats: SolverStats::default(),
                 ..self.step_controller
             },
             events: self.events.clone(),

@@ -13,10 +13,9 @@ mod resolvent;
 
 use super::error_control::{MethodTraits, StateNorm};
 use super::runge_kutta::accumulate;
-use super::stepper::{Step, Stepper, differentiable, switching};
-use super::system::{add_linear, force};
+use super::stepper::{Law, Step, Stepper};
 use super::tangents::TangentBlock;
-use super::{Differentiable, SolverStats, System};
+use super::{Differentiable, System};
 use coefficients::{DRIFTS, GAMMA, NODES, SLOPES, STAGES, STATES, TRAITS};
 use resolvent::Resolvent;
 
@@ -76,35 +75,26 @@ impl Rosenbrock {
     }
 
     /// Evaluates the slope at the end of the step and stores its record.
-    fn slope_at_end(&mut self, sys: &dyn System, status: Option<&[u8]>) {
-        let step = &mut self.step;
-        let out = &mut step.end_slope[sys.modes()..];
-        let record = &mut self.records[1];
-        differentiable(sys).force_recorded(status, step.end_time, &step.end, out, record);
-        add_linear(
-            sys.omega(),
-            sys.damping(),
-            &step.end,
-            &mut step.end_slope,
-            1,
-        );
+    fn slope_at_end(&mut self, law: Law<'_>) {
+        let (step, record) = (&mut self.step, Some(&mut self.records[1]));
+        law.rhs(step.end_time, &step.end, &mut step.end_slope, record);
+        step.stats.rhs_evals += 1;
     }
 
     /// Evaluates the derivatives at the start of the step.
-    fn update_jacobian(&mut self, sys: &dyn System, status: Option<&[u8]>) {
-        self.resolvent
-            .update_jacobian(sys, status, &mut self.records[0]);
+    fn update_jacobian(&mut self, law: Law<'_>) {
+        self.resolvent.update_jacobian(law, &mut self.records[0]);
         self.fastest_rate = self.resolvent.fastest_rate();
         let (t, z) = (self.step.start_time, &self.step.start);
-        if !sys.is_autonomous() {
-            let time_derivative = &mut self.time_derivative[sys.modes()..];
-            differentiable(sys).time_derivative(status, t, z, time_derivative);
+        if !law.sys.is_autonomous() {
+            law.time_derivative(t, z, &mut self.time_derivative[law.sys.modes()..]);
         }
         self.is_jacobian_current = true;
+        self.step.stats.jacobians += 1;
     }
 
     /// Evaluates one stage.
-    fn stage(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
+    fn stage(&mut self, law: Law<'_>, stage: usize) {
         let (n, h) = (self.time_derivative.len(), self.step.length());
         self.state.copy_from_slice(&self.step.start);
         if stage == 0 {
@@ -112,14 +102,9 @@ impl Rosenbrock {
         } else {
             accumulate(&mut self.state[..n], 1.0, &self.stages, STATES[stage]);
             let time = self.step.start_time + NODES[stage] * h;
-            let out = &mut self.slope[sys.modes()..];
-            match self.stage_records.get_mut(stage - 1) {
-                None => force(sys, status, time, &self.state, out),
-                Some(record) => {
-                    differentiable(sys).force_recorded(status, time, &self.state, out, record);
-                }
-            }
-            add_linear(sys.omega(), sys.damping(), &self.state, &mut self.slope, 1);
+            let record = self.stage_records.get_mut(stage - 1);
+            law.rhs(time, &self.state, &mut self.slope, record);
+            self.step.stats.rhs_evals += 1;
             accumulate(&mut self.slope[..n], 1.0 / h, &self.stages, SLOPES[stage]);
         }
         let out = &mut self.stages[stage * n..][..n];
@@ -131,12 +116,7 @@ impl Rosenbrock {
     }
 
     /// Computes the quadratures at the end of the step and their error estimates.
-    fn integrate_quadratures(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
+    fn integrate_quadratures(&mut self, law: Law<'_>) {
         let (n, h) = (self.time_derivative.len(), self.step.length());
         let count = self.step.dim() - n;
         if count == 0 {
@@ -151,13 +131,8 @@ impl Rosenbrock {
             let weights = coefficients::weights(theta);
             accumulate(&mut self.state[..n], 1.0, &self.stages, &weights);
             let time = self.step.start_time + theta * h;
-            force(
-                sys,
-                status,
-                time,
-                &self.state,
-                &mut self.slope[sys.modes()..],
-            );
+            law.force(time, &self.state, &mut self.slope[law.sys.modes()..], None);
+            self.step.stats.rhs_evals += 1;
             self.integrands[place * count..][..count].copy_from_slice(&self.slope[n..]);
         }
         accumulate(
@@ -170,7 +145,6 @@ impl Rosenbrock {
             let integrand = std::array::from_fn(|place| self.integrands[place * count + k]);
             *error = h * quadrature::error(integrand);
         }
-        stats.rhs_evals += last as u64 - 1;
     }
 }
 
@@ -187,9 +161,8 @@ impl Stepper for Rosenbrock {
         &TRAITS
     }
 
-    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
-        stats.rhs_evals += 1;
-        self.slope_at_end(sys, status);
+    fn reinitialise(&mut self, law: Law<'_>) {
+        self.slope_at_end(law);
         self.step.full_end_time = self.step.end_time;
         // The record stays at the end; the next step takes it from there.
         self.step.start_at_end();
@@ -209,26 +182,18 @@ impl Stepper for Rosenbrock {
         self.records.swap(0, 1);
     }
 
-    fn attempt(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        end_time: f64,
-        stats: &mut SolverStats,
-    ) {
+    fn attempt(&mut self, law: Law<'_>, end_time: f64) {
         self.step.end_time = end_time;
         self.step.full_end_time = end_time;
         if !self.is_jacobian_current {
-            self.update_jacobian(sys, status);
-            stats.jacobians += 1;
+            self.update_jacobian(law);
         }
         self.resolvent.factor(1.0 / (GAMMA * self.step.length()));
         let n = self.time_derivative.len();
         for stage in 0..STAGES {
-            self.stage(sys, status, stage);
+            self.stage(law, stage);
             if let Some(component) = self.slope[..n].iter().position(|x| !x.is_finite()) {
                 // The linear solve would spread the non-finite value to all components.
-                stats.rhs_evals += stage as u64;
                 self.step.end.copy_from_slice(&self.step.start);
                 self.step.end[component] = f64::NAN;
                 return;
@@ -239,23 +204,16 @@ impl Stepper for Rosenbrock {
         for (end, error) in self.step.end[..n].iter_mut().zip(&self.step.error) {
             *end += error;
         }
-        if let Some(status) = status {
-            switching(sys).settle(status, end_time, &mut self.step.end, (&mut [], 0));
-        }
-        self.slope_at_end(sys, status);
-        stats.rhs_evals += STAGES as u64;
-        self.integrate_quadratures(sys, status, stats);
+        law.settle(end_time, &mut self.step.end, (&mut [], 0));
+        self.slope_at_end(law);
+        self.integrate_quadratures(law);
     }
 
     fn error(&self, sys: &dyn System) -> StateNorm {
         StateNorm::of(&self.step.error, sys)
     }
 
-    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
-        if let Some(state) = self.step.at_end(t) {
-            out.copy_from_slice(state);
-            return;
-        }
+    fn interpolate_inside(&mut self, t: f64, out: &mut [f64]) {
         out.copy_from_slice(&self.step.start);
         let (n, h) = (self.time_derivative.len(), self.step.length());
         let theta = (t - self.step.start_time) / h;
@@ -269,24 +227,17 @@ impl Stepper for Rosenbrock {
         );
     }
 
-    fn enable_tangents(&mut self, _sys: &dyn System) -> usize {
+    fn enable_tangents(&mut self, _law: Law<'_>) -> usize {
         self.stage_records = vec![self.beside.clone(); STAGES - 1];
         STAGES
     }
 
     /// The vectors pass through the same stages as the state. The result is the derivative of the numerical map. The
     /// derivative of the Jacobian at the start, along the stage `(u_i, d_i h)`, is a central difference.
-    fn propagate_tangents(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        block: &mut TangentBlock,
-        stats: &mut SolverStats,
-    ) {
+    fn propagate_tangents(&mut self, law: Law<'_>, block: &mut TangentBlock) {
         let (h, n) = (self.step.length(), self.time_derivative.len());
         let (width, numbers) = (block.width, block.end.len());
-        let modes = sys.modes() * width;
-        let derivative = differentiable(sys);
+        let modes = law.sys.modes() * width;
         for stage in 0..STAGES {
             block.stage.copy_from_slice(&block.start);
             accumulate(&mut block.stage, 1.0, &block.slopes, STATES[stage]);
@@ -296,20 +247,19 @@ impl Stepper for Rosenbrock {
                 0 => &mut self.records[0],
                 _ => &mut self.stage_records[stage - 1],
             };
-            derivative.product(status, record, &block.stage, width, &mut out[modes..]);
-            add_linear(sys.omega(), sys.damping(), &block.stage, out, width);
+            law.product(record, &block.stage, width, &mut out[modes..]);
+            law.add_linear(&block.stage, out, width);
             accumulate(out, 1.0 / h, before, SLOPES[stage]);
             for step in [DIFFERENCE, -DIFFERENCE] {
                 self.state.copy_from_slice(&self.step.start);
                 let along = &self.stages[stage * n..][..n];
                 accumulate(&mut self.state[..n], step, along, &[1.0]);
-                let (time, force) = (
-                    self.step.start_time + step * DRIFTS[stage] * h,
-                    &mut self.slope[sys.modes()..],
-                );
-                derivative.force_recorded(status, time, &self.state, force, &mut self.beside);
+                let time = self.step.start_time + step * DRIFTS[stage] * h;
+                let force = &mut self.slope[law.sys.modes()..];
+                law.force(time, &self.state, force, Some(&mut self.beside));
+                self.step.stats.rhs_evals += 1;
                 let change = &mut block.end[modes..];
-                derivative.product(status, &mut self.beside, &block.start, width, change);
+                law.product(&mut self.beside, &block.start, width, change);
                 accumulate(&mut out[modes..], 0.5 / step, change, &[1.0]);
             }
             self.resolvent.solve(out, width);
@@ -318,6 +268,5 @@ impl Stepper for Rosenbrock {
         let theta = (self.step.end_time - self.step.start_time) / h;
         let weights = coefficients::weights(theta);
         accumulate(&mut block.end, 1.0, &block.slopes, &weights);
-        stats.rhs_evals += 2 * STAGES as u64;
     }
 }

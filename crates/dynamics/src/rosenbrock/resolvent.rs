@@ -13,7 +13,7 @@ use faer::perm::PermRef;
 use faer::{Mat, MatMut, Par};
 
 use crate::System;
-use crate::stepper::differentiable;
+use crate::stepper::Law;
 
 /// The Jacobian at a state and the LU factors of the reduced `s - J`.
 #[derive(Clone, Debug)]
@@ -68,9 +68,10 @@ impl Resolvent {
     }
 
     /// Computes the Jacobian from a record.
-    pub fn update_jacobian(&mut self, sys: &dyn System, status: Option<&[u8]>, record: &mut [f64]) {
+    pub fn update_jacobian(&mut self, law: Law<'_>, record: &mut [f64]) {
         let n = self.modes + self.rows;
-        differentiable(sys).product(status, record, &self.identity, n, &mut self.force);
+        law.product(record, &self.identity, n, &mut self.force);
+        let sys = law.sys;
         for (i, linear) in self.linear.iter_mut().enumerate() {
             let omega = sys.omega()[i];
             let ratio = sys.damping().get(i).copied().unwrap_or(0.0);
@@ -177,6 +178,11 @@ mod tests {
     /// Two damped modes and a first-order component with a linear force.
     struct Coupled;
 
+    const LAW: Law<'_> = Law {
+        sys: &Coupled,
+        status: None,
+    };
+
     const FORCE: [[f64; 5]; 3] = [
         [0.3, -1.0, 0.0, 2.0, 0.7],
         [0.1, 0.4, -3.0, -0.2, 0.0],
@@ -225,7 +231,7 @@ mod tests {
     #[test]
     fn solutions_satisfy_the_full_system() {
         let mut resolvent = Resolvent::new(&Coupled);
-        resolvent.update_jacobian(&Coupled, None, &mut [0.0; 6]);
+        resolvent.update_jacobian(LAW, &mut [0.0; 6]);
         // The second shift makes the reduced matrix need row exchanges.
         for shift in [20.0, 0.05, -3.0] {
             resolvent.factor(shift);
@@ -247,7 +253,7 @@ mod tests {
     #[test]
     fn power_iteration_finds_the_fastest_rate() {
         let mut resolvent = Resolvent::new(&Coupled);
-        resolvent.update_jacobian(&Coupled, None, &mut [0.0; 6]);
+        resolvent.update_jacobian(LAW, &mut [0.0; 6]);
         let rates: Vec<f64> = (0..30).map(|_| resolvent.fastest_rate()).collect();
         // Spectral radius of the block of the velocities and the first-order component.
         assert!((rates[29] - 4.07).abs() < 0.1, "{rates:?}");

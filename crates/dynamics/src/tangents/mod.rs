@@ -5,10 +5,10 @@
 mod frame;
 mod saltation;
 
-use super::stepper::{Step, Stepper};
-use super::{DynamicsError, SolverStats, Switching, System, lyapunov::Growth};
+use super::stepper::{Law, Stepper};
+use super::{DynamicsError, System, lyapunov::Growth};
 use frame::Frame;
-pub(super) use saltation::{Crossing, Saltation};
+pub(super) use saltation::Saltation;
 
 /// Tangent vectors during a step, stored component by component: component `c` of vector `l` is at `c *
 /// width + l`.
@@ -120,13 +120,6 @@ impl Tangents {
         self.moved = false;
     }
 
-    /// Projects the vectors onto the constraint of the frozen status. This is repeated at each step,
-    /// because orthonormalisation replaces collapsed vectors by arbitrary ones.
-    pub fn project(&mut self, switching: &dyn Switching, status: &[u8], step: &mut Step) {
-        let tangents = (self.block.end.as_mut_slice(), self.block.width);
-        switching.settle(status, step.end_time, &mut step.end, tangents);
-    }
-
     /// The growth up to time `t` (s); `None` for user-supplied vectors.
     pub fn growth(&self, t: f64) -> Option<Growth> {
         self.is_orthonormalised.then(|| {
@@ -163,13 +156,7 @@ impl Tangents {
     /// Eq. (21): `delta z(t) = Phi_t delta z_0`, over the last step up to its end, shortened or not.
     ///
     /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the variational equation of each vector.
-    pub fn advance(
-        &mut self,
-        sys: &dyn System,
-        status: Option<&[u8]>,
-        stepper: &mut dyn Stepper,
-        stats: &mut SolverStats,
-    ) {
+    pub fn advance(&mut self, law: Law<'_>, stepper: &mut dyn Stepper) {
         // Quadratures, which come last, do not count as motion.
         let n = self.dimension();
         let step = stepper.step();
@@ -178,6 +165,9 @@ impl Tangents {
             // A stiff step can align the vectors within one step.
             self.frame.require_next();
         }
-        stepper.propagate_tangents(sys, status, &mut self.block, stats);
+        stepper.propagate_tangents(law, &mut self.block);
+        // At each step, because orthonormalisation replaces collapsed vectors by arbitrary ones.
+        let (step, block) = (stepper.step_mut(), &mut self.block);
+        law.settle(step.end_time, &mut step.end, (&mut block.end, block.width));
     }
 }

@@ -1,6 +1,7 @@
 //! Eq. (15) and (16): the saltation correction of tangent vectors at an event.
 
-use crate::system::add_linear;
+use super::TangentBlock;
+use crate::stepper::Law;
 use crate::{Switching, System};
 
 /// Workspace of the saltation correction.
@@ -17,46 +18,30 @@ use crate::{Switching, System};
 /// vectors as `1 / rate` of the guard, and are treated as regular crossings.
 #[derive(Clone, Debug)]
 pub(crate) struct Saltation {
-    before: Vec<f64>,
+    /// Slope before the crossing, changed by the derivative of the reset map.
     slope_before: Vec<f64>,
     slope_after: Vec<f64>,
     gradient: Vec<f64>,
-    status: Vec<u8>,
     /// Guards of the event that fell through zero and are not yet crossed.
     falling: Vec<usize>,
     /// Delay of the crossing for each tangent vector, s.
     delays: Vec<f64>,
-    /// Rate of the guard along the flow, `dh/dz . F + dh/dt`, before the crossing, 1/s.
-    guard_rate: f64,
-}
-
-/// A guard that falls through zero.
-#[derive(Clone, Copy)]
-pub struct Crossing<'a> {
-    /// The system to which the guard belongs.
-    pub switching: &'a dyn Switching,
-    /// Index of the guard.
-    pub guard: usize,
-    /// Time, s.
-    pub t: f64,
+    /// Whether the guard only touches zero.
+    is_grazing: bool,
 }
 
 impl Saltation {
     /// Workspace for `width` vectors.
     pub fn new(sys: &dyn System, width: usize) -> Self {
         let zeros = vec![0.0; sys.dim()];
-        let (guards, status) = sys.switching().map_or((0, 0), |switching| {
-            (switching.guards(), switching.status_len())
-        });
+        let guards = sys.switching().map_or(0, Switching::guards);
         Self {
-            before: zeros.clone(),
             slope_before: zeros.clone(),
             slope_after: zeros.clone(),
             gradient: zeros,
-            status: Vec::with_capacity(status),
             falling: Vec::with_capacity(guards),
             delays: vec![0.0; width],
-            guard_rate: 0.0,
+            is_grazing: false,
         }
     }
 
@@ -67,84 +52,68 @@ impl Saltation {
         self.delays.fill(0.0);
     }
 
-    /// Stores the data before a crossing that the correction needs.
+    /// Before the crossing of a guard at time `t` (s), in the given status and state.
+    ///
+    /// Eq. (15): delay of the perturbed crossing, `delta t = -(dh/dz . delta z) / (dh/dz . F_before +
+    /// dh/dt)`, of the vectors at the end of the step, and the derivative of the reset map.
     pub fn before(
         &mut self,
-        sys: &dyn System,
-        Crossing {
-            switching,
-            guard,
-            t,
-        }: Crossing<'_>,
-        status: &[u8],
-        z: &[f64],
+        switching: &dyn Switching,
+        (guard, t): (usize, f64),
+        (status, z): (&[u8], &[f64]),
+        block: &mut TangentBlock,
     ) {
-        self.before.copy_from_slice(z);
-        self.status.clear();
-        self.status.extend_from_slice(status);
-        rhs_in(sys, switching, status, t, z, &mut self.slope_before);
-        self.gradient.fill(0.0);
-        let rate = switching.guard_gradient(status, guard, t, z, &mut self.gradient);
-        let falls = self.gradient.iter().zip(&self.slope_before);
-        self.guard_rate = rate + falls.map(|(h, f)| h * f).sum::<f64>();
-    }
-
-    /// Eq. (15): delay of the perturbed crossing, `delta t = -(dh/dz . delta z) / (dh/dz . F_before +
-    /// dh/dt)`.
-    ///
-    /// Eq. (16): after the crossing, `delta z+ = dg/dz . delta z- + (dg/dz . F_before + dg/dt - F_after)
-    /// delta t`.
-    ///
-    /// `status` and `z` are those after the crossing; `vectors` holds `width` vectors, stored component
-    /// by component.
-    pub fn after(
-        &mut self,
-        sys: &dyn System,
-        Crossing {
-            switching,
-            guard,
-            t,
-        }: Crossing<'_>,
-        status: &[u8],
-        z: &[f64],
-        (vectors, width): (&mut [f64], usize),
-    ) {
-        let n = sys.tangent_dim();
+        let (vectors, width) = (block.end.as_mut_slice(), block.width);
+        let n = vectors.len() / width;
+        rhs_in(switching, status, t, z, &mut self.slope_before);
+        self.is_grazing = false;
         if let Some(place) = self.falling.iter().position(|&g| g == guard) {
             self.falling.swap_remove(place);
             self.delays.fill(0.0);
-            if self.guard_rate >= 0.0 {
+            self.gradient.fill(0.0);
+            let rate = switching.guard_gradient(status, guard, t, z, &mut self.gradient);
+            let falls = self.gradient.iter().zip(&self.slope_before);
+            // Rate of the guard along the flow, 1/s.
+            let rate = rate + falls.map(|(h, f)| h * f).sum::<f64>();
+            self.is_grazing = rate >= 0.0;
+            if self.is_grazing {
                 return;
             }
             for (gradient, row) in self.gradient[..n].iter().zip(vectors.chunks_exact(width)) {
                 for (delay, x) in self.delays.iter_mut().zip(row) {
-                    *delay -= gradient * x / self.guard_rate;
+                    *delay -= gradient * x / rate;
                 }
             }
         }
-        rhs_in(sys, switching, status, t, z, &mut self.slope_after);
-        let before = (&self.status, &self.before);
-        switching.reset_tangents(before.0, guard, t, before.1, (vectors, width, 0.0));
-        let jump = &mut self.slope_before;
-        switching.reset_tangents(before.0, guard, t, before.1, (&mut jump[..n], 1, 1.0));
-        for (c, row) in vectors.chunks_exact_mut(width).enumerate() {
-            let jump = jump[c] - self.slope_after[c];
+        switching.reset_tangents(status, guard, t, z, (vectors, width, 0.0));
+        let jump = &mut self.slope_before[..n];
+        switching.reset_tangents(status, guard, t, z, (jump, 1, 1.0));
+    }
+
+    /// Eq. (16): after the crossing, `delta z+ = dg/dz . delta z- + (dg/dz . F_before + dg/dt - F_after)
+    /// delta t`.
+    pub fn after(
+        &mut self,
+        switching: &dyn Switching,
+        t: f64,
+        (status, z): (&[u8], &[f64]),
+        block: &mut TangentBlock,
+    ) {
+        if self.is_grazing {
+            return;
+        }
+        rhs_in(switching, status, t, z, &mut self.slope_after);
+        let jumps = self.slope_before.iter().zip(&self.slope_after);
+        for (row, (before, after)) in block.end.chunks_exact_mut(block.width).zip(jumps) {
             for (x, delay) in row.iter_mut().zip(&self.delays) {
-                *x += jump * delay;
+                *x += (before - after) * delay;
             }
         }
     }
 }
 
 /// `dz/dt` for a frozen status.
-fn rhs_in(
-    sys: &dyn System,
-    switching: &dyn Switching,
-    status: &[u8],
-    t: f64,
-    z: &[f64],
-    dz: &mut [f64],
-) {
-    switching.force_in(status, t, z, &mut dz[sys.modes()..]);
-    add_linear(sys.omega(), sys.damping(), z, dz, 1);
+fn rhs_in(sys: &dyn Switching, status: &[u8], t: f64, z: &[f64], dz: &mut [f64]) {
+    let status = Some(status);
+    Law { sys, status }.rhs(t, z, dz, None);
 }

@@ -11,7 +11,7 @@
 //!        |_______|
 //! ```
 
-use super::section::{Curve, Grading, Partition, Section, SectionBuilder};
+use super::section::{Curve, Grading, Section, partition};
 use super::surface::Surface;
 use super::{Elements, FemError, Geometry, LengthReading};
 
@@ -41,31 +41,30 @@ impl BallOnBeam {
             elements,
         )?;
 
-        let mut builder = SectionBuilder::new(elements.order);
-        let c = builder.vertex([beam_radius, corner]);
+        let mut section = Section::new(elements.order);
+        let c = section.vertex([beam_radius, corner]);
         let polar = beam_radius.atan2(corner);
         // The beam radius and the arc above the core use the same division.
-        let radial = Partition::new(
+        let radial = partition(
             beam_radius.max(radius * polar * SHOULDER),
             elements,
             Grading::END,
         );
-        let along = Partition::new(corner - end, elements, Grading::END);
-        let centre = builder.vertex([0.0, end]);
-        let rim = builder.vertex([beam_radius, end]);
-        let a = builder.vertex([0.0, corner]);
-        let base = builder.line(a, c, &radial);
-        let side = builder.line(rim, c, &along);
-        let cap = builder.line(centre, rim, &radial);
-        let axis = builder.line(centre, a, &along);
-        builder.patch([&cap, &side, &base, &axis]);
+        let along = partition(corner - end, elements, Grading::END);
+        let centre = section.vertex([0.0, end]);
+        let rim = section.vertex([beam_radius, end]);
+        let a = section.vertex([0.0, corner]);
+        let base = section.line(a, c, &radial);
+        let side = section.line(rim, c, &along);
+        let cap = section.line(centre, rim, &radial);
+        let axis = section.line(centre, a, &along);
+        section.patch([&cap, &side, &base, &axis]);
         let ball = ball(
-            &mut builder,
+            &mut section,
             radius,
             (&base, &radial),
             (elements, Grading::START),
         );
-        let section = builder.finish();
         Ok(Self {
             side: Surface::new(&section, side.nodes, false),
             ball: Surface::new(&section, ball, true),
@@ -116,42 +115,42 @@ const CORE: f64 = 0.5;
 /// as `radial`. The elements are graded towards the corner, along the surface and in depth. Returns the nodes of its surface
 /// from the north pole to the corner.
 pub(super) fn ball(
-    builder: &mut SectionBuilder,
+    section: &mut Section,
     radius: f64,
-    (base, radial): (&Curve, &Partition),
+    (base, radial): (&Curve, &[f64]),
     (elements, grading): (&Elements, Grading),
 ) -> Vec<usize> {
     let [south, corner] = [base.first(), base.last()];
-    let [r, z] = builder.position(corner);
+    let [r, z] = section.nodes[corner];
     let polar = r.atan2(z);
-    let north = builder.vertex([0.0, radius]);
+    let north = section.vertex([0.0, radius]);
     let angle = polar * SHOULDER;
-    let shoulder = builder.vertex([radius * angle.sin(), radius * angle.cos()]);
+    let shoulder = section.vertex([radius * angle.sin(), radius * angle.cos()]);
 
     // The core is the outer contour scaled towards the middle of the axis.
-    let middle = 0.5 * (builder.position(south)[1] + radius);
+    let middle = 0.5 * (section.nodes[south][1] + radius);
     let outer = [south, corner, shoulder, north];
     let core = outer.map(|node| {
-        let [r, z] = builder.position(node);
-        builder.vertex([CORE * r, middle + CORE * (z - middle)])
+        let [r, z] = section.nodes[node];
+        section.vertex([CORE * r, middle + CORE * (z - middle)])
     });
     let depth = (1.0 - CORE) * r.hypot(z - middle);
-    let layers = Partition::new(depth, elements, grading);
-    let along = Partition::new(radius * (polar - angle), elements, grading);
+    let layers = partition(depth, elements, grading);
+    let along = partition(radius * (polar - angle), elements, grading);
     let [spoke_south, spoke_corner, spoke_shoulder, spoke_north] =
-        std::array::from_fn(|k| builder.line(outer[k], core[k], &layers));
+        std::array::from_fn(|k| section.line(outer[k], core[k], &layers));
 
-    let flank = builder.arc(corner, shoulder, &along);
-    let crown = builder.arc(north, shoulder, radial);
-    let core_bottom = builder.line(core[0], core[1], radial);
-    let core_right = builder.line(core[1], core[2], &along);
-    let core_top = builder.line(core[3], core[2], radial);
-    let core_left = builder.line(core[0], core[3], &along);
+    let flank = section.arc(corner, shoulder, &along);
+    let crown = section.arc(north, shoulder, radial);
+    let core_bottom = section.line(core[0], core[1], radial);
+    let core_right = section.line(core[1], core[2], &along);
+    let core_top = section.line(core[3], core[2], radial);
+    let core_left = section.line(core[0], core[3], &along);
 
-    builder.patch([&core_bottom, &core_right, &core_top, &core_left]);
-    builder.patch([base, &spoke_corner, &core_bottom, &spoke_south]);
-    builder.patch([&flank, &spoke_shoulder, &core_right, &spoke_corner]);
-    builder.patch([
+    section.patch([&core_bottom, &core_right, &core_top, &core_left]);
+    section.patch([base, &spoke_corner, &core_bottom, &spoke_south]);
+    section.patch([&flank, &spoke_shoulder, &core_right, &spoke_corner]);
+    section.patch([
         &core_top,
         &spoke_shoulder.reversed(),
         &crown,

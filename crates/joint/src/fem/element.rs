@@ -70,7 +70,8 @@ fn symmetric_rule(n: usize, coupling: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
 /// The nodes along an edge and their Lagrange polynomials.
 #[derive(Clone, Debug)]
 pub struct EdgeNodes {
-    points: Vec<f64>,
+    /// Positions of the nodes in `[-1, 1]`, ascending.
+    pub points: Vec<f64>,
 }
 
 /// Values and derivatives of the Lagrange polynomials of an edge at one point. Entries beyond the nodes
@@ -94,16 +95,6 @@ impl EdgeNodes {
         points.extend(inner.iter().map(|[t, _]| t));
         points.push(1.0);
         Self { points }
-    }
-
-    /// Positions of the nodes in `[-1, 1]`, ascending.
-    pub fn points(&self) -> &[f64] {
-        &self.points
-    }
-
-    /// Number of nodes.
-    pub fn len(&self) -> usize {
-        self.points.len()
     }
 
     /// Evaluates the polynomials at `xi` in `[-1, 1]`.
@@ -155,9 +146,13 @@ pub fn quadrature(order: usize) -> Vec<QuadraturePoint> {
         for [x, width] in &rule {
             let xi = edge.basis(*x);
             let tensor = |a: &[f64], b: &[f64]| -> Vec<f64> {
-                let rows = b[..edge.len()].iter();
-                rows.flat_map(|row| a[..edge.len()].iter().map(move |column| column * row))
-                    .collect()
+                let rows = b[..edge.points.len()].iter();
+                rows.flat_map(|row| {
+                    a[..edge.points.len()]
+                        .iter()
+                        .map(move |column| column * row)
+                })
+                .collect()
             };
             points.push(QuadraturePoint {
                 weight: 4.0 * width * height,
@@ -203,9 +198,9 @@ mod tests {
     fn inner_nodes_are_roots_of_the_derivative_of_the_legendre_polynomial() {
         for order in 1..=MAX_ORDER {
             let edge = EdgeNodes::of_order(order);
-            assert_eq!(edge.len(), order + 1);
-            assert_eq!([edge.points()[0], edge.points()[order]], [-1.0, 1.0]);
-            for &x in &edge.points()[1..order] {
+            assert_eq!(edge.points.len(), order + 1);
+            assert_eq!([edge.points[0], edge.points[order]], [-1.0, 1.0]);
+            for &x in &edge.points[1..order] {
                 // (1 - x^2) P_p' = p (P_(p-1) - x P_p), with P_n from Bonnet's recursion.
                 let (mut before, mut legendre) = (1.0, x);
                 for n in 1..order {
@@ -229,7 +224,7 @@ mod tests {
             for x in [-1.0, -0.83, 0.0, 0.4, 1.0] {
                 let basis = edge.basis(x);
                 let sum = |weights: &[f64]| -> f64 {
-                    let nodal = edge.points().iter().map(|&at| polynomial(at));
+                    let nodal = edge.points.iter().map(|&at| polynomial(at));
                     weights.iter().zip(nodal).map(|(w, y)| w * y).sum()
                 };
                 assert!((sum(&basis.value) - polynomial(x)).abs() < 1e-14);
@@ -242,9 +237,9 @@ mod tests {
     fn basis_functions_are_one_at_their_node_and_zero_at_the_others() {
         for order in 1..=MAX_ORDER {
             let edge = EdgeNodes::of_order(order);
-            for (i, &at) in edge.points().iter().enumerate() {
+            for (i, &at) in edge.points.iter().enumerate() {
                 let value = edge.basis(at).value;
-                for (j, v) in value[..edge.len()].iter().enumerate() {
+                for (j, v) in value[..edge.points.len()].iter().enumerate() {
                     let exact = if i == j { 1.0 } else { 0.0 };
                     assert!((v - exact).abs() < 1e-15, "order {order}: {v}");
                 }

@@ -23,6 +23,15 @@ pub struct Section {
 }
 
 impl Section {
+    /// A section without elements, which will have the given order.
+    pub(super) fn new(order: usize) -> Self {
+        Self {
+            order,
+            nodes: Vec::new(),
+            elements: Vec::new(),
+        }
+    }
+
     /// The elements: `(p + 1) x (p + 1)` node numbers each, row by row.
     pub fn elements(&self) -> ChunksExact<'_, usize> {
         self.elements.chunks_exact((self.order + 1).pow(2))
@@ -67,40 +76,30 @@ impl Grading {
     const RATIO: f64 = 0.25;
 }
 
-/// Division of a curve into elements: element boundaries and nodes as fractions of its length.
-#[derive(Clone, Debug)]
-pub(super) struct Partition {
-    params: Vec<f64>,
-}
-
-impl Partition {
-    /// Divides a curve into equal elements no longer than the element size (at least one). A graded
-    /// curve has its last element before the corner divided geometrically.
-    pub(super) fn new(length: f64, elements: &Elements, grading: Grading) -> Self {
-        // The tolerance keeps 0.2 / 0.01 from giving 21 elements.
-        let count = (length / elements.size - 1e-9).ceil().max(1.0);
-        let mut boundaries: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
-        let graded = (1..=grading.levels)
-            .rev()
-            .map(|level| Grading::RATIO.powi(level) / count);
-        boundaries.splice(1..1, graded);
-        if grading.at_end {
-            boundaries.reverse();
-            boundaries.iter_mut().for_each(|b| *b = 1.0 - *b);
-        }
-        let edge = EdgeNodes::of_order(elements.order);
-        let mut params = vec![0.0];
-        for boundary in boundaries.windows(2) {
-            let width = boundary[1] - boundary[0];
-            params.extend(
-                edge.points()[1..elements.order]
-                    .iter()
-                    .map(|xi| boundary[0] + 0.5 * (1.0 + xi) * width),
-            );
-            params.push(boundary[1]);
-        }
-        Self { params }
+/// Division of a curve into elements: element boundaries and nodes as fractions of its length. The elements are equal and
+/// no longer than the element size (at least one). A graded curve has its last element before the corner divided
+/// geometrically.
+pub(super) fn partition(length: f64, elements: &Elements, grading: Grading) -> Vec<f64> {
+    // The tolerance keeps 0.2 / 0.01 from giving 21 elements.
+    let count = (length / elements.size - 1e-9).ceil().max(1.0);
+    let mut boundaries: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
+    let graded = (1..=grading.levels)
+        .rev()
+        .map(|level| Grading::RATIO.powi(level) / count);
+    boundaries.splice(1..1, graded);
+    if grading.at_end {
+        boundaries.reverse();
+        boundaries.iter_mut().for_each(|b| *b = 1.0 - *b);
     }
+    let edge = EdgeNodes::of_order(elements.order);
+    let mut params = vec![0.0];
+    for boundary in boundaries.windows(2) {
+        let width = boundary[1] - boundary[0];
+        let inner = edge.points[1..elements.order].iter();
+        params.extend(inner.map(|xi| boundary[0] + 0.5 * (1.0 + xi) * width));
+        params.push(boundary[1]);
+    }
+    params
 }
 
 /// Node numbers along a curve and their positions as fractions of its length.
@@ -135,49 +134,28 @@ impl Curve {
 /// bottom to top. The patch lies to the left of the bottom curve.
 pub(super) type Sides<'a> = [&'a Curve; 4];
 
-/// Builds a section: first vertices, then curves between them, then patches.
-#[derive(Debug)]
-pub(super) struct SectionBuilder {
-    order: usize,
-    nodes: Vec<[f64; 2]>,
-    elements: Vec<usize>,
-}
-
-impl SectionBuilder {
-    /// An empty builder for elements of the given order.
-    pub(super) fn new(order: usize) -> Self {
-        Self {
-            order,
-            nodes: Vec::new(),
-            elements: Vec::new(),
-        }
-    }
-
+/// Construction: first vertices, then curves between them, then patches.
+impl Section {
     /// Adds a corner of patches at `(r, z)`.
     pub(super) fn vertex(&mut self, position: [f64; 2]) -> usize {
         self.nodes.push(position);
         self.nodes.len() - 1
     }
 
-    /// Position of a node.
-    pub(super) fn position(&self, node: usize) -> [f64; 2] {
-        self.nodes[node]
-    }
-
     /// Adds a straight line.
-    pub(super) fn line(&mut self, from: usize, to: usize, partition: &Partition) -> Curve {
+    pub(super) fn line(&mut self, from: usize, to: usize, params: &[f64]) -> Curve {
         let [a, b] = [self.nodes[from], self.nodes[to]];
-        self.curve(from, to, partition, |s| {
+        self.curve(from, to, params, |s| {
             [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
         })
     }
 
     /// Adds a circular arc about the origin; equal fractions are equal angles.
-    pub(super) fn arc(&mut self, from: usize, to: usize, partition: &Partition) -> Curve {
+    pub(super) fn arc(&mut self, from: usize, to: usize, params: &[f64]) -> Curve {
         let [a, b] = [self.nodes[from], self.nodes[to]];
         let radius = a[0].hypot(a[1]);
         let polar = [a[0].atan2(a[1]), b[0].atan2(b[1])];
-        self.curve(from, to, partition, |s| {
+        self.curve(from, to, params, |s| {
             let angle = polar[0] + s * (polar[1] - polar[0]);
             [radius * angle.sin(), radius * angle.cos()]
         })
@@ -187,16 +165,18 @@ impl SectionBuilder {
         &mut self,
         from: usize,
         to: usize,
-        partition: &Partition,
+        params: &[f64],
         shape: impl Fn(f64) -> [f64; 2],
     ) -> Curve {
-        let params = partition.params.clone();
         let mut nodes = vec![from];
         for &s in &params[1..params.len() - 1] {
             nodes.push(self.vertex(shape(s)));
         }
         nodes.push(to);
-        Curve { nodes, params }
+        Curve {
+            nodes,
+            params: params.to_vec(),
+        }
     }
 
     /// Fills the patch between four curves.
@@ -246,14 +226,5 @@ impl SectionBuilder {
                 - (1.0 - t) * ((1.0 - s) * low[0][x] + s * low[1][x])
                 - t * ((1.0 - s) * high[0][x] + s * high[1][x])
         })
-    }
-
-    /// Returns the mesh.
-    pub(super) fn finish(self) -> Section {
-        Section {
-            order: self.order,
-            nodes: self.nodes,
-            elements: self.elements,
-        }
     }
 }

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::bodies::{ball, check_elements, check_positive};
 use super::element::quadrature;
-use super::section::{Grading, Partition, SectionBuilder};
+use super::section::{Grading, partition};
 use super::*;
 
 /// Equal elements.
@@ -24,9 +24,9 @@ impl Section {
         check_positive("rod length", length)?;
         let radius = 0.5 * diameter;
         check_elements(radius * length, elements)?;
-        let mut builder = SectionBuilder::new(elements.order);
-        let across = Partition::new(radius, elements, UNIFORM);
-        let along = Partition::new(length, elements, UNIFORM);
+        let mut builder = Section::new(elements.order);
+        let across = partition(radius, elements, UNIFORM);
+        let along = partition(length, elements, UNIFORM);
         let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
         let [a, b, c, d] = corners.map(|p| builder.vertex(p));
         let bottom = builder.line(a, b, &across);
@@ -34,7 +34,7 @@ impl Section {
         let top = builder.line(d, c, &across);
         let left = builder.line(a, d, &along);
         builder.patch([&bottom, &right, &top, &left]);
-        Ok(builder.finish())
+        Ok(builder)
     }
 
     /// Meshes a sphere of the given diameter (m) about the origin.
@@ -42,14 +42,14 @@ impl Section {
         check_positive("sphere diameter", diameter)?;
         let radius = 0.5 * diameter;
         check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
-        let mut builder = SectionBuilder::new(elements.order);
+        let mut builder = Section::new(elements.order);
         let quarter = std::f64::consts::FRAC_PI_4;
-        let radial = Partition::new(radius * quarter, elements, UNIFORM);
+        let radial = partition(radius * quarter, elements, UNIFORM);
         let south = builder.vertex([0.0, -radius]);
         let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
         let base = builder.arc(south, corner, &radial);
         ball(&mut builder, radius, (&base, &radial), (elements, UNIFORM));
-        Ok(builder.finish())
+        Ok(builder)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::slice::from_ref;
 
-use super::{cancelling, map_vectors};
+use super::{Motion, Number, Piecewise, cancelling, derivatives};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A mass on a spring, driven by the dry friction of a moving belt: the classical stick-slip oscillator.
@@ -58,14 +58,22 @@ impl MassOnBelt {
 
     /// Coefficient of friction at a sliding speed (m/s).
     pub fn coefficient(&self, speed: f64) -> f64 {
-        let above = |slope: f64| (self.mu_s - self.mu_d) * (-slope * speed).exp();
-        self.mu_d + self.stribeck.map_or(0.0, above)
+        self.friction(Number::<0>::number(speed)).value()
     }
 
     /// Derivative `dmu/dV` of the coefficient at a sliding speed (m/s), s/m.
     pub fn slope(&self, speed: f64) -> f64 {
-        let fall = |slope: f64| -slope * (self.mu_s - self.mu_d) * (-slope * speed).exp();
-        self.stribeck.map_or(0.0, fall)
+        let [slope] = self.friction(Number::scalar(speed, 0)).slopes;
+        slope.sum()
+    }
+
+    /// Coefficient of friction at a sliding speed, m/s.
+    fn friction<const N: usize>(&self, speed: Number<N>) -> Number<N> {
+        let Some(slope) = self.stribeck else {
+            return Number::number(self.mu_d);
+        };
+        let fall = (speed * -slope).compose_scalar(|x| [x.exp(), x.exp()]);
+        fall * (self.mu_s - self.mu_d) + self.mu_d
     }
 
     /// Growth rate of a small vibration about steady sliding, 1/s: `-(n mu'(belt) + 2 zeta omega) / 2`,
@@ -80,8 +88,8 @@ impl MassOnBelt {
     }
 
     /// Force per unit mass that sticking requires, N/kg.
-    fn sticking_force(&self, x: f64, v: f64) -> f64 {
-        cancelling(self.omega, self.damping, x, v)
+    fn sticking_force<const N: usize>(&self, x: Number<N>, v: Number<N>) -> Number<N> {
+        cancelling([self.omega, self.damping], x, v)
     }
 
     /// Maximum friction force per unit mass while sticking, N/kg.
@@ -91,7 +99,8 @@ impl MassOnBelt {
 
     /// Status of a state at the belt speed.
     fn status_at_rest(&self, x: f64) -> u8 {
-        let sticking_force = self.sticking_force(x, self.belt);
+        let [x, belt] = [x, self.belt].map(Number::<0>::number);
+        let sticking_force = self.sticking_force(x, belt).value();
         if sticking_force.abs() <= self.friction_limit() {
             Self::STICKING
         } else if sticking_force > 0.0 {
@@ -100,122 +109,62 @@ impl MassOnBelt {
             Self::FASTER
         }
     }
+}
 
-    /// Status of a state.
-    fn status(&self, _t: f64, z: &[f64]) -> u8 {
-        if z[1] < self.belt {
+implement!(MassOnBelt, 1, 3);
+
+impl Piecewise<1> for MassOnBelt {
+    const GUARDS: usize = 2;
+
+    fn linear(&self) -> [&[f64]; 2] {
+        [from_ref(&self.omega), from_ref(&self.damping)]
+    }
+
+    fn status(&self, at: &Motion<1, 0>) -> u8 {
+        let [[x], [v]] = at.z.map(|part| part.map(Number::value));
+        if v < self.belt {
             Self::SLOWER
-        } else if z[1] > self.belt {
+        } else if v > self.belt {
             Self::FASTER
         } else {
-            self.status_at_rest(z[0])
-        }
-    }
-}
-
-system_of_status!(
-    MassOnBelt,
-    |self| from_ref(&self.omega),
-    from_ref(&self.damping),
-    autonomous: true
-);
-
-impl Switching for MassOnBelt {
-    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(t, z);
-    }
-
-    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
-        out[0] = match status[0] {
-            Self::SLOWER => self.coefficient(self.belt - z[1]) * self.load,
-            Self::FASTER => -self.coefficient(z[1] - self.belt) * self.load,
-            _ => self.sticking_force(z[0], z[1]),
-        };
-    }
-
-    fn guards(&self) -> usize {
-        2
-    }
-
-    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
-        // A guard that the status does not use stays positive.
-        values.fill(1.0);
-        match status[0] {
-            Self::SLOWER => values[Self::FORWARD] = self.belt - z[1],
-            Self::FASTER => values[Self::BACKWARD] = z[1] - self.belt,
-            _ => {
-                let sticking_force = self.sticking_force(z[0], self.belt);
-                values[Self::BACKWARD] = self.friction_limit() - sticking_force;
-                values[Self::FORWARD] = self.friction_limit() + sticking_force;
-            }
+            self.status_at_rest(x)
         }
     }
 
-    fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
-        z[1] = self.belt;
-        status[0] = match (status[0], guard) {
+    fn law<const N: usize>(&self, status: u8, at: &Motion<1, N>) -> [Number<N>; 1] {
+        let [[x], [v]] = at.z;
+        let belt = Number::number(self.belt);
+        [match status {
+            Self::SLOWER => self.friction(belt - v) * self.load,
+            Self::FASTER => self.friction(v - belt) * -self.load,
+            _ => self.sticking_force(x, v),
+        }]
+    }
+
+    fn guard<const N: usize>(&self, status: u8, guard: usize, at: &Motion<1, N>) -> Number<N> {
+        let [[x], [v]] = at.z;
+        let [belt, limit] = [self.belt, self.friction_limit()].map(Number::number);
+        match (status, guard) {
+            (Self::SLOWER, Self::FORWARD) => belt - v,
+            (Self::FASTER, Self::BACKWARD) => v - belt,
+            (Self::STICKING, Self::BACKWARD) => limit - self.sticking_force(x, belt),
+            (Self::STICKING, Self::FORWARD) => limit + self.sticking_force(x, belt),
+            _ => Number::number(1.0),
+        }
+    }
+
+    fn reset<const N: usize>(&self, status: &mut u8, guard: usize, at: &mut Motion<1, N>) {
+        at.z[1] = [Number::number(self.belt)];
+        *status = match (*status, guard) {
             (Self::STICKING, Self::BACKWARD) => Self::SLOWER,
             (Self::STICKING, _) => Self::FASTER,
-            _ => self.status_at_rest(z[0]),
+            _ => self.status_at_rest(at.z[0][0].value()),
         };
     }
 
-    /// The velocity becomes that of the belt.
-    fn reset_tangents(
-        &self,
-        _status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        (vectors, width, _rate): (&mut [f64], usize, f64),
-    ) {
-        vectors[width..].fill(0.0);
-    }
-
-    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {
-        if status[0] == Self::STICKING {
-            z[1] = self.belt;
-            tangents.0[tangents.1..].fill(0.0);
+    fn hold<const N: usize>(&self, status: u8, at: &mut Motion<1, N>) {
+        if status == Self::STICKING {
+            at.z[1] = [Number::number(self.belt)];
         }
-    }
-
-    fn guard_gradient(
-        &self,
-        status: &[u8],
-        guard: usize,
-        _t: f64,
-        _z: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let sign = if guard == Self::FORWARD { 1.0 } else { -1.0 };
-        let stiffness = self.omega * self.omega;
-        gradient.copy_from_slice(&match status[0] {
-            Self::SLOWER => [0.0, -1.0],
-            Self::FASTER => [0.0, 1.0],
-            _ => [sign * stiffness, 0.0],
-        });
-        0.0
-    }
-}
-
-impl Differentiable for MassOnBelt {
-    fn product(
-        &self,
-        status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let status =
-            status.map_or_else(|| self.status(record[0], &record[1..]), |status| status[0]);
-        let slope = self.load * self.slope((record[2] - self.belt).abs());
-        map_vectors(vectors, width, out, |x, v| {
-            if status == Self::STICKING {
-                self.sticking_force(x, v)
-            } else {
-                -slope * v
-            }
-        });
     }
 }

@@ -2,7 +2,7 @@
 
 use std::slice::from_ref;
 
-use super::{drive, map_vectors};
+use super::{Motion, Number, Piecewise, derivatives, drive};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A driven oscillator with a unilateral spring and damper. At separation the damper force jumps to
@@ -38,112 +38,53 @@ impl DampedContact {
     /// Status: in contact.
     pub const TOUCHING: u8 = 1;
 
-    /// Drive acceleration at time `t` (s), m/s^2, and its time derivative.
-    fn drive_at(&self, t: f64) -> [f64; 2] {
+    /// Drive acceleration at a time (s), m/s^2.
+    fn drive_at<const N: usize>(&self, t: Number<N>) -> Number<N> {
         drive([self.drive, self.drive_omega, self.drive_phase], t)
     }
+}
 
-    /// Contact force per unit mass, m/s^2.
-    fn contact_force(&self, x: f64, v: f64) -> f64 {
-        -self.contact_stiffness * x - self.contact_damping * v
+implement!(DampedContact, 1, 3);
+
+impl Piecewise<1> for DampedContact {
+    fn linear(&self) -> [&[f64]; 2] {
+        [from_ref(&self.omega), from_ref(&self.damping)]
     }
 
-    /// Status of a state, by its position or, at zero, by the direction of its motion.
-    fn status(&self, t: f64, z: &[f64]) -> u8 {
-        let first = [z[0], z[1], self.drive_at(t)[0]]
-            .into_iter()
-            .find(|&x| x != 0.0);
+    fn is_autonomous(&self) -> bool {
+        self.drive == 0.0 || self.drive_omega == 0.0
+    }
+
+    /// By the position or, at zero, by the direction of the motion.
+    fn status(&self, at: &Motion<1, 0>) -> u8 {
+        let [[x], [v]] = at.z;
+        let ways = [x, v, self.drive_at(at.t)].map(Number::value);
+        let first = ways.into_iter().find(|&x| x != 0.0);
         if first.is_some_and(|x| x < 0.0) {
             Self::TOUCHING
         } else {
             Self::FREE
         }
     }
-}
 
-system_of_status!(
-    DampedContact,
-    |self| from_ref(&self.omega),
-    from_ref(&self.damping),
-    autonomous: self.drive == 0.0 || self.drive_omega == 0.0
-);
-
-impl Switching for DampedContact {
-    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(t, z);
+    fn law<const N: usize>(&self, status: u8, at: &Motion<1, N>) -> [Number<N>; 1] {
+        let ([[x], [v]], drive) = (at.z, self.drive_at(at.t));
+        [match status {
+            Self::TOUCHING => drive + (x * -self.contact_stiffness - v * self.contact_damping),
+            _ => drive,
+        }]
     }
 
-    fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
-        out[0] = self.drive_at(t)[0];
-        if status[0] == Self::TOUCHING {
-            out[0] += self.contact_force(z[0], z[1]);
+    fn guard<const N: usize>(&self, status: u8, _guard: usize, at: &Motion<1, N>) -> Number<N> {
+        let [[x], _] = at.z;
+        match status {
+            Self::TOUCHING => x * -1.0,
+            _ => x,
         }
     }
 
-    fn guards(&self) -> usize {
-        1
-    }
-
-    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
-        values[0] = match status[0] {
-            Self::TOUCHING => -z[0],
-            _ => z[0],
-        };
-    }
-
-    fn cross(&self, _guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
-        status[0] = match status[0] {
-            Self::TOUCHING => Self::FREE,
-            _ => Self::TOUCHING,
-        };
-    }
-
-    /// The state does not jump.
-    fn reset_tangents(
-        &self,
-        _status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        _tangents: (&mut [f64], usize, f64),
-    ) {
-    }
-
-    fn guard_gradient(
-        &self,
-        status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let slope = match status[0] {
-            Self::TOUCHING => -1.0,
-            _ => 1.0,
-        };
-        gradient.copy_from_slice(&[slope, 0.0]);
-        0.0
-    }
-}
-
-impl Differentiable for DampedContact {
-    fn product(
-        &self,
-        status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let status =
-            status.map_or_else(|| self.status(record[0], &record[1..]), |status| status[0]);
-        if status != Self::TOUCHING {
-            return out.fill(0.0);
-        }
-        map_vectors(vectors, width, out, |x, v| self.contact_force(x, v));
-    }
-
-    fn time_derivative(&self, _status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = self.drive_at(t)[1];
+    fn reset<const N: usize>(&self, status: &mut u8, _guard: usize, _at: &mut Motion<1, N>) {
+        // The other one of both.
+        *status = 1 - *status;
     }
 }

@@ -2,7 +2,7 @@
 
 use std::slice::from_ref;
 
-use super::{cancelling, drive, map_vectors};
+use super::{Motion, Number, Piecewise, cancelling, derivatives, drive};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A driven oscillator with impacts on a rigid wall.
@@ -54,160 +54,83 @@ impl ImpactOscillator {
     /// Status: at rest on the wall under a positive contact force.
     pub const RESTING: u8 = 1;
 
-    /// Drive acceleration at time `t` (s), m/s^2, and its time derivative.
-    fn drive_at(&self, t: f64) -> [f64; 2] {
+    /// Contact force per unit mass at rest on the wall at a time (s), m/s^2; negative if the mass is pulled away.
+    fn contact_force<const N: usize>(&self, t: Number<N>) -> Number<N> {
+        Number::number(self.omega * self.omega * self.wall) - self.drive_at(t)
+    }
+
+    /// Drive acceleration at a time (s), m/s^2.
+    fn drive_at<const N: usize>(&self, t: Number<N>) -> Number<N> {
         drive([self.drive, self.drive_omega, self.drive_phase], t)
     }
 
-    /// Contact force per unit mass at rest on the wall, m/s^2; negative if the mass is pulled away.
-    fn contact_force(&self, t: f64) -> f64 {
-        self.omega * self.omega * self.wall - self.drive_at(t)[0]
-    }
-
-    /// Force per unit mass that keeps it at rest.
-    fn resting_force(&self, x: f64, v: f64) -> f64 {
-        cancelling(self.omega, self.damping, x, v)
-    }
-
-    /// Status of a state.
-    fn status(&self, t: f64, z: &[f64]) -> u8 {
-        if z[0] == self.wall && z[1] == 0.0 && self.contact_force(t) > 0.0 {
-            Self::RESTING
-        } else {
-            Self::FLYING
-        }
-    }
-
-    /// Velocity after reaching the wall at time `t` (s) with velocity `v`, m/s; `None` if the sequence
-    /// of impacts ends.
-    fn velocity_after_impact(&self, t: f64, v: f64) -> Option<f64> {
-        let after = if v < 0.0 { -self.restitution * v } else { v };
-        let contact_force = self.contact_force(t);
+    /// Whether the sequence of impacts ends with one at time `t` (s) after which the velocity would be `after` (m/s).
+    fn ends(&self, t: f64, after: f64) -> bool {
+        let contact_force = self.contact_force(Number::<0>::number(t)).value();
         // A flight whose loss per bounce equals the rounding would repeat forever. Only the next flight
         // is compared: an elastic wall returns all energy.
         let loss = 1.0 - self.restitution * self.restitution;
         let least = ROUNDING / loss.max(MIN_LOSS);
         let too_short = 2.0 * after <= least * t.abs() * contact_force;
         let too_low = after * after <= least * self.wall.abs() * 2.0 * contact_force;
-        let ends = contact_force > 0.0 && (too_short || too_low);
-        (!ends).then_some(after)
+        contact_force > 0.0 && (too_short || too_low)
     }
 }
 
-system_of_status!(
-    ImpactOscillator,
-    |self| from_ref(&self.omega),
-    from_ref(&self.damping),
-    autonomous: self.drive == 0.0 || self.drive_omega == 0.0
-);
+implement!(ImpactOscillator, 1, 3);
 
-impl Switching for ImpactOscillator {
-    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(t, z);
+impl Piecewise<1> for ImpactOscillator {
+    fn linear(&self) -> [&[f64]; 2] {
+        [from_ref(&self.omega), from_ref(&self.damping)]
     }
 
-    fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
-        out[0] = match status[0] {
-            Self::RESTING => self.resting_force(z[0], z[1]),
-            _ => self.drive_at(t)[0],
-        };
+    fn is_autonomous(&self) -> bool {
+        self.drive == 0.0 || self.drive_omega == 0.0
     }
 
-    fn guards(&self) -> usize {
-        1
-    }
-
-    fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
-        values[0] = match status[0] {
-            Self::RESTING => self.contact_force(t),
-            _ => z[0] - self.wall,
-        };
-    }
-
-    fn cross(&self, _guard: usize, t: f64, z: &mut [f64], status: &mut [u8]) {
-        if status[0] == Self::RESTING {
-            status[0] = Self::FLYING;
-            return;
-        }
-        z[0] = self.wall;
-        z[1] = self.velocity_after_impact(t, z[1]).unwrap_or_else(|| {
-            status[0] = Self::RESTING;
-            0.0
-        });
-    }
-
-    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {
-        if status[0] == Self::RESTING {
-            z.copy_from_slice(&[self.wall, 0.0]);
-            tangents.0.fill(0.0);
-        }
-    }
-
-    fn guard_gradient(
-        &self,
-        status: &[u8],
-        _guard: usize,
-        t: f64,
-        _z: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        if status[0] == Self::RESTING {
-            gradient.fill(0.0);
-            -self.drive_at(t)[1]
+    fn status(&self, at: &Motion<1, 0>) -> u8 {
+        let [[x], [v]] = at.z.map(|part| part.map(Number::value));
+        if x == self.wall && v == 0.0 && self.contact_force(at.t).value() > 0.0 {
+            Self::RESTING
         } else {
-            gradient.copy_from_slice(&[1.0, 0.0]);
-            0.0
+            Self::FLYING
         }
     }
 
-    /// The wall is at rest: nothing depends on time.
-    fn reset_tangents(
-        &self,
-        status: &[u8],
-        _guard: usize,
-        t: f64,
-        z: &[f64],
-        (vectors, width, _rate): (&mut [f64], usize, f64),
-    ) {
-        if status[0] == Self::RESTING {
+    fn law<const N: usize>(&self, status: u8, at: &Motion<1, N>) -> [Number<N>; 1] {
+        let [[x], [v]] = at.z;
+        [match status {
+            Self::RESTING => cancelling([self.omega, self.damping], x, v),
+            _ => self.drive_at(at.t),
+        }]
+    }
+
+    fn guard<const N: usize>(&self, status: u8, _guard: usize, at: &Motion<1, N>) -> Number<N> {
+        match status {
+            Self::RESTING => self.contact_force(at.t),
+            _ => at.z[0][0] + -self.wall,
+        }
+    }
+
+    fn reset<const N: usize>(&self, status: &mut u8, _guard: usize, at: &mut Motion<1, N>) {
+        if *status == Self::RESTING {
+            *status = Self::FLYING;
             return;
         }
-        let slope = match self.velocity_after_impact(t, z[1]) {
-            Some(_) if z[1] < 0.0 => -self.restitution,
-            Some(_) => 1.0,
-            None => 0.0,
-        };
-        let (x, v) = vectors.split_at_mut(width);
-        x.fill(0.0);
-        v.iter_mut().for_each(|v| *v *= slope);
-    }
-}
-
-impl Differentiable for ImpactOscillator {
-    fn product(
-        &self,
-        status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let status =
-            status.map_or_else(|| self.status(record[0], &record[1..]), |status| status[0]);
-        let is_resting = status == Self::RESTING;
-        map_vectors(vectors, width, out, |x, v| {
-            if is_resting {
-                self.resting_force(x, v)
-            } else {
-                0.0
-            }
-        });
+        let [[x], [v]] = &mut at.z;
+        *x = Number::number(self.wall);
+        if v.value() < 0.0 {
+            *v = *v * -self.restitution;
+        }
+        if self.ends(at.t.value(), v.value()) {
+            *status = Self::RESTING;
+            *v = Number::number(0.0);
+        }
     }
 
-    fn time_derivative(&self, status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = match status {
-            Some([Self::RESTING]) => 0.0,
-            _ => self.drive_at(t)[1],
-        };
+    fn hold<const N: usize>(&self, status: u8, at: &mut Motion<1, N>) {
+        if status == Self::RESTING {
+            at.z = [[Number::number(self.wall)], [Number::number(0.0)]];
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Mode coupling of two modes by friction.
 
+use super::{Motion, Number, Piecewise, derivatives};
 use squeakscope_dynamics::{Differentiable, Switching, System};
 
 /// A mass with two modes that is pressed onto a belt: the minimal model of mode-coupling instability.
@@ -113,128 +114,68 @@ impl TwoModesOnBelt {
         (c > 0.0).then_some(critical)
     }
 
-    /// Status of a state.
-    fn status(&self, _t: f64, q: &[f64]) -> u8 {
-        if self.normal(q) < 0.0 {
+    /// Normal force per unit mass as if the contact could pull, N/kg.
+    fn normal<const N: usize>(&self, at: &Motion<2, N>) -> Number<N> {
+        combined(self.inwards(), at.z[0]) * self.contact_stiffness + self.load
+    }
+
+    /// Signed coefficient of friction at a sliding velocity, m/s.
+    fn coefficient<const N: usize>(&self, speed: Number<N>) -> Number<N> {
+        speed.compose_scalar(|speed| {
+            let rise = (-self.creep * speed.abs()).exp();
+            [
+                self.mu * speed.signum() * (1.0 - rise),
+                self.mu * self.creep * rise,
+            ]
+        })
+    }
+}
+
+/// The sum of numbers of both modes, each with its component of a direction.
+fn combined<const N: usize>(direction: [f64; 2], x: [Number<N>; 2]) -> Number<N> {
+    x[0] * direction[0] + x[1] * direction[1]
+}
+
+implement!(TwoModesOnBelt, 2, 5);
+
+impl Piecewise<2> for TwoModesOnBelt {
+    const IS_CONTINUOUS: bool = true;
+
+    fn linear(&self) -> [&[f64]; 2] {
+        [&self.omega, &[]]
+    }
+
+    fn status(&self, at: &Motion<2, 0>) -> u8 {
+        if self.normal(at).value() < 0.0 {
             Self::SEPARATED
         } else {
             Self::TOUCHING
         }
     }
 
-    /// Normal force per unit mass as if the contact could pull, N/kg.
-    fn normal(&self, q: &[f64]) -> f64 {
-        self.load + self.contact_stiffness * dot(self.inwards(), q)
-    }
-
-    /// Signed coefficient of friction at a sliding velocity (m/s) and its derivative, s/m.
-    fn coefficient(&self, speed: f64) -> [f64; 2] {
-        let rise = (-self.creep * speed.abs()).exp();
-        [
-            self.mu * speed.signum() * (1.0 - rise),
-            self.mu * self.creep * rise,
-        ]
-    }
-
-    fn speed(&self, v: &[f64]) -> f64 {
-        self.belt - dot(self.along(), v)
-    }
-}
-
-fn dot(a: [f64; 2], b: &[f64]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-system_of_status!(TwoModesOnBelt, |self| &self.omega, &[], autonomous: true);
-
-impl Switching for TwoModesOnBelt {
-    fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        status[0] = self.status(t, z);
-    }
-
-    fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
-        let (q, v) = z.split_at(2);
-        let normal = match status[0] {
-            Self::TOUCHING => self.normal(q),
-            _ => 0.0,
+    fn law<const N: usize>(&self, status: u8, at: &Motion<2, N>) -> [Number<N>; 2] {
+        let normal = match status {
+            Self::TOUCHING => self.normal(at),
+            _ => Number::number(0.0),
         };
-        let [mu, _] = self.coefficient(self.speed(v));
-        let [mu_steady, _] = self.coefficient(self.belt);
-        let press = normal - self.load;
-        let drag = mu * normal - mu_steady * self.load;
+        let belt = Number::number(self.belt);
+        let mu = self.coefficient(belt - combined(self.along(), at.z[1]));
+        let press = normal + -self.load;
+        let drag = mu * normal - self.coefficient(belt) * self.load;
         let (along, into) = (self.along(), self.inwards());
-        for i in 0..2 {
-            out[i] = drag * along[i] - press * into[i];
+        [0, 1].map(|i| drag * along[i] - press * into[i])
+    }
+
+    fn guard<const N: usize>(&self, status: u8, _guard: usize, at: &Motion<2, N>) -> Number<N> {
+        match status {
+            Self::TOUCHING => self.normal(at),
+            _ => self.normal(at) * -1.0,
         }
     }
 
-    fn guards(&self) -> usize {
-        1
-    }
-
-    fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
-        let normal = self.normal(z);
-        values[0] = match status[0] {
-            Self::TOUCHING => normal,
-            _ => -normal,
-        };
-    }
-
-    fn cross(&self, _guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
-        status[0] = match status[0] {
-            Self::TOUCHING => Self::SEPARATED,
-            _ => Self::TOUCHING,
-        };
-    }
-
-    fn is_continuous(&self) -> bool {
-        true
-    }
-
-    fn guard_gradient(
-        &self,
-        status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let sign = match status[0] {
-            Self::TOUCHING => 1.0,
-            _ => -1.0,
-        };
-        let [first, second] = self.inwards().map(|e| sign * self.contact_stiffness * e);
-        gradient.copy_from_slice(&[first, second, 0.0, 0.0]);
-        0.0
-    }
-}
-
-impl Differentiable for TwoModesOnBelt {
-    fn product(
-        &self,
-        status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let z = &record[1..];
-        let status = status.map_or_else(|| self.status(record[0], z), |status| status[0]);
-        if status != Self::TOUCHING {
-            return out.fill(0.0);
-        }
-        let (along, into) = (self.along(), self.inwards());
-        let normal = self.normal(z);
-        let [mu, slope] = self.coefficient(self.speed(&z[2..]));
-        for k in 0..width {
-            let component = |c: usize| vectors[c * width + k];
-            let press = self.contact_stiffness * dot(into, &[component(0), component(1)]);
-            let speed = -dot(along, &[component(2), component(3)]);
-            let drag = mu * press + slope * normal * speed;
-            for i in 0..2 {
-                out[i * width + k] = drag * along[i] - press * into[i];
-            }
-        }
+    fn reset<const N: usize>(&self, status: &mut u8, _guard: usize, _at: &mut Motion<2, N>) {
+        // The other one of both.
+        *status = 1 - *status;
     }
 }
 
@@ -305,7 +246,7 @@ mod tests {
             let mut dz = [0.0; 4];
             SYSTEM.rhs(0.0, &z, &mut dz);
             for (row, direction) in [along, into].into_iter().enumerate() {
-                let found = -dot(direction, &dz[2..]) / h;
+                let found = -(direction[0] * dz[2] + direction[1] * dz[3]) / h;
                 let expected = stiffness[row][column];
                 assert!(
                     (found - expected).abs() < 1e-6 * stiffness[0][0],

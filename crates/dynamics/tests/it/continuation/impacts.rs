@@ -129,7 +129,6 @@ fn the_grazing_of_the_free_orbit_is_exact() {
     let family = Smooth {
         build: |wall| Box::new(oscillator(1.6, wall)) as Box<dyn System>,
         drive: Some(|_| TAU / 1.6),
-        symmetry: None,
     };
     let amplitude = {
         let (re, im): (f64, f64) = (1.0 - 1.6 * 1.6, 2.0 * ZETA * 1.6);
@@ -165,7 +164,6 @@ fn orbits_with_one_impact_agree_with_their_closed_form() {
     let family = Smooth {
         build: move |omega| Box::new(oscillator(omega, wall)) as Box<dyn System>,
         drive: Some(|omega| TAU / omega),
-        symmetry: None,
     };
     let options = precise([2.0, 3.2], 0.1);
     let orbit = settle(&family, 2.2, &[0.5, 0.0], 300.0, &options);

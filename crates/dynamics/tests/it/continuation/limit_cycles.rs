@@ -75,7 +75,7 @@ fn van_der_pol_follows_its_branch_to_multipliers_of_any_size() {
     eprintln!(
         "{} points, {:?}, ends {:?}",
         branch.points.len(),
-        branch.stats,
+        branch.newton_iterations,
         branch.ends
     );
     assert_eq!(branch.ends[1], Some(BranchEnd::ParameterBound));
@@ -269,7 +269,6 @@ fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
     let family = Smooth {
         build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System>,
         drive: None,
-        symmetry: None,
     };
     let options = precise([2.2, 3.6], 0.2);
     let single = settle(&family, 2.5, &[2.0, 2.0, 0.1], 300.0, &options);
@@ -294,7 +293,6 @@ fn period_doubling_of_roessler_is_located_and_switched_to() {
     let family = Smooth {
         build: |c| Box::new(crate::known::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System>,
         drive: None,
-        symmetry: None,
     };
     let options = precise([2.2, 4.3], 0.2);
     let orbit = settle(&family, 2.5, &[2.0, 2.0, 0.1], 300.0, &options);
@@ -306,7 +304,7 @@ fn period_doubling_of_roessler_is_located_and_switched_to() {
     eprintln!("first {} accuracy {:e}", first.parameter, first.accuracy);
     assert_eq!(first.unstable_change, 1);
     assert!(first.crossing_rate.unwrap() > 0.0);
-    let start = switched_orbit(&family, first, 0.02, &options).unwrap();
+    let start = doubled_orbit(&family, first, 0.02, &options).unwrap();
     let ratio = start.orbit.period_s * first.frequency_hz;
     assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
     let doubled = follow(&family, start, &options);

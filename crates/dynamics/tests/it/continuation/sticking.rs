@@ -22,7 +22,6 @@ fn family() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
             }) as Box<dyn System>
         },
         drive: None,
-        symmetry: None,
     }
 }
 

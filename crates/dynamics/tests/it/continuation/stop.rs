@@ -123,7 +123,6 @@ fn the_stop_is_grazed_where_the_linear_response_reaches_it() {
                 }) as Box<dyn System>
             },
             drive: Some(|drive| TAU / drive),
-            symmetry: None,
         };
         let orbit = settle(&family, start * exact, &[0.0, 0.0], 400.0, &options);
         assert_eq!(orbit.open_guards, usize::from(start > 1.0));

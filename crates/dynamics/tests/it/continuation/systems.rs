@@ -9,7 +9,6 @@ pub struct Smooth<B> {
     pub build: B,
     /// Period of the drive at a value of the parameter.
     pub drive: Option<fn(f64) -> f64>,
-    pub symmetry: Option<Vec<f64>>,
 }
 
 impl<B: Fn(f64) -> Box<dyn System>> Family for Smooth<B> {
@@ -18,9 +17,6 @@ impl<B: Fn(f64) -> Box<dyn System>> Family for Smooth<B> {
     }
     fn drive_period(&self, parameter: f64) -> Option<f64> {
         self.drive.map(|drive| drive(parameter))
-    }
-    fn symmetry(&self) -> Option<&[f64]> {
-        self.symmetry.as_deref()
     }
 }
 
@@ -45,6 +41,5 @@ where
             }) as Box<dyn System>
         },
         drive: None,
-        symmetry: None,
     }
 }

@@ -114,7 +114,7 @@ fn the_normal_form_of_a_period_doubling_is_exact() {
             "{birth:?}"
         );
         // The first orbit of twice the period lies on the side of the coefficient.
-        let start = switched_orbit(&family, doubling, 0.05, &options).unwrap();
+        let start = doubled_orbit(&family, doubling, 0.05, &options).unwrap();
         assert_eq!(start.orbit.parameter > 0.0, sign > 0.0);
     }
 }
