@@ -1,7 +1,7 @@
 //! All analyses of one signal, one after another.
 
 use super::sound::MeasuredSound;
-use super::stretch::{Selected, background_power, select};
+use super::stretch::{background_power, select};
 use super::{
     AnalysedStretch, CalibratedLevels, DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES,
     MIN_SAMPLES, MeasuresAt, NamedLine, Outcome, PoincareSection, RecurrenceAnalysis,
@@ -16,7 +16,7 @@ use crate::analysis::{
         DelayChoice, DelaySearch, DelayVectors, FalseNeighbourSearch, choose_delay,
         false_neighbours,
     },
-    events::TonalEvents,
+    events::{TonalEvent, TonalEvents},
     levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
@@ -86,14 +86,7 @@ pub fn analyse_signal(
     search: &SignalOptions,
     progress: OnProgress<'_>,
 ) -> Result<SignalAnalysis, SignalError> {
-    let sound_levels = match search.calibration {
-        Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),
-        // What is in Pa need not be a sound.
-        None if signal.unit == LevelReference::PASCAL => {
-            CalibratedLevels::of(&mut signal, Calibration::PASCAL).ok()
-        }
-        None => None,
-    };
+    let sound_levels = sound_levels(&mut signal, search.calibration)?;
     check(&signal.samples)?;
     progress(0.0, "tonal events")?;
     let silent_below = silence(&signal);
@@ -102,11 +95,8 @@ pub fn analyse_signal(
     if let Some(sound) = sound.as_mut().filter(|_| silence.is_some()) {
         sound.tonal = TonalEvents::default();
     }
-    let Selected {
-        stretch,
-        part,
-        obstacle,
-    } = select(&signal, sound.as_ref(), search.event)?;
+    let selected = select(&signal, sound.as_ref(), search.event)?;
+    let (stretch, part, obstacle) = (selected.stretch, selected.part, selected.obstacle);
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
     let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
@@ -131,19 +121,16 @@ pub fn analyse_signal(
     progress(0.65, "section")?;
     let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
     progress(0.68, "type of motion")?;
-    let background = || background_power(&signal, events, stretch.band_hz);
-    let background = obstacle.is_none().then(background);
+    let background = obstacle
+        .is_none()
+        .then(|| background_power(&signal, events, stretch.band_hz));
     let criterion = RegimeSearch {
         sample_rate: rate,
         silence: silent_below.unwrap_or(0.0),
         background: background.flatten().unwrap_or(0.0),
     };
-    let mut verdict = Outcome::unless(obstacle, || classify(newest, &criterion))?;
-    // Of a stretch with tonal events, *noise* only means that the noise hides the motion.
-    if !events.is_empty() && verdict.get().is_ok_and(|v| v.regime == Regime::Noise) {
-        let skipped = SkipReason::Noise;
-        verdict = Outcome::Skipped { skipped };
-    }
+    let verdict = Outcome::unless(obstacle, || classify(newest, &criterion))?;
+    let verdict = unhidden(verdict, events);
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => embedding.clone(),
@@ -178,6 +165,31 @@ pub fn analyse_signal(
         part,
         signal,
     })
+}
+
+/// Sound levels of a signal that is calibrated or in Pa.
+fn sound_levels(
+    signal: &mut Signal,
+    calibration: Option<Calibration>,
+) -> Result<Option<CalibratedLevels>, SignalError> {
+    Ok(match calibration {
+        Some(calibration) => Some(CalibratedLevels::of(signal, calibration)?),
+        // What is in Pa need not be a sound.
+        None if signal.unit == LevelReference::PASCAL => {
+            CalibratedLevels::of(signal, Calibration::PASCAL).ok()
+        }
+        None => None,
+    })
+}
+
+/// The verdict on a stretch with these tonal events, where *noise* only means that the noise hides the motion.
+fn unhidden(verdict: Outcome<Verdict>, events: &[TonalEvent]) -> Outcome<Verdict> {
+    match verdict.get() {
+        Ok(found) if found.regime == Regime::Noise && !events.is_empty() => Outcome::Skipped {
+            skipped: SkipReason::Noise,
+        },
+        _ => verdict,
+    }
 }
 
 /// Checks that the samples can be analysed.
