@@ -233,7 +233,13 @@ fn allows(word: &str, rule: &Value, value: &Value) -> bool {
         "maxItems" => count.is_none_or(|count| Some(count) <= rule.as_u64()),
         "minimum" => number.is_none_or(|number| Some(number) >= limit),
         "maximum" => number.is_none_or(|number| Some(number) <= limit),
-        "additionalProperties" | "$schema" | "$defs" | "title" | "description" | "format" => true,
+        "additionalProperties"
+        | "$schema"
+        | "$defs"
+        | "title"
+        | "description"
+        | "format"
+        | "default" => true,
         other => panic!("`{other}` is not known to this test"),
     }
 }

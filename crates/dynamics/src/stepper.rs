@@ -33,7 +33,7 @@ impl Law<'_> {
         }
     }
 
-    /// Eq. (9): writes `dz/dt`.
+    /// Writes `dz/dt`, the right-hand side of the law.
     pub fn rhs(self, t: f64, z: &[f64], dz: &mut [f64], record: Option<&mut Vec<f64>>) {
         self.force(t, z, &mut dz[self.sys.modes()..], record);
         self.add_linear(z, dz, 1);
