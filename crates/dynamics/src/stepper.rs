@@ -44,7 +44,7 @@ impl Law<'_> {
         add_linear(self.sys.omega(), self.sys.damping(), z, dz, width);
     }
 
-    /// Eq. (20): writes the nonlinear part of the derivative of `width` tangent vectors.
+    /// Writes the nonlinear part of the derivative of `width` tangent vectors.
     pub fn product(self, record: &mut [f64], vectors: &[f64], width: usize, out: &mut [f64]) {
         self.derivative()
             .product(self.status, record, vectors, width, out);
