@@ -26,8 +26,8 @@ use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    Label, SHOWN, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal, live_analysis,
-    write_events,
+    FREQUENCY_MARGIN, Label, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
+    live_analysis, write_events,
 };
 
 /// Analyses a single file, with all outputs.
@@ -213,7 +213,7 @@ fn play(
         unit: signal.unit.clone(),
         start: signal.start,
         span: range(signal.samples.iter().copied()),
-        highest_frequency: report.highest_frequency(SHOWN),
+        highest_frequency: report.highest_frequency(FREQUENCY_MARGIN),
         events: report.events().to_vec(),
         level_reference: report.level_reference(),
     };

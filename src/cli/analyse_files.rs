@@ -184,7 +184,11 @@ fn check_directories<'a>(
     }
     let overwrite = args.output.overwrite;
     if let Some(directory) = &args.figures.path {
-        let names = args.figures.drawn.or(PIXELS).names(&signal_figure_names());
+        let names = args
+            .figures
+            .drawn
+            .or_formats(PIXELS)
+            .names(&signal_figure_names());
         for name in named.keys() {
             overwrite.check_directory(&directory.join(name), "--figures", &names)?;
         }
@@ -205,7 +209,7 @@ fn with_pictures(
 ) -> Result<SignalAnalysis, CliError> {
     if let Some(directory) = &args.figures.path {
         let figures = signal_figures(&report);
-        let drawn = args.figures.drawn.or(PIXELS);
+        let drawn = args.figures.drawn.or_formats(PIXELS);
         for path in drawn.write(&directory.join(name(job)), "--figures", &figures, None)? {
             files.add(&path)?;
         }

@@ -204,15 +204,20 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_joint_of_a_study_is_bad_input() {
-        let joint = AssemblyError::Unpublished {
+    fn the_cause_of_a_study_decides_whether_it_is_bad_input() {
+        let exit_code = |study: StudyError| {
+            let source = study.into();
+            let task = "study";
+            CliError::Run { task, source }.exit_code()
+        };
+        let joint = || AssemblyError::Unpublished {
             label: "5th bending".to_owned(),
         };
-        let study: Cause = Box::new(StudyError::Assembly(joint));
-        let fault = CliError::Run {
-            task: "study",
-            source: study,
-        };
-        assert_eq!(fault.exit_code(), 2);
+        let memory = AssemblyError::Body(FemError::Memory { megabytes: 64_000 });
+        let pipeline = |fault| StudyError::Pipeline(PipelineError::Assembly(fault));
+        assert_eq!(exit_code(StudyError::Assembly(joint())), 2);
+        assert_eq!(exit_code(pipeline(joint())), 2);
+        assert_eq!(exit_code(EquilibriumError::Driven.into()), 2);
+        assert_eq!(exit_code(pipeline(memory)), 1);
     }
 }

@@ -47,7 +47,7 @@ pub const PIXELS: &[Format] = &[Format::Png];
 
 impl FigureStyle {
     /// The style with these formats if none is selected.
-    pub fn or(&self, formats: &[Format]) -> Self {
+    pub fn or_formats(&self, formats: &[Format]) -> Self {
         let mut style = self.clone();
         if style.format.is_empty() {
             style.format = formats.to_vec();
@@ -140,7 +140,7 @@ mod tests {
     use crate::plot::{Axis, Panel};
 
     fn drawn(style: &FigureStyle) -> FigureStyle {
-        style.or(PIXELS)
+        style.or_formats(PIXELS)
     }
 
     fn two_panels() -> Figure {

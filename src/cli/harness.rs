@@ -102,7 +102,7 @@ impl<'a> Outputs<'a> {
         stems: impl IntoIterator<Item = S>,
     ) -> Self {
         let stems = stems.into_iter().map(Into::into).collect();
-        let drawn = args.drawn.or(formats);
+        let drawn = args.drawn.or_formats(formats);
         let figures = args
             .path
             .as_deref()

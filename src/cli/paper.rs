@@ -92,7 +92,7 @@ pub(super) fn execute(
     };
     let scene = &plan.scene.name;
     files.finish(watch, Some(scene), &result, |files| {
-        let drawn = args.drawn.or(STUDY);
+        let drawn = args.drawn.or_formats(STUDY);
         for path in drawn.write(&args.out, "--out", &figures, None)? {
             files.add(&path)?;
         }
@@ -159,7 +159,7 @@ fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
         None => 1..=FIGURES,
     };
     let stems: Vec<_> = numbers.map(|number| format!("figure-{number}")).collect();
-    let mut names = args.drawn.or(STUDY).names(&stems);
+    let mut names = args.drawn.or_formats(STUDY).names(&stems);
     if args.figure.is_none() {
         names.extend([PAGE, RECORDING].map(str::to_owned));
         resources::check_memory()?;

@@ -8,7 +8,8 @@ use crate::joint::AssemblyError;
 use crate::pipeline::PipelineError;
 use crate::scene::SceneError;
 
-/// Why a study has no result. A cause with the same message is the source of the error, so that it can be asked for.
+/// Why a study has no result. A variant that only passes on its cause shows the message of the cause and keeps it as its
+/// source, so that callers find it.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A value of a parameter, or a setting, is invalid.

@@ -28,9 +28,9 @@ pub struct Claim {
     pub tolerance: f64,
 }
 
-/// A claim with what it refers to.
+/// A claim with the tilts and the criterion by which it is compared.
 #[derive(Debug, Deserialize)]
-pub struct Claimed {
+pub struct ClaimEntry {
     /// The claim.
     #[serde(flatten)]
     pub claim: Claim,
@@ -47,11 +47,11 @@ pub struct Claimed {
 
 #[derive(Deserialize)]
 struct Claims {
-    claim: Vec<Claimed>,
+    claim: Vec<ClaimEntry>,
 }
 
 /// All claims, in the order of the paper.
-pub fn claims() -> Vec<Claimed> {
+pub fn claims() -> Vec<ClaimEntry> {
     // A test parses the built-in file.
     toml_edit::de::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
 }

@@ -8,7 +8,7 @@ mod study;
 mod tests;
 
 pub use claims::{
-    CLAIMS, Claim, Claimed, Comparison, Evidence, Finding, Score, ShortAverage, Verdict,
+    CLAIMS, Claim, ClaimEntry, Comparison, Evidence, Finding, Score, ShortAverage, Verdict,
     add_short_averages, claims, compare,
 };
 pub use study::{

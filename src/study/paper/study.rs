@@ -81,7 +81,7 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
 }
 
 /// Embedding delay and dimension of a response's motion, and its sampling interval, s. `None` if the response
-/// has no portrait, or a constant motion.
+/// has no portrait, or one that is too short for the delays.
 pub fn embedding(response: &SettledResponse) -> Option<(DelayChoice, f64)> {
     let portrait = response.portrait.as_ref()?;
     let samples = portrait.displacement.iter().map(|u| f64::from(*u));

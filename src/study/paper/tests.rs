@@ -164,7 +164,7 @@ fn the_claims_parse_and_each_has_one_statement() {
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), claims.len());
-    for Claimed { claim, reason, .. } in &claims {
+    for ClaimEntry { claim, reason, .. } in &claims {
         assert!(claim.weight > 0.0 && !claim.quote.is_empty(), "{claim:?}");
         assert_eq!(claim.tolerance > 0.0, !reason.is_empty(), "{claim:?}");
     }

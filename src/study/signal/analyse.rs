@@ -130,7 +130,7 @@ pub fn analyse_signal(
         background: background.flatten().unwrap_or(0.0),
     };
     let verdict = Outcome::unless(obstacle, || classify(newest, &criterion))?;
-    let verdict = unhidden(verdict, events);
+    let verdict = unless_hidden(verdict, events);
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => embedding.clone(),
@@ -183,7 +183,7 @@ fn sound_levels(
 }
 
 /// The verdict on a stretch with these tonal events, where *noise* only means that the noise hides the motion.
-fn unhidden(verdict: Outcome<Verdict>, events: &[TonalEvent]) -> Outcome<Verdict> {
+fn unless_hidden(verdict: Outcome<Verdict>, events: &[TonalEvent]) -> Outcome<Verdict> {
     match verdict.get() {
         Ok(found) if found.regime == Regime::Noise && !events.is_empty() => Outcome::Skipped {
             skipped: SkipReason::Noise,

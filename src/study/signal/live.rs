@@ -20,8 +20,8 @@ const PLOT_PERIODS: f64 = 10.0;
 const CHAOS_PERIODS: f64 = 80.0;
 const REGIME_PERIODS: f64 = 400.0;
 
-/// Upper limit of frequency axes over the highest line or harmonic.
-pub const SHOWN: f64 = 1.5;
+/// Ratio of the upper limit of frequency axes to the highest line or harmonic, in a recording.
+pub const FREQUENCY_MARGIN: f64 = 1.5;
 
 /// Minimum and maximum samples of the windows for chaos and for the regime. The regime may use more: it thins
 /// densely sampled signals, and weak chaos needs long windows.
@@ -43,7 +43,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         spectrogram: Some(SpectrogramSpec {
             window: fit.window(spectrogram),
             every: fit.every(2.0 * EVALUATIONS),
-            max_frequency: report.highest_frequency(SHOWN),
+            max_frequency: report.highest_frequency(FREQUENCY_MARGIN),
         }),
         regime: Some(RegimeSpec {
             window: fit.window(fit.long(REGIME_PERIODS, REGIME_SAMPLES)),

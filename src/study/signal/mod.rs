@@ -49,7 +49,7 @@ use crate::study::Stopped;
 
 pub use analyse::analyse_signal;
 pub use calibration::{CalibratedLevels, CalibrationError, CalibrationSource};
-pub use live::{SHOWN, live_analysis};
+pub use live::{FREQUENCY_MARGIN, live_analysis};
 pub use outcome::{Outcome, SkipReason};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 #[cfg(feature = "table")]
@@ -385,8 +385,8 @@ impl SignalAnalysis {
         self.sound.as_ref().map_or(&[], |sound| &sound.tonal.events)
     }
 
-    /// Upper frequency limit for display, Hz: the highest line or harmonic of an event times `margin`, or the Nyquist
-    /// frequency.
+    /// Upper frequency limit for display, Hz: `margin` times the highest line or harmonic of an event, at most the Nyquist
+    /// frequency, which is also the value without lines and events.
     pub fn highest_frequency(&self, margin: f64) -> f64 {
         let nyquist = 0.5 * self.signal.rate;
         let lines = self.tones.lines.iter().map(|named| named.line.frequency);

@@ -108,7 +108,7 @@ pub(super) fn candidates(
     rate_hz: f64,
     options: &EventOptions,
 ) -> (Vec<(TonalEvent, Group)>, Option<Hum>, f64) {
-    // Products of powers of any recording are numbers. A power of two divides without rounding.
+    // Scaled so that products of powers neither overflow nor underflow; division by a power of two is exact.
     let [_, largest] = range(samples.iter().map(|x| x.abs()));
     let scale = largest.max(f64::MIN_POSITIVE).log2().floor().exp2();
     let mut options = *options;

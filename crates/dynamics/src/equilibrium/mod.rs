@@ -53,12 +53,12 @@ pub enum EquilibriumError {
     NoOscillation,
 }
 
-/// A system linearised at an equilibrium.
+/// A system linearised in a state, such as an equilibrium.
 #[derive(Clone, Debug)]
 pub struct Linearised {
-    /// State of the equilibrium, without quadratures.
+    /// The state, without quadratures.
     pub state: Vec<f64>,
-    /// Status of the equilibrium, if the system has any.
+    /// Its status, if the system has any.
     pub(super) status: Option<Vec<u8>>,
     /// Factors from the state to the scaled coordinates.
     pub scale: Vec<f64>,

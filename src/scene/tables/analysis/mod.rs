@@ -81,7 +81,7 @@ keys! {
 }
 
 impl AnalysisSpec {
-    /// Names of the analyses that are computed, after their records.
+    /// Names of the analyses that are computed, which are those of their records.
     pub fn names(&self) -> Vec<&'static str> {
         let all = [
             ("spectrum", self.spectrum.is_some()),
