@@ -220,7 +220,7 @@ pub fn doubled_orbit(
 ) -> Result<BranchStart, ContinuationError> {
     let none = |why| ContinuationError::NoSwitch { why };
     if bifurcation.kind != BifurcationKind::PeriodDoubling {
-        return Err(none("the bifurcation is no period doubling"));
+        return Err(none("the bifurcation is not a period doubling"));
     }
     let mut flow = Flow::new(family, options)?;
     let mut shot = ShootingPoint::of(&bifurcation.orbit);
