@@ -16,7 +16,7 @@ use crate::dynamics::{
 };
 
 use super::{OnProgress, POLL};
-use crate::dynamics::equilibrium::Linearised;
+use crate::dynamics::equilibrium::Jacobian;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 use crate::report::Measured;
@@ -206,8 +206,12 @@ pub fn lyapunov(
         });
     }
     let (start, before) = (integrator.time(), integrator.stats());
+    let sys = integrator.system();
+    let is_smooth = width == sys.tangent_dim() && !sys.jumps();
+    let law = sys.differentiable().filter(|_| is_smooth);
     let mut run = StudyRun {
-        trace: Some(0.0).filter(|_| width == integrator.system().tangent_dim()),
+        jacobian: law.map(Jacobian::new),
+        trace: 0.0,
         z: integrator.state().to_vec(),
         integrator,
         plan,
@@ -238,7 +242,7 @@ pub fn lyapunov(
     keep(&mut run.running, &spectrum);
     let is_one = !spectrum.exponents.is_empty() && run.segments.len() == 1;
     Ok(LyapunovStudy {
-        mean_trace: run.trace.filter(|_| is_one),
+        mean_trace: run.jacobian.filter(|_| is_one).map(|_| run.trace),
         motion: run.integrator.motion(),
         spectrum,
         running: run.running,
@@ -323,8 +327,12 @@ struct StudyRun<'a, 's> {
     segments: Vec<MotionSegment>,
     /// Averaging time before the average of the present motion started, s.
     begun: f64,
-    /// Mean trace of the samples of the average, 1/s; `None` if it is unknown.
-    trace: Option<f64>,
+    /// Workspace of the mean trace; `None` if not all exponents are computed, events make volumes jump, or there is no
+    /// derivative.
+    jacobian: Option<Jacobian>,
+    /// Mean trace of `dF/dz` over the samples of the average, 1/s: the rate at which phase-space volume grows, by
+    /// Liouville's theorem the sum of all exponents.
+    trace: f64,
 }
 
 impl StudyRun<'_, '_> {
@@ -379,10 +387,7 @@ impl StudyRun<'_, '_> {
             }
             sample += 1;
             let now = self.time();
-            if let Some(mean) = self.trace {
-                let trace = trace(self.integrator, now, &self.z);
-                self.trace = trace.map(|trace| mean + (trace - mean) / sample as f64);
-            }
+            self.add_trace(now, sample);
             let time = sample as f64 * plan.sample_interval;
             let mut ending = None;
             if sample as f64 >= kept || sample >= self.last_sample() {
@@ -451,16 +456,17 @@ impl StudyRun<'_, '_> {
             .round()
             .max(1.0) as u64
     }
-}
 
-/// Trace of `dF/dz` in a state `z` at time `t` (s), 1/s: the rate at which phase-space volume grows, by Liouville's
-/// theorem the sum of all exponents. `None` if events make volumes jump, or without a derivative.
-fn trace(integrator: &Integrator<'_>, t: f64, z: &[f64]) -> Option<f64> {
-    let (sys, status) = (integrator.system(), integrator.status());
-    let law = sys.differentiable().filter(|_| !sys.jumps())?;
-    let status = (!status.is_empty()).then(|| status.to_vec());
-    let matrix = Linearised::at(law, status, t, z).matrix;
-    Some((0..matrix.nrows()).map(|i| matrix[(i, i)]).sum())
+    /// Adds the trace at the last sample, at time `t` (s), to the mean of this number of samples.
+    fn add_trace(&mut self, t: f64, count: u64) {
+        let (sys, status) = (self.integrator.system(), self.integrator.status());
+        if let (Some(jacobian), Some(law)) = (&mut self.jacobian, sys.differentiable()) {
+            let status = Some(status).filter(|status| !status.is_empty());
+            let diagonal = jacobian.at(law, status, t, &self.z).iter();
+            let trace: f64 = diagonal.step_by(sys.tangent_dim() + 1).sum();
+            self.trace += (trace - self.trace) / count as f64;
+        }
+    }
 }
 
 /// Difference of two readings of the solver statistics.

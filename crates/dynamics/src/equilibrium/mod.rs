@@ -66,6 +66,53 @@ pub struct Linearised {
     pub matrix: Mat<f64>,
 }
 
+/// The Jacobian `dF/dz` of a system, with its workspace.
+#[derive(Clone, Debug)]
+pub struct Jacobian {
+    record: Vec<f64>,
+    force: Vec<f64>,
+    identity: Vec<f64>,
+    rows: Vec<f64>,
+}
+
+impl Jacobian {
+    /// Workspace for a system.
+    pub fn new(law: &dyn Differentiable) -> Self {
+        let dim = law.tangent_dim();
+        let mut identity = vec![0.0; dim * dim];
+        identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
+        Self {
+            record: vec![0.0; law.record_len()],
+            force: vec![0.0; law.dim() - law.modes()],
+            identity,
+            rows: vec![0.0; dim * dim],
+        }
+    }
+
+    /// Evaluates the Jacobian of that system in a state `z` (length [`System::dim`]) at time `t` (s). Returns it row by row,
+    /// of [`System::tangent_dim`] rows and columns.
+    pub fn at(
+        &mut self,
+        law: &dyn Differentiable,
+        status: Option<&[u8]>,
+        t: f64,
+        z: &[f64],
+    ) -> &[f64] {
+        let (m, dim) = (law.modes(), law.tangent_dim());
+        law.force_recorded(status, t, z, &mut self.force, &mut self.record);
+        let below = &mut self.rows[m * dim..];
+        law.product(status, &mut self.record, &self.identity, dim, below);
+        add_linear(
+            law.omega(),
+            law.damping(),
+            &self.identity,
+            &mut self.rows,
+            dim,
+        );
+        &self.rows
+    }
+}
+
 /// An eigenvalue with its right eigenvector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Eigenmode {
@@ -123,16 +170,9 @@ impl Linearised {
     /// Linearises a system in a state `z` (length [`System::dim`]) at time `t` (s), which need not be an equilibrium.
     pub fn at(law: &dyn Differentiable, status: Option<Vec<u8>>, t: f64, z: &[f64]) -> Self {
         let scale = energy_units(law);
-        let (m, dim) = (law.modes(), scale.len());
-        let mut record = vec![0.0; law.record_len()];
-        let mut force = vec![0.0; law.dim() - m];
-        law.force_recorded(status.as_deref(), t, z, &mut force, &mut record);
-        let mut identity = vec![0.0; dim * dim];
-        identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
-        let mut rows = vec![0.0; dim * dim];
-        let below = &mut rows[m * dim..];
-        law.product(status.as_deref(), &mut record, &identity, dim, below);
-        add_linear(law.omega(), law.damping(), &identity, &mut rows, dim);
+        let dim = scale.len();
+        let mut jacobian = Jacobian::new(law);
+        let rows = jacobian.at(law, status.as_deref(), t, z);
         Self {
             state: z[..dim].to_vec(),
             status,
