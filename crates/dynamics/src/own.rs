@@ -5,7 +5,7 @@ use crate::system::difference_of_change;
 use crate::{Differentiable, Switching, System};
 
 /// Writes numbers from a status, a time (s), the coordinates and the velocities.
-type Law = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
+type Formula = Box<dyn Fn(u8, f64, &[f64], &[f64], &mut [f64]) + Send + Sync>;
 
 /// The status of a time (s), the coordinates and the velocities.
 type StatusOf = Box<dyn Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync>;
@@ -23,7 +23,7 @@ pub struct OwnSystem {
     damping: Vec<f64>,
     /// Period of the drive, s; `None` for an autonomous system.
     drive_period: Option<f64>,
-    force: Law,
+    force: Formula,
     pieces: Option<Pieces>,
 }
 
@@ -31,7 +31,7 @@ pub struct OwnSystem {
 struct Pieces {
     status_of: StatusOf,
     guards: usize,
-    guard_values: Law,
+    guard_values: Formula,
     cross: Crossing,
     hold: Hold,
 }

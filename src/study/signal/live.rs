@@ -97,9 +97,11 @@ impl Fit {
 
     /// Adds the analyses of the delay embedding, unless it was skipped: section, divergence of nearby trajectories, and
     /// recurrence.
-    fn add_embedded(&self, report: &SignalAnalysis, spec: &mut AnalysisSpec) -> Option<()> {
-        let embedding = report.embedding.get().ok()?;
-        let recurrence = report.recurrence.get().ok()?;
+    fn add_embedded(&self, report: &SignalAnalysis, spec: &mut AnalysisSpec) {
+        let (Ok(embedding), Ok(recurrence)) = (report.embedding.get(), report.recurrence.get())
+        else {
+            return;
+        };
         let (choice, lag) = (&embedding.choice, embedding.lag_s);
         let window = self.window(self.long(CHAOS_PERIODS, CHAOS_SAMPLES));
         let samples = (window * self.rate) as usize;
@@ -161,6 +163,5 @@ impl Fit {
             least_diagonal: 2,
             least_vertical: 2,
         });
-        Some(())
     }
 }

@@ -94,7 +94,7 @@ pub struct SignalOptions {
     pub event: Option<usize>,
     /// Whether to list events more than 40 dB below the recording, too.
     pub faint: bool,
-    /// Calibration, by which the signal is converted to Pa.
+    /// Calibration that converts the signal to Pa; `None` if there is none.
     pub calibration: Option<Calibration>,
 }
 

@@ -37,7 +37,7 @@ impl GuardDistances {
     /// The distances over the samples of an orbit.
     pub fn of(sys: &dyn System, samples: &[OrbitSample]) -> Self {
         match sys.switching() {
-            Some(switching) if switching.guards() > 0 && !switching.is_continuous() => {
+            Some(switching) if switching.guards() > 0 && sys.jumps() => {
                 Self::ClosestDip(closest_dip(switching, samples))
             }
             Some(switching) => Self::Minima(minima(switching, samples)),

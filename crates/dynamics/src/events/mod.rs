@@ -154,8 +154,8 @@ impl Events {
         !self.above.is_empty()
     }
 
-    /// Searches a step for its first event. If an event is found, the step is shortened to end there, and `pending` holds its guards. Returns whether an
-    /// event was found.
+    /// Searches a step for its first event. If an event is found, the step is shortened to end there, and `pending` holds
+    /// its guards. Returns whether an event was found.
     pub fn find_first(&mut self, mut searched: SearchedStep<'_>) -> bool {
         self.pending.clear();
         if !self.has_guards() {

@@ -146,13 +146,9 @@ pub fn quadrature(order: usize) -> Vec<QuadraturePoint> {
         for [x, width] in &rule {
             let xi = edge.basis(*x);
             let tensor = |a: &[f64], b: &[f64]| -> Vec<f64> {
-                let rows = b[..edge.points.len()].iter();
-                rows.flat_map(|row| {
-                    a[..edge.points.len()]
-                        .iter()
-                        .map(move |column| column * row)
-                })
-                .collect()
+                let [a, b] = [a, b].map(|basis| basis[..edge.points.len()].iter());
+                b.flat_map(|row| a.clone().map(move |column| column * row))
+                    .collect()
             };
             points.push(QuadraturePoint {
                 weight: 4.0 * width * height,

@@ -24,17 +24,17 @@ impl Section {
         check_positive("rod length", length)?;
         let radius = 0.5 * diameter;
         check_elements(radius * length, elements)?;
-        let mut builder = Section::new(elements.order);
+        let mut section = Section::new(elements.order);
         let across = partition(radius, elements, UNIFORM);
         let along = partition(length, elements, UNIFORM);
         let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
-        let [a, b, c, d] = corners.map(|p| builder.vertex(p));
-        let bottom = builder.line(a, b, &across);
-        let right = builder.line(b, c, &along);
-        let top = builder.line(d, c, &across);
-        let left = builder.line(a, d, &along);
-        builder.patch([&bottom, &right, &top, &left]);
-        Ok(builder)
+        let [a, b, c, d] = corners.map(|p| section.vertex(p));
+        let bottom = section.line(a, b, &across);
+        let right = section.line(b, c, &along);
+        let top = section.line(d, c, &across);
+        let left = section.line(a, d, &along);
+        section.patch([&bottom, &right, &top, &left]);
+        Ok(section)
     }
 
     /// Meshes a sphere of the given diameter (m) about the origin.
@@ -42,14 +42,14 @@ impl Section {
         check_positive("sphere diameter", diameter)?;
         let radius = 0.5 * diameter;
         check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
-        let mut builder = Section::new(elements.order);
+        let mut section = Section::new(elements.order);
         let quarter = std::f64::consts::FRAC_PI_4;
         let radial = partition(radius * quarter, elements, UNIFORM);
-        let south = builder.vertex([0.0, -radius]);
-        let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
-        let base = builder.arc(south, corner, &radial);
-        ball(&mut builder, radius, (&base, &radial), (elements, UNIFORM));
-        Ok(builder)
+        let south = section.vertex([0.0, -radius]);
+        let corner = section.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
+        let base = section.arc(south, corner, &radial);
+        ball(&mut section, radius, (&base, &radial), (elements, UNIFORM));
+        Ok(section)
     }
 }
 

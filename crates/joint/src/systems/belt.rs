@@ -111,7 +111,7 @@ impl MassOnBelt {
     }
 }
 
-implement!(MassOnBelt, 1, 3);
+implement!(MassOnBelt, 1);
 
 impl Piecewise<1> for MassOnBelt {
     const GUARDS: usize = 2;

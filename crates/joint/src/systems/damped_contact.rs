@@ -44,7 +44,7 @@ impl DampedContact {
     }
 }
 
-implement!(DampedContact, 1, 3);
+implement!(DampedContact, 1);
 
 impl Piecewise<1> for DampedContact {
     fn linear(&self) -> [&[f64]; 2] {
@@ -84,7 +84,7 @@ impl Piecewise<1> for DampedContact {
     }
 
     fn reset<const N: usize>(&self, status: &mut u8, _guard: usize, _at: &mut Motion<1, N>) {
-        // The other one of both.
+        // The other one of the two statuses, 0 and 1.
         *status = 1 - *status;
     }
 }

@@ -77,7 +77,7 @@ impl ImpactOscillator {
     }
 }
 
-implement!(ImpactOscillator, 1, 3);
+implement!(ImpactOscillator, 1);
 
 impl Piecewise<1> for ImpactOscillator {
     fn linear(&self) -> [&[f64]; 2] {

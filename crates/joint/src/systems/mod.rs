@@ -96,7 +96,7 @@ trait Piecewise<const M: usize> {
 /// Implements the interfaces of the integrators for a [`Piecewise`] system: its force is the law of the status of the
 /// state.
 macro_rules! implement {
-    ($system:ident, $modes:literal, $inputs:literal) => {
+    ($system:ident, $modes:literal) => {
         impl System for $system {
             fn omega(&self) -> &[f64] {
                 self.linear()[0]
@@ -147,7 +147,7 @@ macro_rules! implement {
                 z: &mut [f64],
                 (vectors, width): (&mut [f64], usize),
             ) {
-                let mut at = Motion::<$modes, $inputs>::new(t, z);
+                let mut at = Motion::<$modes, { 2 * $modes + 1 }>::new(t, z);
                 self.hold(status[0], &mut at);
                 derivatives(at.z.as_flattened(), (width, 0.0), |of, k| of[k], vectors);
                 at.write(z);
@@ -163,7 +163,7 @@ macro_rules! implement {
                 z: &[f64],
                 gradient: &mut [f64],
             ) -> f64 {
-                let at = Motion::<$modes, $inputs>::new(t, z);
+                let at = Motion::<$modes, { 2 * $modes + 1 }>::new(t, z);
                 let slopes = self
                     .guard(status[0], guard, &at)
                     .slopes
@@ -179,7 +179,7 @@ macro_rules! implement {
                 z: &[f64],
                 (vectors, width, rate): (&mut [f64], usize, f64),
             ) {
-                let mut at = Motion::<$modes, $inputs>::new(t, z);
+                let mut at = Motion::<$modes, { 2 * $modes + 1 }>::new(t, z);
                 self.reset(&mut status[0].clone(), guard, &mut at);
                 derivatives(at.z.as_flattened(), (width, rate), |of, k| of[k], vectors);
             }
@@ -196,12 +196,12 @@ macro_rules! implement {
             ) {
                 let (t, z) = (record[0], &record[1..]);
                 let status = self.status_or(status, t, z);
-                let force = self.law(status, &Motion::<$modes, $inputs>::new(t, z));
+                let force = self.law(status, &Motion::<$modes, { 2 * $modes + 1 }>::new(t, z));
                 derivatives(&force, (width, 0.0), |_, k| vectors[k], out);
             }
             fn time_derivative(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
                 let status = self.status_or(status, t, z);
-                let force = self.law(status, &Motion::<$modes, $inputs>::new(t, z));
+                let force = self.law(status, &Motion::<$modes, { 2 * $modes + 1 }>::new(t, z));
                 derivatives(&force, (1, 1.0), |_, _| 0.0, out);
             }
         }

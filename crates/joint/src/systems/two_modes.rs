@@ -136,7 +136,7 @@ fn combined<const N: usize>(direction: [f64; 2], x: [Number<N>; 2]) -> Number<N>
     x[0] * direction[0] + x[1] * direction[1]
 }
 
-implement!(TwoModesOnBelt, 2, 5);
+implement!(TwoModesOnBelt, 2);
 
 impl Piecewise<2> for TwoModesOnBelt {
     const IS_CONTINUOUS: bool = true;
@@ -174,7 +174,7 @@ impl Piecewise<2> for TwoModesOnBelt {
     }
 
     fn reset<const N: usize>(&self, status: &mut u8, _guard: usize, _at: &mut Motion<2, N>) {
-        // The other one of both.
+        // The other one of the two statuses, 0 and 1.
         *status = 1 - *status;
     }
 }
