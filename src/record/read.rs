@@ -7,14 +7,14 @@
 use std::{
     collections::BTreeMap,
     fs::File,
-    io::BufReader,
-    path::{Path, PathBuf},
+    io::{self, BufReader},
+    path::Path,
 };
 
 use crate::record::sdk::{Scalars, SeriesLines, TimelineName, log::Chunk, time::TimeType};
 
 use super::messages::{Chunks, Damage};
-use super::paths;
+use super::{RERUN_VERSION, paths};
 use crate::foreign::{open_file, without_panic};
 
 /// Maximum number of rows of a column. A row takes 32 bytes while it is read.
@@ -36,86 +36,37 @@ pub struct Series {
     pub damage: Option<Damage>,
 }
 
-/// A column that cannot be read.
+/// A recording, or a column of it, that cannot be read: which, why, and the remedy.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The file cannot be opened.
-    #[error("cannot open the recording {}; check the path", path.display())]
-    Open {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The file cannot be decoded.
-    #[error("{} is not a recording that Rerun {version} can read: {reason}; create one with `--save FILE.rrd`", path.display(), version = super::RERUN_VERSION)]
-    Format {
-        /// Path of the file.
-        path: PathBuf,
-        /// Reason.
-        reason: String,
-    },
-    /// The file is damaged before the first column of numbers.
-    #[error("{} is damaged at {damage}; there are no numbers before the damage", path.display())]
-    Damaged {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Position and reason.
-        damage: Damage,
-    },
-    /// The requested column does not exist, or none was requested and there is not exactly one.
-    #[error("{} {}; available columns: {}{}", path.display(), missing(asked.as_deref()), list(columns), damaged(damage.as_ref()))]
-    Column {
-        /// Path of the recording.
-        path: PathBuf,
-        /// The requested column.
-        asked: Option<String>,
-        /// The available columns by entity, such as `tilt` or `modes/q[0] to modes/q[10]`.
-        columns: Vec<String>,
-        /// Damage of the recording, which can hide further columns.
-        damage: Option<Damage>,
-    },
-    /// The column has too many rows.
-    #[error("column `{column}` of {} has more than {most} rows; split the recording", path.display())]
-    TooLong {
-        /// Path of the recording.
-        path: PathBuf,
-        /// The column.
-        column: String,
-        /// Maximum number of rows.
-        most: usize,
-    },
-    /// The column has no timeline in seconds.
-    #[error("column `{column}` of {} has no time: its timelines are sequence numbers ({}); log it with a duration or a date", path.display(), list(timelines))]
-    Time {
-        /// Path of the recording.
-        path: PathBuf,
-        /// The column.
-        column: String,
-        /// The available timelines.
-        timelines: Vec<String>,
-    },
+#[error("{message}")]
+pub struct ReadError {
+    message: String,
+    /// Error of the system, if the file cannot be opened.
+    source: Option<io::Error>,
 }
 
-fn missing(asked: Option<&str>) -> String {
-    match asked {
-        Some(column) => format!("has no column `{column}`"),
-        None => "does not have exactly one column; specify one".to_owned(),
+impl From<String> for ReadError {
+    fn from(message: String) -> Self {
+        let source = None;
+        Self { message, source }
     }
 }
 
+/// A file that is no recording.
+fn no_recording(path: &Path, reason: &str) -> ReadError {
+    let text = format!(
+        "{} is not a recording that Rerun {RERUN_VERSION} can read: {reason}; create one with `--save FILE.rrd`",
+        path.display()
+    );
+    text.into()
+}
+
+/// Names separated by commas.
 fn list(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }
     names.join(", ")
-}
-
-fn damaged(damage: Option<&Damage>) -> String {
-    damage.map_or_else(String::new, |damage| {
-        format!("; the recording is damaged at {damage}")
-    })
 }
 
 /// Reads a column of numbers of a recording, with the rows in the order of their times. The timeline is the
@@ -129,44 +80,28 @@ fn damaged(damage: Option<&Damage>) -> String {
 /// # Errors
 /// [`ReadError`] if the file cannot be read or the column does not exist.
 pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadError> {
-    let read = |column| {
-        without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
-            Err(ReadError::Format {
-                path: path.to_owned(),
-                reason: "the data cannot be decoded".to_owned(),
-            })
-        })
-    };
-    match read(column) {
-        Err(ReadError::Column {
-            asked: None,
-            columns,
-            ..
-        }) if columns.iter().any(|name| name == paths::DISPLACEMENT) => {
-            read(Some(paths::DISPLACEMENT))
-        }
-        other => other,
-    }
+    without_panic(|| read(path, column, MAX_ROWS))
+        .unwrap_or_else(|| Err(no_recording(path, "the data cannot be decoded")))
 }
 
 /// Checks that a file is a recording that this version of Rerun can read.
 ///
 /// # Errors
-/// [`ReadError::Open`] or [`ReadError::Format`].
+/// If it cannot be opened, or is another file.
 pub fn check_recording(path: &Path) -> Result<(), ReadError> {
     open(path).map(drop)
 }
 
 /// Opens a recording.
 fn open(path: &Path) -> Result<Chunks<BufReader<File>>, ReadError> {
-    let (file, _) = open_file(path).map_err(|source| ReadError::Open {
-        path: path.to_owned(),
-        source,
+    let (file, _) = open_file(path).map_err(|source| ReadError {
+        message: format!(
+            "cannot open the recording {}; check the path",
+            path.display()
+        ),
+        source: Some(source),
     })?;
-    Chunks::new(file).map_err(|fault| ReadError::Format {
-        path: path.to_owned(),
-        reason: fault.to_string(),
-    })
+    Chunks::new(file).map_err(|fault| no_recording(path, &fault.to_string()))
 }
 
 fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {
@@ -177,29 +112,40 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
         (None, Some((only, _))) if entities.len() == 1 => (only.clone(), None),
         (None, _) => (String::new(), None),
     };
-    let index = match (index, entities.get(&name).map_or(0, |entity| entity.width)) {
+    let width = |name: &str| entities.get(name).map_or(0, |entity| entity.width);
+    let index = match (index, width(&name)) {
         (None, 1) => 0,
         (Some(index), width) if index < width => index,
+        _ if column.is_none() && width(paths::DISPLACEMENT) == 1 => {
+            return read(path, Some(paths::DISPLACEMENT), most);
+        }
         _ => {
-            return Err(ReadError::Column {
-                path: path.to_owned(),
-                asked: column.map(str::to_owned),
-                columns: entities
-                    .iter()
-                    .map(|(name, entity)| entity.columns(name))
-                    .collect(),
-                damage,
+            let missing = match column {
+                Some(column) => format!("has no column `{column}`"),
+                None => "does not have exactly one column; specify one".to_owned(),
+            };
+            let columns = entities.iter().map(|(name, entity)| entity.columns(name));
+            let damaged = damage.map_or_else(String::new, |damage| {
+                format!("; the recording is damaged at {damage}")
             });
+            let text = format!(
+                "{} {missing}; available columns: {}{damaged}",
+                path.display(),
+                list(&columns.collect::<Vec<_>>())
+            );
+            return Err(text.into());
         }
     };
     let mut entity = entities.remove(&name).unwrap_or_default();
     let label = entity.column(&name, index);
     let Some(clock) = entity.clock else {
-        return Err(ReadError::Time {
-            path: path.to_owned(),
-            column: label,
-            timelines: entity.timelines.keys().map(ToString::to_string).collect(),
-        });
+        let timelines = entity.timelines.keys().map(ToString::to_string);
+        let text = format!(
+            "column `{label}` of {} has no time: its timelines are sequence numbers ({}); log it with a duration or a date",
+            path.display(),
+            list(&timelines.collect::<Vec<_>>())
+        );
+        return Err(text.into());
     };
     entity.rows.sort_by_key(|(nanos, _)| *nanos);
     let first = entity.rows.first().map_or(0, |first| first.0);
@@ -351,11 +297,12 @@ fn read_entities(
         let entity = entities.entry(name.clone()).or_default();
         entity.take(&chunk, is_wanted.then_some(index));
         if entity.rows.len() > most {
-            return Err(ReadError::TooLong {
-                path: path.to_owned(),
-                column: entity.column(&name, index),
-                most,
-            });
+            let text = format!(
+                "column `{}` of {} has more than {most} rows; split the recording",
+                entity.column(&name, index),
+                path.display()
+            );
+            return Err(text.into());
         }
         if entity.width > 0 {
             first.get_or_insert(name);
@@ -363,10 +310,10 @@ fn read_entities(
     }
     entities.retain(|_, entity| entity.width > 0);
     match chunks.damage() {
-        Some(damage) if entities.is_empty() => Err(ReadError::Damaged {
-            path: path.to_owned(),
-            damage,
-        }),
+        Some(damage) if entities.is_empty() => Err(ReadError::from(format!(
+            "{} is damaged at {damage}; there are no numbers before the damage",
+            path.display()
+        ))),
         damage => Ok((entities, damage)),
     }
 }
@@ -424,7 +371,7 @@ mod tests {
             series
         );
         let refused = read(&path, Some(paths::DISPLACEMENT), count - 1).unwrap_err();
-        assert!(matches!(refused, ReadError::TooLong { .. }), "{refused}");
+        assert!(refused.to_string().contains("more than"), "{refused}");
 
         // Unasked, it is the displacement of the probe.
         assert_eq!(read_series(&path, None).unwrap(), series);
@@ -468,8 +415,11 @@ mod tests {
             rec.log("volts", &Scalars::single(1.0)).unwrap();
         });
         let error = read_series(&path, Some("volts")).unwrap_err();
-        assert!(matches!(error, ReadError::Time { .. }), "{error:?}");
-        assert!(error.to_string().contains("beat"), "{error}");
+        let message = error.to_string();
+        assert!(
+            message.contains("has no time") && message.contains("beat"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -478,14 +428,15 @@ mod tests {
         let missing = folder.path().join("missing.rrd");
         for path in [missing.as_path(), folder.path()] {
             let error = read_series(path, None).unwrap_err();
-            assert!(matches!(error, ReadError::Open { .. }), "{error:?}");
+            assert!(error.source.is_some(), "{error:?}");
             assert!(error.to_string().contains(&path.display().to_string()));
         }
         let other = folder.path().join("other.rrd");
         for bytes in [&b""[..], b"RRF2", b"t,u\n0,1\n", &[0x5a; 4096]] {
             std::fs::write(&other, bytes).unwrap();
             let error = read_series(&other, None).unwrap_err();
-            assert!(matches!(error, ReadError::Format { .. }), "{error:?}");
+            let message = error.to_string();
+            assert!(message.contains("is not a recording"), "{error:?}");
         }
         foreign(&other, |_| {});
         let bytes = std::fs::read(&other).unwrap();

@@ -156,10 +156,12 @@ fn a_damaged_recording_is_read_up_to_the_damage_or_refused() {
             let path = desk.write("mutant.rrd", &mutant.bytes);
             match displacement(&path) {
                 Ok(_) => read += 1,
-                Err(
-                    ReadError::Format { .. } | ReadError::Column { .. } | ReadError::Damaged { .. },
-                ) => {}
-                Err(error) => panic!("{}: {error}", mutant.damage),
+                Err(error) => {
+                    let message = error.to_string();
+                    let known = ["is not a recording", "has no column", "is damaged at"];
+                    let is_known = known.iter().any(|known| message.contains(known));
+                    assert!(is_known, "{}: {error}", mutant.damage);
+                }
             }
         }
         let all = count(READ);
@@ -339,6 +341,7 @@ fn other_file_types_are_rejected_before_reading() {
             assert_eq!(output.status.code(), Some(2), "{words:?}: {output:?}");
         }
         let error = displacement(&desk.path(path)).expect_err("refused");
-        assert!(matches!(error, ReadError::Open { .. }), "{error}");
+        let message = error.to_string();
+        assert!(message.starts_with("cannot open"), "{error}");
     }
 }
