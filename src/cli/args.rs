@@ -15,7 +15,7 @@ use super::friction::FrictionArgs;
 use super::harness::OutputArgs;
 use super::live::LiveArgs;
 use super::output::Overwrite;
-use super::schema::ResultOf;
+use super::schema::{MakeSchema, results};
 use super::steps::Steps;
 use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
@@ -252,7 +252,8 @@ pub struct ModelArgs {
 #[derive(Debug, Arguments)]
 pub struct SchemaArgs {
     /// Command whose result the schema describes [default: list the commands].
-    pub command: Option<ResultOf>,
+    #[arg(value_parser = results())]
+    pub command: Option<MakeSchema>,
 }
 
 /// Arguments of `squeakscope completions`.
@@ -303,7 +304,7 @@ mod tests {
 
     #[test]
     fn tilts_are_limited_to_90_degrees() {
-        let values: Vec<f64> = tilts("-90:90:45").unwrap().values().collect();
+        let values: Vec<f64> = tilts("-90:90:45").unwrap().0;
         assert_eq!(values, [-90.0, -45.0, 0.0, 45.0, 90.0]);
         let error = tilts("0:91:1").unwrap_err();
         assert!(error.contains("a tilt of 91 degrees"), "{error}");

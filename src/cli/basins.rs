@@ -44,17 +44,12 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
 /// The random kicks as a sweep over the seed.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     check_transient(&args.response)?;
-    let mut scene = args.scene.load()?;
-    scene = args.response.accuracy.apply(scene)?;
-    for (name, value) in [
+    let numbers = [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
         ("time.tolerance", args.response.tolerance),
-    ] {
-        if let Some(value) = value {
-            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
-        }
-    }
+    ];
+    let scene = args.scene.load_with(args.response.accuracy, &numbers)?;
     let seeds = (0..args.kicks).map(|k| (args.seed + u64::from(k)) as f64);
     Ok(SweepPlan {
         scene,

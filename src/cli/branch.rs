@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args as Arguments, value_parser};
@@ -12,10 +12,11 @@ use super::console;
 use super::error::CliError;
 use super::figures::{FigureArgs, STUDY};
 use super::harness::{OutputArgs, Outputs, Watch};
-use super::output::{Kind, OutputFile};
+use super::output::Kind;
 use super::resources;
 use super::run::command_line;
 use super::steps::{Interval, Keyed, parameters};
+use crate::export::replace_file;
 use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
 use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{Parameter, Scene};
@@ -165,15 +166,15 @@ fn branch(
         // A part of a diagram would look like all of it.
         if !result.interrupted {
             let diagram = TiltDiagram::new(&result);
-            files.write("--diagram", |file| {
-                file.write(|out| {
+            files.write("--diagram", |path| {
+                replace_file(path, |out| {
                     serde_json::to_writer(&mut *out, &diagram)?;
                     writeln!(out)
                 })
             })?;
         }
-        files.write("--out", |file| {
-            write_branch(file.path(), &result).map_err(CliError::during("writing of the table"))
+        files.write("--out", |path| {
+            write_branch(path, &result).map_err(CliError::during("writing of the table"))
         })?;
         let drawn = files.draw(|| {
             let mut figures = Vec::new();
@@ -188,7 +189,7 @@ fn branch(
             figures
         });
         if !result.points.is_empty() {
-            files.write("--save", |file| record(file, &scene, &plan, &result))?;
+            files.write("--save", |path| record(path, &scene, &plan, &result))?;
         }
         drawn
     })
@@ -234,12 +235,7 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
 }
 
 /// Saves the recording.
-fn record(
-    file: &OutputFile,
-    scene: &Scene,
-    plan: &BranchPlan,
-    result: &Branch,
-) -> Result<(), CliError> {
+fn record(path: &Path, scene: &Scene, plan: &BranchPlan, result: &Branch) -> Result<(), CliError> {
     let portraits = portraits(plan, result).map_err(failed)?;
     let study = BranchStudy {
         scene,
@@ -247,7 +243,7 @@ fn record(
         portraits: &portraits,
         command: &command_line(),
     };
-    save_branch(file.path(), &study).map_err(CliError::during("recording"))
+    save_branch(path, &study).map_err(CliError::during("recording"))
 }
 
 /// The stability map over two parameters.

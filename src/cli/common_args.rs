@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strum::VariantArray;
 
 use super::steps::Steps;
-use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Scene, SceneError};
+use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Parameter, Scene, SceneError};
 use crate::sound::{Place, Quantity, Source};
 
 /// The scene of a command.
@@ -38,6 +38,25 @@ impl SceneArgs {
         }
     }
 
+    /// Reads the scene, and changes its keys, its accuracy and the numbers of other options, in the units of their keys.
+    pub fn load_with(
+        &self,
+        accuracy: AccuracyArgs,
+        numbers: &[(&str, Option<f64>)],
+    ) -> Result<Scene, SceneError> {
+        let mut scene = accuracy.apply(self.load()?)?;
+        for (key, value) in numbers {
+            let Some(value) = *value else { continue };
+            let parameter = Parameter::named(key)?;
+            scene = if parameter == Parameter::tilt() {
+                scene.with_tilt(value)?
+            } else {
+                scene.with_values(&[(parameter, value)])?
+            };
+        }
+        Ok(scene)
+    }
+
     /// The scene as given. If it is a file, no output may replace it.
     pub fn input(&self) -> Option<&OsStr> {
         self.scene.as_deref().map(OsStr::new)
@@ -56,9 +75,10 @@ pub struct AccuracyArgs {
 impl AccuracyArgs {
     /// Returns the scene with this accuracy.
     pub fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
-        changed(scene, self.accuracy, |scene, error| {
-            scene.with_accuracy(error)
-        })
+        match self.accuracy {
+            Some(error) => scene.with_accuracy(error),
+            None => Ok(scene),
+        }
     }
 }
 
@@ -74,9 +94,10 @@ pub struct BudgetArgs {
 impl BudgetArgs {
     /// Returns the scene with this budget.
     pub fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
-        changed(scene, self.budget, |scene, budget| {
-            scene.with_overrides(&[("analysis.budget", <&str>::from(budget))])
-        })
+        match self.budget {
+            Some(budget) => scene.with_overrides(&[("analysis.budget", <&str>::from(budget))]),
+            None => Ok(scene),
+        }
     }
 }
 
@@ -84,18 +105,6 @@ impl BudgetArgs {
 fn budgets() -> impl TypedValueParser<Value = AnalysisBudget> {
     let names = AnalysisBudget::VARIANTS.iter().map(<&str>::from);
     PossibleValuesParser::new(names).try_map(|name| name.parse::<AnalysisBudget>())
-}
-
-/// Applies the value of an option to a scene, if it is given.
-pub fn changed<T>(
-    scene: Scene,
-    value: Option<T>,
-    change: impl FnOnce(Scene, T) -> Result<Scene, SceneError>,
-) -> Result<Scene, SceneError> {
-    match value {
-        Some(value) => change(scene, value),
-        None => Ok(scene),
-    }
 }
 
 /// Default URL of a running Rerun viewer.
@@ -129,7 +138,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
 /// Parses one tilt or A:B:STEP, -90 to 90 degrees.
 pub fn tilts(text: &str) -> Result<Steps, String> {
     let steps: Steps = text.parse()?;
-    match steps.values().find(|tilt| tilt.abs() > 90.0) {
+    match steps.0.iter().find(|tilt| tilt.abs() > 90.0) {
         None => Ok(steps),
         Some(tilt) => Err(format!(
             "a tilt of {tilt} degrees is out of range; give -90 to 90 degrees"

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::output::OutputError;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
+use crate::export;
 use crate::fem::FemError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
@@ -53,6 +54,9 @@ pub enum CliError {
     /// An output cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Writing failed after the checks had passed; a file that existed before is unchanged.
+    #[error(transparent)]
+    NotWritten(#[from] export::OutputError),
     /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -141,6 +145,7 @@ impl CliError {
         match self {
             Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
             Self::Failed(_)
+            | Self::NotWritten(_)
             | Self::NotSaved { .. }
             | Self::Serve { .. }
             | Self::Threads { .. }

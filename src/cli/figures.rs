@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args as Arguments;
 
 use super::error::CliError;
-use super::output::{OutputError, OutputFile};
+use super::output::{OutputError, check_file};
+use crate::export::replace_file;
 use crate::plot::{Figure, FigureOptions, Format, Size, Style};
 
 /// Most panels of a figure: the sensitivities of all modes.
@@ -105,11 +106,11 @@ impl FigureStyle {
             )));
         }
         let write = |path: PathBuf, figure: &Figure, format| {
-            let file = OutputFile::check(&path, option)?;
+            let path = check_file(&path, option)?;
             let content = figure.file(&options, format);
             let content = content.map_err(CliError::during("drawing"))?;
-            file.write(|out| out.write_all(&content))?;
-            Ok(file.path().to_owned())
+            replace_file(&path, |out| out.write_all(&content))?;
+            Ok(path)
         };
         if let Some(format) = single {
             let figures = figures.iter();

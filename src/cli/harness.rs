@@ -16,7 +16,7 @@ use serde::Serialize;
 use super::console::{print, print_warning};
 use super::error::CliError;
 use super::figures::{FigureArgs, FigureStyle};
-use super::output::{Kind, OutputError, OutputFile, Overwrite, is_stdout};
+use super::output::{Kind, OutputError, Overwrite, is_stdout};
 use super::{interrupt, resources};
 use crate::export;
 use crate::number::size;
@@ -169,7 +169,7 @@ enum Printed {
 /// Outputs that have passed their checks.
 pub(super) struct Files<'a> {
     printed: Printed,
-    files: Vec<(&'static str, OutputFile)>,
+    files: Vec<(&'static str, PathBuf)>,
     figures: Option<Figures<'a>>,
     written: Vec<WrittenFile>,
 }
@@ -185,22 +185,17 @@ impl Files<'_> {
         Self { printed, ..self }
     }
 
-    /// The file of an option, if it is requested.
-    pub fn get(&self, option: &str) -> Option<&OutputFile> {
-        let mut files = self.files.iter();
-        files.find_map(|(name, file)| (*name == option).then_some(file))
-    }
-
     /// The path of an option, if its file is requested.
     pub fn path(&self, option: &str) -> Option<PathBuf> {
-        self.get(option).map(|file| file.path().to_owned())
+        let file = self.files.iter().find(|(name, _)| *name == option);
+        file.map(|(_, path)| path.clone())
     }
 
     /// Lists a file that has been written.
     ///
     /// # Errors
     /// If the file does not exist.
-    pub fn add(&mut self, path: &Path) -> Result<(), OutputError> {
+    pub fn add(&mut self, path: &Path) -> Result<(), export::OutputError> {
         let file = fs::metadata(path).map_err(|source| export::OutputError {
             path: path.to_owned(),
             source,
@@ -219,14 +214,14 @@ impl Files<'_> {
     pub fn write<E>(
         &mut self,
         option: &str,
-        write: impl FnOnce(&OutputFile) -> Result<(), E>,
+        write: impl FnOnce(&Path) -> Result<(), E>,
     ) -> Result<(), CliError>
     where
         CliError: From<E>,
     {
-        if let Some(file) = self.get(option).cloned() {
-            write(&file)?;
-            self.add(file.path())?;
+        if let Some(path) = self.path(option) {
+            write(&path)?;
+            self.add(&path)?;
         }
         Ok(())
     }
@@ -285,8 +280,8 @@ impl Files<'_> {
             let json = json.map_err(|fault| OutputError::Terminal(fault.into()))?;
             return Ok(print(&format!("{json}\n"))?);
         }
-        let written = match self.get("--json") {
-            Some(file) => file.write(|out| {
+        let written = match self.path("--json") {
+            Some(path) => export::replace_file(&path, |out| {
                 serde_json::to_writer_pretty(&mut *out, &document)?;
                 writeln!(out)
             }),
@@ -329,69 +324,44 @@ pub(super) struct Document<R> {
 /// Prints a warning above the progress bar, from any thread.
 pub(super) type Notifier = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Progress of a computation.
-pub(super) struct Progress {
+/// Progress of the work, and whether the user has interrupted it.
+pub(super) struct Watch<'a> {
     bar: ProgressBar,
+    stop: &'a AtomicBool,
 }
 
-impl Progress {
-    /// A bar with an estimate of the remaining time.
-    pub fn new() -> Self {
+impl<'a> Watch<'a> {
+    /// Shows a progress bar with an estimate of the remaining time on a terminal.
+    pub fn new(stop: &'a AtomicBool) -> Self {
         let template = "{elapsed} [{bar:30}] {percent:>3} %, about {eta} left: {msg}";
         let style = ProgressStyle::with_template(template)
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
-        Self {
-            bar: ProgressBar::new(1_000_000).with_style(style),
-        }
+        let bar = ProgressBar::new(1_000_000).with_style(style);
+        Self { bar, stop }
     }
 
-    /// Sets the completed share, 0 to 1, and the task.
-    pub fn update(&self, share: f64, task: &str) {
+    /// Shows the completed share, 0 to 1, and the task.
+    pub fn show(&self, share: f64, task: &str) {
         self.bar.set_message(task.to_owned());
         // The bar counts in integers.
         self.bar.set_position((share * 1e6).round() as u64);
     }
 
-    /// Returns a function that prints warnings above the bar.
-    pub fn notifier(&self) -> Notifier {
-        let bar = self.bar.clone();
-        Arc::new(move |message| bar.suspend(|| print_warning(message)))
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// Progress of the work, and whether the user has interrupted it.
-pub(super) struct Watch<'a> {
-    progress: Progress,
-    stop: &'a AtomicBool,
-}
-
-impl<'a> Watch<'a> {
-    /// Shows a progress bar on a terminal.
-    pub fn new(stop: &'a AtomicBool) -> Self {
-        let progress = Progress::new();
-        Self { progress, stop }
-    }
-
-    /// Shows the completed share, 0 to 1, and the task. From the first call on, an interrupt does not end the program, but
-    /// this work.
+    /// Shows the completed share and the task. From the first call on, an interrupt does not end the program, but this
+    /// work.
     ///
     /// # Errors
     /// If the user has interrupted the work.
     pub fn update(&self, share: f64, task: &str) -> Result<(), Stopped> {
-        self.progress.update(share, task);
+        self.show(share, task);
         self.check()
     }
 
     /// Returns a function that prints warnings above the progress bar.
     pub fn notifier(&self) -> Notifier {
-        self.progress.notifier()
+        let bar = self.bar.clone();
+        Arc::new(move |message| bar.suspend(|| print_warning(message)))
     }
 
     /// Checks for an interrupt.
@@ -400,6 +370,12 @@ impl<'a> Watch<'a> {
     /// If the user has interrupted the work.
     pub fn check(&self) -> Result<(), Stopped> {
         interrupt::check(self.stop)
+    }
+}
+
+impl Drop for Watch<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 
@@ -441,7 +417,9 @@ mod tests {
         };
         let (stop, files) = (AtomicBool::new(false), outputs.check().expect("writable"));
         let ended = files.finish(Watch::new(&stop), Some("made"), &example, |files| {
-            files.write("--csv", |file| file.write(|out| out.write_all(b"x\n")))?;
+            files.write("--csv", |path| {
+                fs::write(path, "x\n").map_err(CliError::during("writing"))
+            })?;
             if failed {
                 Err(CliError::Failed("full".to_owned()))
             } else {

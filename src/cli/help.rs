@@ -9,7 +9,6 @@ use clap::{Arg, CommandFactory};
 use super::args::{Args, CompletionsArgs, ManArgs};
 use super::console;
 use super::error::CliError;
-use super::output::OutputError;
 use crate::export;
 
 /// Commands for one kind of task.
@@ -137,9 +136,8 @@ pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
         .and_then(|()| clap_mangen::generate_to(command, directory))
         .map_err(|source| {
             let path = directory.clone();
-            OutputError::from(export::OutputError { path, source })
-        })?;
-    Ok(())
+            export::OutputError { path, source }.into()
+        })
 }
 
 #[cfg(test)]

@@ -11,13 +11,13 @@ use clap::Args as Arguments;
 use super::audit;
 use super::browser::BrowserArgs;
 use super::common_args::{
-    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, changed, positive, viewer_url,
+    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, positive, viewer_url,
 };
 use super::console;
 use super::error::CliError;
 use super::harness::{OutputArgs, Outputs};
 use super::interrupt;
-use super::output::{Kind, OutputFile, Overwrite};
+use super::output::{Kind, Overwrite, check_file};
 use super::resources;
 use super::run::command_line;
 use crate::escape;
@@ -104,7 +104,9 @@ const LIVE_RUN: &str = "live run";
 /// # Errors
 /// Bad input before any work; failure while running, after the files are complete.
 pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let scene = scene(args)?;
+    let tilt = [("load.tilt_deg", args.tilt)];
+    let scene = args.scene.load_with(args.accuracy, &tilt)?;
+    let scene = args.budget.apply(scene)?;
     console::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
@@ -203,15 +205,6 @@ fn control(
     Ok(session.join())
 }
 
-/// The scene with the changes of the command line.
-fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
-    let mut scene = args.scene.load()?;
-    scene = args.accuracy.apply(scene)?;
-    scene = args.budget.apply(scene)?;
-    scene = changed(scene, args.tilt, Scene::with_tilt)?;
-    Ok(scene)
-}
-
 fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
     let [low, high] = SPEED_RANGE;
     if !(low..=high).contains(&args.speed) {
@@ -229,7 +222,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
     let files = outputs.check()?;
     // live-0.rrd is never used: this checks the directory.
-    OutputFile::check(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
+    check_file(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
     Ok(SessionOptions {
         scene,
         command: command_line(),

@@ -6,13 +6,13 @@ use std::io::Write as _;
 use std::sync::atomic::AtomicBool;
 
 use super::args::LyapunovArgs;
-use super::common_args::changed;
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
 use super::output::{Kind, OutputError, is_stdout};
 use crate::dynamics::DynamicsError;
+use crate::export::replace_file;
 use crate::plot::lyapunov_figure;
 use crate::scene::Scene;
 use crate::study::lyapunov::{
@@ -48,8 +48,8 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
         if is_csv_printed {
             console::print(&csv)?;
         }
-        files.write("--csv", |file| {
-            file.write(|out| out.write_all(csv.as_bytes()))
+        files.write("--csv", |path| {
+            replace_file(path, |out| out.write_all(csv.as_bytes()))
         })?;
         let title = title(&scene.name, result.found.tilt);
         files.draw(|| vec![lyapunov_figure(&title, &result.found)])
@@ -104,14 +104,15 @@ fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
 
 /// The scene with the changes of the command line.
 fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
-    let mut scene = args.scene.load()?;
-    scene = args.accuracy.apply(scene)?;
-    scene = changed(scene, args.tilt, Scene::with_tilt)?;
-    scene = changed(scene, args.duration, Scene::with_duration)?;
-    scene = changed(scene, args.tolerance, Scene::with_tolerance)?;
-    scene = changed(scene, args.seed, |scene, seed| {
-        scene.with_overrides(&[("start.seed", seed.to_string())])
-    })?;
+    let numbers = [
+        ("load.tilt_deg", args.tilt),
+        ("time.duration_ms", args.duration),
+        ("time.tolerance", args.tolerance),
+    ];
+    let mut scene = args.scene.load_with(args.accuracy, &numbers)?;
+    if let Some(seed) = args.seed {
+        scene = scene.with_overrides(&[("start.seed", seed.to_string())])?;
+    }
     Ok(scene.without_analyses())
 }
 

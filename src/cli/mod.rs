@@ -13,7 +13,6 @@
 
 mod analyse;
 mod analyse_args;
-mod analyse_files;
 mod args;
 mod audit;
 mod basins;
@@ -133,7 +132,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Merge(args) => interruptible(|stop| sweep::merge(&args, stop)),
         Command::Model(args) => model::model(&args),
         Command::Friction(args) => friction::execute(&args),
-        Command::Analyse(args) => interruptible(|stop| analyse_files::execute(&args, stop)),
+        Command::Analyse(args) => interruptible(|stop| analyse::execute(&args, stop)),
         Command::Schema(args) => schema::schema(&args),
         Command::Completions(args) => help::completions(&args),
         Command::Man(args) => help::man(&args),

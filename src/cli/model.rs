@@ -10,7 +10,7 @@ use super::console;
 use super::error::{Cause, CliError};
 use super::harness::Outputs;
 use super::output::Kind;
-use crate::export::encode_model;
+use crate::export::{encode_model, replace_file};
 use crate::joint::BallJoint;
 use crate::pipeline::initial_state;
 use crate::report::{Block, Report};
@@ -39,7 +39,9 @@ pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
         .file("--out", Kind::ARRAYS, Some(&args.out))
         .check()?;
     let (size, npz) = build(&scene).map_err(CliError::during("assembly of the model"))?;
-    files.write("--out", |file| file.write(|out| out.write_all(&npz)))?;
+    files.write("--out", |path| {
+        replace_file(path, |out| out.write_all(&npz))
+    })?;
     files.deliver(Some(&scene.name), &size)
 }
 

@@ -1,23 +1,16 @@
 //! Output files: checked before work starts, replaced only by a complete file.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
 use std::path::{Component, Path, PathBuf};
+use std::{fs, io};
 
 use clap::Args as Arguments;
 use thiserror::Error;
 
-use crate::export::{self, is_protected, replace_file, try_folder_of};
+use crate::export::{is_protected, try_folder_of};
 
 /// Longest suffix of a temporary name: a recording, if other recordings of that name are being written.
 const LONGEST_SUFFIX: &str = ".99.part";
-
-/// A path that has passed the checks of [`OutputFile::check`].
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutputFile {
-    path: PathBuf,
-}
 
 /// Whether outputs overwrite existing files.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
@@ -134,9 +127,6 @@ pub enum OutputError {
     /// The standard output cannot be written.
     #[error("cannot write to the standard output; check its destination and the free space")]
     Terminal(#[source] io::Error),
-    /// Writing failed after the checks had passed; a file that existed before is unchanged.
-    #[error(transparent)]
-    Failed(#[from] export::OutputError),
 }
 
 impl OutputError {
@@ -154,54 +144,40 @@ impl OutputError {
 
     /// Whether the path is invalid input (exit code 2), in contrast to a failure while writing (exit code 1).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Failed(_) | Self::Terminal(_))
+        !matches!(self, Self::Terminal(_))
     }
 }
 
-impl OutputFile {
-    /// Checks that a file can be created at `path`, without changing an existing file. Messages name
-    /// `option`.
-    ///
-    /// # Errors
-    /// If the path is a directory, a device or write-protected, its name is too long, or no file can be
-    /// created in its directory.
-    pub fn check(path: &Path, option: &'static str) -> Result<Self, OutputError> {
-        // Writing through a link replaces its target and keeps the link.
-        let target = resolved(path);
-        let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
-        if !is_file_name || fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
-            let fault = "is not a regular file; choose another path";
-            return Err(OutputError::refused(path, option, fault));
-        }
-        check_name(path, option)?;
-        if is_protected(&target) {
-            let fault = "is write-protected; make it writable or choose another path";
-            return Err(OutputError::refused(path, option, fault));
-        }
-        let file = Self { path: target };
-        try_folder_of(&file.path).map_err(|source| OutputError::NotWritable {
-            path: path.to_owned(),
-            option,
-            source,
-        })?;
-        Ok(file)
+/// Checks that a file can be created at `path`, without changing an existing file, and returns the path with resolved
+/// links. Messages name `option`.
+///
+/// # Errors
+/// If the path is a directory, a device or write-protected, its name is too long, or no file can be created in its
+/// directory.
+pub fn check_file(path: &Path, option: &'static str) -> Result<PathBuf, OutputError> {
+    // Writing through a link replaces its target and keeps the link.
+    let target = resolved(path);
+    let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
+    if !is_file_name || fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
+        let fault = "is not a regular file; choose another path";
+        return Err(OutputError::refused(path, option, fault));
     }
+    check_name(path, option)?;
+    if is_protected(&target) {
+        let fault = "is write-protected; make it writable or choose another path";
+        return Err(OutputError::refused(path, option, fault));
+    }
+    check_folder(&target, path, option)?;
+    Ok(target)
+}
 
-    /// The path with resolved links.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Writes a temporary file in the same directory, then renames it: the file is always complete.
-    ///
-    /// # Errors
-    /// If writing or renaming fails; an existing file is then unchanged.
-    pub fn write(
-        &self,
-        content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-    ) -> Result<(), OutputError> {
-        Ok(replace_file(&self.path, content)?)
-    }
+/// Checks that a file can be created in the folder of `target`. Messages name `path`.
+fn check_folder(target: &Path, path: &Path, option: &'static str) -> Result<(), OutputError> {
+    try_folder_of(target).map_err(|source| OutputError::NotWritable {
+        path: path.to_owned(),
+        option,
+        source,
+    })
 }
 
 /// Whether a path stands for the standard output: `-`.
@@ -231,9 +207,9 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
 pub fn check_apart(
     directory: &Path,
     option: &'static str,
-    files: &[(&'static str, OutputFile)],
+    files: &[(&'static str, PathBuf)],
 ) -> Result<(), OutputError> {
-    let is_above = |file: &OutputFile| directory.ancestors().any(|a| file.path() == resolved(a));
+    let is_above = |file: &PathBuf| directory.ancestors().any(|a| *file == resolved(a));
     match files.iter().find(|(_, file)| is_above(file)) {
         Some((other, _)) => Err(OutputError::twice(directory, option, other)),
         None => Ok(()),
@@ -281,16 +257,16 @@ impl Overwrite {
         self,
         input: Option<&OsStr>,
         wanted: &[(&'static str, Kind, PathBuf)],
-    ) -> Result<Vec<(&'static str, OutputFile)>, OutputError> {
+    ) -> Result<Vec<(&'static str, PathBuf)>, OutputError> {
         let input = input.and_then(|name| fs::canonicalize(name).ok());
-        let mut files: Vec<(&'static str, OutputFile)> = Vec::new();
+        let mut files: Vec<(&'static str, PathBuf)> = Vec::new();
         for (option, kind, path) in wanted {
             if input.is_some() && input.as_deref() == Some(&resolved(path)) {
                 let fault = "is the input; choose another path for the output";
                 return Err(OutputError::refused(path, option, fault));
             }
             kind.check_ending(path, option)?;
-            let file = OutputFile::check(path, option)?;
+            let file = check_file(path, option)?;
             if let Some((other, _)) = files.iter().find(|(_, other)| *other == file) {
                 return Err(OutputError::twice(path, option, other));
             }
@@ -327,15 +303,11 @@ impl Overwrite {
                          kind of file with --format";
             return Err(OutputError::refused(path, option, fault));
         }
-        try_folder_of(&ancestor.join("figure")).map_err(|source| OutputError::NotWritable {
-            path: path.to_owned(),
-            option,
-            source,
-        })?;
+        check_folder(&ancestor.join("figure"), path, option)?;
         for name in names {
             let file = path.join(name);
             if path.is_dir() {
-                OutputFile::check(&file, option)?;
+                check_file(&file, option)?;
             } else {
                 check_name(&file, option)?;
             }

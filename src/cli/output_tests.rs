@@ -3,6 +3,8 @@
 use std::io::Write;
 
 use super::*;
+use crate::cli::error::CliError;
+use crate::export::replace_file;
 
 const KEEP: Overwrite = Overwrite { force: false };
 
@@ -19,16 +21,16 @@ fn refused<T>(found: Result<T, OutputError>) -> String {
 fn checks_change_nothing_and_writing_replaces_complete_files() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("out.json");
-    let file = OutputFile::check(&path, "--json").expect("writable");
+    let file = check_file(&path, "--json").expect("writable");
     assert_eq!(names_in(folder.path()), 0);
-    file.write(|out| out.write_all(b"first")).expect("written");
-    let failed = file.write(|out| {
+    replace_file(&file, |out| out.write_all(b"first")).expect("written");
+    let failed = replace_file(&file, |out| {
         out.write_all(b"half")?;
         Err(io::Error::other("disk full"))
     });
-    assert!(!failed.expect_err("failed").is_bad_input());
+    assert_eq!(CliError::from(failed.expect_err("failed")).exit_code(), 1);
     assert_eq!(fs::read(&path).expect("there"), b"first");
-    file.write(|out| out.write_all(b"second")).expect("written");
+    replace_file(&file, |out| out.write_all(b"second")).expect("written");
     assert_eq!(fs::read(&path).expect("there"), b"second");
     assert_eq!(names_in(folder.path()), 1);
 }
@@ -36,7 +38,7 @@ fn checks_change_nothing_and_writing_replaces_complete_files() {
 #[test]
 fn paths_that_cannot_be_files_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let check = |path: &Path| OutputFile::check(path, "--save");
+    let check = |path: &Path| check_file(path, "--save");
     assert!(refused(check(folder.path())).contains("is not a regular file"));
     for path in ["absent/", ".."] {
         let path = folder.path().join(path);
@@ -71,7 +73,7 @@ fn directories_may_exist_but_files_of_that_name_are_refused() {
 fn a_new_directory_and_a_file_cannot_share_a_path() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
-    let file = OutputFile::check(&new, "--csv").expect("writable");
+    let file = check_file(&new, "--csv").expect("writable");
     for directory in [&new, &below] {
         let clash = check_apart(directory, "--png", &[("--csv", file.clone())]);
         assert!(refused(clash).contains("is used for two outputs"));
@@ -89,7 +91,7 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
     permissions.set_readonly(true);
     fs::set_permissions(&path, permissions).expect("protected");
     for refused in [
-        OutputFile::check(&path, "--png").map(drop),
+        check_file(&path, "--png").map(drop),
         Overwrite::ALLOWED.check_directory(folder.path(), "--png", &["new.png", "kept.png"]),
     ] {
         let refused = refused.expect_err("protected");
@@ -104,7 +106,7 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
     let long = folder.path().join("x".repeat(255));
     let longer = folder.path().join("x".repeat(256));
     for refused in [
-        OutputFile::check(&long, "--png").map(drop),
+        check_file(&long, "--png").map(drop),
         KEEP.check_directory(&longer, "--png", &["new.png"]),
         KEEP.check_directory(&longer.join("new"), "--png", &["new.png"]),
     ] {
@@ -116,7 +118,7 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
             "{refused}"
         );
     }
-    OutputFile::check(&folder.path().join("x".repeat(247)), "--png").expect("fits");
+    check_file(&folder.path().join("x".repeat(247)), "--png").expect("fits");
 }
 
 #[cfg(unix)]
@@ -126,8 +128,8 @@ fn a_link_stays_and_its_target_is_replaced() {
     let (file, link) = (folder.path().join("file"), folder.path().join("link"));
     fs::write(&file, "old").expect("written");
     std::os::unix::fs::symlink(&file, &link).expect("linked");
-    let output = OutputFile::check(&link, "--json").expect("writable");
-    output.write(|out| out.write_all(b"new")).expect("written");
+    let output = check_file(&link, "--json").expect("writable");
+    replace_file(&output, |out| out.write_all(b"new")).expect("written");
     assert_eq!(fs::read(&file).expect("there"), b"new");
     assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
 }

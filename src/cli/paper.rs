@@ -11,11 +11,12 @@ use super::error::CliError;
 use super::figures::STUDY;
 use super::harness::{Files, Outputs, Watch};
 use super::interrupt;
-use super::output::{Kind, OutputFile, Overwrite};
+use super::output::{Kind, Overwrite, check_file};
 use super::paper_figures::{self, FIGURES};
 use super::resources;
 use super::study_args::{PaperArgs, WorkArgs};
 use super::sweep::{compute_missing, record};
+use crate::export::replace_file;
 use crate::joint::BallJoint;
 use crate::plot::Format;
 use crate::report::{Block, Report, Tone};
@@ -112,16 +113,16 @@ pub(super) fn execute(
             let figures = drawn.arrange(&figures);
             let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
             let page = paper::page((scene, start), &figures, ending, found);
-            let file = OutputFile::check(&args.out.join(PAGE), "--out")?;
-            file.write(|out| out.write_all(page.as_bytes()))?;
-            files.add(file.path())?;
+            let path = check_file(&args.out.join(PAGE), "--out")?;
+            replace_file(&path, |out| out.write_all(page.as_bytes()))?;
+            files.add(&path)?;
         }
-        files.write("--write", |file| {
+        files.write("--write", |path| {
             let text = plan
                 .scene
                 .with_overrides(&[("about", paper::description(start, found))])?
                 .text;
-            Ok::<_, CliError>(file.write(|out| out.write_all(text.as_bytes()))?)
+            Ok::<_, CliError>(replace_file(path, |out| out.write_all(text.as_bytes()))?)
         })
     })
 }

@@ -9,7 +9,6 @@ use serde::Serialize;
 
 use super::args::RunArgs;
 use super::audit::{self, Audit};
-use super::common_args::changed;
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
@@ -87,7 +86,12 @@ fn peak_memory() -> Option<u64> {
 /// # Errors
 /// Bad input before any work; failure while running; an interrupt, after the results are written.
 pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let scene = scene(args)?;
+    let numbers = [
+        ("load.tilt_deg", args.tilt),
+        ("time.duration_ms", args.duration),
+    ];
+    let scene = args.scene.load_with(args.accuracy, &numbers)?;
+    let scene = args.budget.apply(scene)?;
     console::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
@@ -187,16 +191,6 @@ fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
         connect: args.connect.clone(),
         spawn: args.spawn,
     }
-}
-
-/// The scene with the changes of the command line.
-fn scene(args: &RunArgs) -> Result<Scene, CliError> {
-    let mut scene = args.scene.load()?;
-    scene = args.accuracy.apply(scene)?;
-    scene = args.budget.apply(scene)?;
-    scene = changed(scene, args.tilt, Scene::with_tilt)?;
-    scene = changed(scene, args.duration, Scene::with_duration)?;
-    Ok(scene)
 }
 
 /// The file for the recording: the default file, which is replaced, if there is no other output.

@@ -4,13 +4,13 @@
 use std::borrow::Cow;
 use std::marker::PhantomData;
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform as _};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
 
-use super::analyse_files::AnalysedFiles;
+use super::analyse::AnalysedFiles;
 use super::args::SchemaArgs;
 use super::console;
 use super::error::CliError;
@@ -28,22 +28,33 @@ use crate::study::lyapunov::LyapunovResult;
 use crate::study::signal::SignalAnalysis;
 use crate::study::sweep::SweepResult;
 
+/// Makes the schema of a JSON document.
+pub type MakeSchema = fn() -> Schema;
+
 /// The commands that write JSON.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ResultOf {
-    Run,
-    Stability,
-    Lyapunov,
-    Sweep,
-    Branch,
-    Basins,
-    Merge,
-    Paper,
-    Cost,
-    Analyse,
-    Friction,
-    Scenes,
-    Model,
+const RESULTS: [(&str, MakeSchema); 13] = [
+    ("run", root::<Document<RunResult<'_>>>),
+    ("stability", root::<Document<StabilityResult>>),
+    ("lyapunov", root::<Document<LyapunovResult>>),
+    ("sweep", root::<Document<SweepResult>>),
+    ("branch", root::<Either<Branch, StabilityMap>>),
+    ("basins", root::<Document<Basins>>),
+    ("merge", root::<Document<SweepResult>>),
+    ("paper", root::<Document<PaperResult>>),
+    ("cost", root::<Document<Cost>>),
+    ("analyse", root::<Either<SignalAnalysis, AnalysedFiles>>),
+    ("friction", root::<Document<FrictionFit>>),
+    ("scenes", root::<Either<Scenes<'_>, Entry<'_>>>),
+    ("model", root::<Document<Size>>),
+];
+
+/// Parses the name of a command that writes JSON.
+pub fn results() -> impl TypedValueParser<Value = MakeSchema> {
+    PossibleValuesParser::new(RESULTS.map(|(name, _)| name)).try_map(|command| {
+        let mut results = RESULTS.into_iter();
+        let found = results.find(|(name, _)| *name == command);
+        found.map(|(_, schema)| schema).ok_or("it writes no JSON")
+    })
 }
 
 /// A document with either result, depending on the arguments of the command.
@@ -64,26 +75,6 @@ impl<A: JsonSchema, B: JsonSchema> JsonSchema for Either<A, B> {
             generator.subschema_for::<Document<B>>(),
         ];
         json_schema!({ "anyOf": forms })
-    }
-}
-
-impl ResultOf {
-    /// The schema of the JSON document.
-    fn schema(self) -> Schema {
-        match self {
-            Self::Run => root::<Document<RunResult<'_>>>(),
-            Self::Stability => root::<Document<StabilityResult>>(),
-            Self::Lyapunov => root::<Document<LyapunovResult>>(),
-            Self::Sweep | Self::Merge => root::<Document<SweepResult>>(),
-            Self::Branch => root::<Either<Branch, StabilityMap>>(),
-            Self::Basins => root::<Document<Basins>>(),
-            Self::Paper => root::<Document<PaperResult>>(),
-            Self::Cost => root::<Document<Cost>>(),
-            Self::Analyse => root::<Either<SignalAnalysis, AnalysedFiles>>(),
-            Self::Friction => root::<Document<FrictionFit>>(),
-            Self::Scenes => root::<Either<Scenes<'_>, Entry<'_>>>(),
-            Self::Model => root::<Document<Size>>(),
-        }
     }
 }
 
@@ -121,12 +112,8 @@ fn without_links(text: &str) -> String {
 /// If the standard output cannot be written.
 pub(super) fn schema(args: &SchemaArgs) -> Result<(), CliError> {
     let text = match args.command {
-        Some(command) => format!("{:#}\n", command.schema().to_value()),
-        None => ResultOf::value_variants()
-            .iter()
-            .filter_map(ValueEnum::to_possible_value)
-            .map(|command| format!("{}\n", command.get_name()))
-            .collect(),
+        Some(schema) => format!("{:#}\n", schema().to_value()),
+        None => RESULTS.map(|(name, _)| format!("{name}\n")).concat(),
     };
     Ok(console::print(&text)?)
 }

@@ -4,26 +4,29 @@ use std::path::Path;
 
 use super::console::{print_notice, print_warning};
 use super::error::CliError;
-use super::harness::Progress;
+use super::harness::Watch;
 use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
 use crate::record::{paths, read_series};
 
 /// Reads a signal from a file or a recording.
-pub(super) fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
+pub(super) fn read(
+    path: &Path,
+    selection: &Selection,
+    watch: &Watch<'_>,
+) -> Result<Signal, CliError> {
     let failed = |problem| ImportError {
         path: path.to_owned(),
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        let progress = Progress::new();
-        let mut watch = |share| progress.update(share, "reading");
+        let mut show = |share| watch.show(share, "reading");
         let mut warn = |damage: &str| {
             print_warning(&format!(
                 "{}: {damage}; the samples before the damage are used",
                 path.display()
             ));
         };
-        return Ok(read_signal_with(path, selection, &mut watch, &mut warn)?);
+        return Ok(read_signal_with(path, selection, &mut show, &mut warn)?);
     }
     let series = read_series(path, selection.column.as_deref())?;
     if let Some(damage) = &series.damage {

@@ -50,7 +50,7 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     scene.joint()?;
     console::print_fixed(&scene, [Parameter::tilt()]);
     let tilts_deg: Vec<f64> = match &args.tilt {
-        Some(steps) => steps.values().collect(),
+        Some(steps) => steps.0.clone(),
         None => tilts_of(&scene.joint()?.tilt),
     };
     // Refuse invalid tilts before the study starts.

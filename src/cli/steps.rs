@@ -7,31 +7,8 @@ use crate::number::to_digits;
 use crate::scene::{Parameter, Scene};
 
 /// Evenly spaced values from A to B, both included if B - A is a multiple of the step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Steps {
-    from: f64,
-    step: f64,
-    steps: u32,
-}
-
-impl Steps {
-    /// Tilts in degrees as in Fig. 11.
-    pub const TILTS: Self = Self {
-        from: 1.0,
-        step: 0.5,
-        steps: 14,
-    };
-    /// Limit on the number of values.
-    const MAX_STEPS: f64 = 10_000.0;
-
-    /// The values in order, rounded to 12 significant digits.
-    pub fn values(self) -> impl Iterator<Item = f64> {
-        let Self { from, step, steps } = self;
-        // Multiples of the step do not accumulate rounding errors. Rounding gives 2.4, not
-        // 2.4000000000000004.
-        (0..=steps).map(move |k| to_digits(from + f64::from(k) * step, 12))
-    }
-}
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steps(pub Vec<f64>);
 
 /// An interval of a parameter, with ascending ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +28,7 @@ pub struct Keyed<T> {
 ///
 /// # Errors
 /// Other parameters; a scene without a tilt.
-pub fn parameters<T: Copy>(
+pub fn parameters<T: Clone>(
     scene: &Scene,
     tilt: Option<T>,
     keys: &[Keyed<T>],
@@ -61,7 +38,7 @@ pub fn parameters<T: Copy>(
     let tilt = tilt.map(|range| Ok((Parameter::tilt(), range)));
     let keys = keys
         .iter()
-        .map(|Keyed { key, range }| Ok((scene.parameter(key)?, *range)));
+        .map(|Keyed { key, range }| Ok((scene.parameter(key)?, range.clone())));
     let all: Vec<_> = tilt
         .into_iter()
         .chain(keys)
@@ -129,6 +106,7 @@ impl FromStr for Steps {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         const FORM: &str = "one number, or A:B:STEP, such as 0:7:0.5";
+        const MAX_STEPS: u32 = 10_000;
         let (from, to, step) = match numbers(text, FORM)?[..] {
             [value] => (value, value, 1.0),
             [from, to, step] => (from, to, step),
@@ -141,17 +119,14 @@ impl FromStr for Steps {
                 "a step of {step} does not lead from {from} to {to}; give a nonzero step in that direction"
             ));
         }
-        if steps >= Self::MAX_STEPS {
+        if steps >= f64::from(MAX_STEPS) {
             return Err(format!(
-                "a step of {step} gives more than {} values; give a larger step",
-                Self::MAX_STEPS
+                "a step of {step} gives more than {MAX_STEPS} values; give a larger step"
             ));
         }
-        Ok(Self {
-            from,
-            step,
-            steps: steps as u32,
-        })
+        // Multiples of the step do not accumulate rounding errors. Rounding gives 2.4, not 2.4000000000000004.
+        let value = |k| to_digits(from + f64::from(k) * step, 12);
+        Ok(Self((0..=steps as u32).map(value).collect()))
     }
 }
 
@@ -160,7 +135,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Result<Vec<f64>, String> {
-        text.parse::<Steps>().map(|steps| steps.values().collect())
+        text.parse::<Steps>().map(|steps| steps.0)
     }
 
     #[test]
@@ -206,7 +181,7 @@ mod tests {
     fn a_key_precedes_its_range() {
         let steps: Keyed<Steps> = "contact.stiffness_factor=1:3:0.5".parse().unwrap();
         assert_eq!(steps.key, "contact.stiffness_factor");
-        assert_eq!(steps.range.values().count(), 5);
+        assert_eq!(steps.range.0.len(), 5);
         let interval: Keyed<Interval> = "contact.stiffness_factor=1:3".parse().unwrap();
         assert_eq!(interval.range, Interval([1.0, 3.0]));
         let error = "0:8".parse::<Keyed<Interval>>().unwrap_err();

@@ -17,7 +17,6 @@ use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkAr
 use crate::joint::BallJoint;
 use crate::plot::sweep_figures;
 use crate::record::sweep::{SweepStudy, save_sweep};
-use crate::scene::Parameter;
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
@@ -214,7 +213,7 @@ pub(super) fn write_points(
     if !complete {
         return Ok(growing.map_or(Ok(()), |path| files.add(&path))?);
     }
-    files.write("--out", |file| write_table(file.path(), plan, points))?;
+    files.write("--out", |path| write_table(path, plan, points))?;
     if let Some(path) = growing {
         // A merge has none.
         let _ = std::fs::remove_file(path);
@@ -231,7 +230,7 @@ pub(super) fn write_recording(
     if points.is_empty() {
         return Ok(());
     }
-    files.write("--save", |file| record(plan, points, file.path(), None))
+    files.write("--save", |path| record(plan, points, path, None))
 }
 
 /// Saves a recording; with `ball`, it shows the modes of ball and beam.
@@ -276,19 +275,15 @@ fn warn_if_truncated(path: &Path, table: &SweepTable) {
 
 /// The sweep that the arguments request.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
-    let mut scene = args.scene.load()?;
-    scene = args.response.accuracy.apply(scene)?;
-    let seed = args.seed.map(|seed| seed as f64);
-    for (name, value) in [
-        ("start.seed", seed),
+    let numbers = [
+        ("start.seed", args.seed.map(|seed| seed as f64)),
         ("time.tolerance", args.response.tolerance),
-    ] {
-        if let Some(value) = value {
-            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
-        }
-    }
-    let axes = parameters(&scene, args.tilt, &args.param, Steps::TILTS)?.into_iter();
-    let axes = axes.map(|(parameter, steps)| Axis::new(parameter, steps.values()));
+    ];
+    let scene = args.scene.load_with(args.response.accuracy, &numbers)?;
+    // Tilts in degrees as in Fig. 11.
+    let default = Steps((2..=16).map(|k| 0.5 * f64::from(k)).collect());
+    let axes = parameters(&scene, args.tilt.clone(), &args.param, default)?.into_iter();
+    let axes = axes.map(|(parameter, steps)| Axis::new(parameter, steps.0));
     let axes: Vec<Axis> = axes.collect();
     let plan = SweepPlan {
         scene,

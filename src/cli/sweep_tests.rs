@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::cli::tests::parsed;
-use crate::scene::Scene;
+use crate::scene::{Parameter, Scene};
 use crate::study::sweep::Start;
 
 struct TestFolder(tempfile::TempDir);
