@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::*;
 use crate::dynamics::equilibrium::Linearised;
 use crate::joint::{BallJoint, Joint};
-use crate::pipeline::prepare::{initial_state, joint_integrator};
+use crate::pipeline::prepare::joint_integrator;
 use crate::scene::Carry;
 
 /// A joint at rest without friction whose contact is linear, with the given lines for load and tilt, updated
@@ -58,8 +58,7 @@ fn at_rest(scene: &Scene, time: f64) -> (Joint, DVector<f64>) {
     let tilted = scene.joint().unwrap();
     let mut ball = BallJoint::new(&tilted.spec).unwrap();
     let loading = tilted.loading(time);
-    ball.set_load(loading.load);
-    ball.set_rotation(loading.rotation);
+    ball.set_loading(&loading);
     let joint = ball.joint(loading.tilt).unwrap();
     let q = DVector::from_column_slice(&joint.equilibrium().q);
     (joint, q)
@@ -213,9 +212,8 @@ fn a_jump_moves_state_and_perturbed_trajectory_alike() {
     let mut scene = linear("load.load_n = 150", 64, 0.5);
     scene.start.kick = 1e-3;
     let joint = Arc::new(at_rest(&scene, 0.0).0);
-    let integrator = joint_integrator(&scene, &joint).unwrap();
+    let (integrator, z) = joint_integrator(&scene, &joint).unwrap();
     let mut integrator = integrator.with_tangents(3, 1).unwrap();
-    let z = initial_state(&scene, joint.modes());
     integrator.start(0.0, &z).unwrap();
     integrator.integrate_to(1e-4).unwrap();
     let states =

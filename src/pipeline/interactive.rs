@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
+use crossbeam_channel::{Receiver, Sender, bounded};
 
 use super::PipelineError;
 use super::message::{DisplayRates, Frame, Header, Kick};
@@ -88,9 +88,7 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A simulation that can be controlled while it runs.
 pub struct InteractiveSource {
     source: Simulation,
-    pending: Arc<Mutex<PendingCommands>>,
-    wake: Receiver<()>,
-    status: Arc<Mutex<RunStatus>>,
+    handle: RunHandle,
     /// A wall time and the corresponding simulated time, s. Frames are due relative to them at the present
     /// speed.
     anchor: (Instant, f64),
@@ -112,9 +110,7 @@ impl InteractiveSource {
         let time = source.time();
         let mut run = Self {
             source,
-            pending: Arc::clone(&handle.pending),
-            wake: handle.woken.clone(),
-            status: Arc::clone(&handle.status),
+            handle: handle.clone(),
             anchor: (Instant::now(), time),
             measured: (Instant::now(), time),
             step: false,
@@ -128,7 +124,7 @@ impl InteractiveSource {
 
     fn set_speed(&mut self, speed: f64) {
         self.restart_clock();
-        lock(&self.status).speed = speed;
+        lock(&self.handle.status).speed = speed;
         let (samples, shown) = DisplayRates::at_speed(speed, self.source.scene().sample_rate);
         self.source.set_frame_length(samples, shown);
     }
@@ -137,7 +133,7 @@ impl InteractiveSource {
     /// of the speed therefore do not accelerate the run.
     fn restart_clock(&mut self) {
         let now = Instant::now();
-        let mut status = lock(&self.status);
+        let mut status = lock(&self.handle.status);
         // The speed measured so far no longer applies.
         status.measured_speed = None;
         let (wall, from) = self.anchor;
@@ -161,15 +157,15 @@ impl InteractiveSource {
 
     /// Applies the commands that need not wait for the next frame.
     fn apply_controls(&mut self) {
-        let control = std::mem::take(&mut lock(&self.pending).control);
-        let status = *lock(&self.status);
+        let control = std::mem::take(&mut lock(&self.handle.pending).control);
+        let status = self.handle.status();
         if let Some(speed) = control.speed.filter(|speed| *speed != status.speed) {
             self.set_speed(speed);
             self.describe(format!("playback speed {} ms/s", trimmed(1e3 * speed, 4)));
         }
         if let Some(pause) = control.pause.filter(|pause| *pause != status.paused) {
             self.restart_clock();
-            lock(&self.status).paused = pause;
+            lock(&self.handle.status).paused = pause;
             self.describe(if pause { "paused" } else { "resumed" }.to_owned());
         }
         if control.step {
@@ -182,7 +178,7 @@ impl InteractiveSource {
     /// Applies the changed numbers and the kicks with which the next frame starts.
     fn apply_changes(&mut self) -> Result<(), PipelineError> {
         let (start, values, kicks) = {
-            let mut pending = lock(&self.pending);
+            let mut pending = lock(&self.handle.pending);
             let values = std::mem::take(&mut pending.values);
             let kicks = std::mem::take(&mut pending.kicks);
             (pending.start.take(), values, kicks)
@@ -204,7 +200,7 @@ impl InteractiveSource {
             };
             // The run continues as it was.
             self.done.push(format!("{change} refused: {refusal}"));
-            lock(&self.pending).refusal = Some(self.source.scene().clone());
+            lock(&self.handle.pending).refusal = Some(self.source.scene().clone());
         }
         if let Some(start) = &start {
             self.source.set_state(start)?;
@@ -224,19 +220,17 @@ impl InteractiveSource {
     /// Waits until the next frame is due, or the run is stopped.
     fn wait(&mut self) {
         loop {
-            // All handles are dropped: the run cannot be stopped in any other way.
-            self.ended |= self.wake.try_recv() == Err(TryRecvError::Disconnected);
             self.apply_controls();
-            let status = *lock(&self.status);
+            let status = self.handle.status();
             let due = self.due(status);
             if self.ended || self.step || (!status.paused && Instant::now() >= due) {
                 return;
             }
             // The loop checks the reason for the wake-up.
             let _ = if status.paused {
-                self.wake.recv().ok()
+                self.handle.woken.recv().ok()
             } else {
-                self.wake.recv_deadline(due).ok()
+                self.handle.woken.recv_deadline(due).ok()
             };
         }
     }
@@ -251,7 +245,7 @@ impl InteractiveSource {
     fn measure_speed(&mut self) {
         let now = Instant::now();
         let time = self.source.time();
-        let mut status = lock(&self.status);
+        let mut status = lock(&self.handle.status);
         let (since, from) = self.measured;
         let wall = now - since;
         if !status.paused && wall >= SPEED_WINDOW {

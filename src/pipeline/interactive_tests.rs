@@ -225,7 +225,7 @@ fn repeated_commands_are_described_once() {
     let (mut run, _handle) = interactive("mass-on-belt", FAST);
     for k in 0..1000 {
         for pause in [Some(true), Some(false)] {
-            let mut pending = lock(&run.pending);
+            let mut pending = lock(&run.handle.pending);
             pending.control.speed = Some(FAST + f64::from(k));
             pending.control.pause = pause;
             drop(pending);

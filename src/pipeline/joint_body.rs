@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use super::PipelineError;
 use super::computed::sliding_speed;
-use super::loading::{LoadingClock, check_reach, set_loading};
+use super::loading::{LoadingClock, ball_of, check_reach};
 use super::message::{
     ContactSample, EnergySample, Frame, JointInfo, ModeInfo, NodeState, PatchGeometry,
 };
 use super::patch::ShownPatch;
-use super::prepare::{initial_state, joint_integrator};
+use super::prepare::{Unstarted, joint_integrator};
 use super::simulate::Motion;
-use crate::dynamics::{Integrator, System};
-use crate::joint::{BallJoint, Joint, Model};
+use crate::dynamics::System;
+use crate::joint::{BallJoint, Joint, Loading, Model};
 use crate::scene::{Carry, LoadedJoint, Parameter, Scene};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
@@ -63,22 +63,16 @@ fn joint_of(model: &Model, audited: bool) -> Joint {
 impl JointBody {
     /// Computes the modes and assembles the joint of a scene under the initial tilt, load and rotation; with its integrator,
     /// not started, and its initial state.
-    pub fn new(
-        scene: &Scene,
-        tilted: &LoadedJoint,
-    ) -> Result<(Self, Integrator<'static>, Vec<f64>), PipelineError> {
+    pub fn new(scene: &Scene, tilted: &LoadedJoint) -> Result<(Self, Unstarted), PipelineError> {
         let clock = LoadingClock::new(tilted.clone(), scene.frame_samples as u64);
         let tilt = clock.now.tilt;
-        let mut ball = BallJoint::new(&tilted.spec)?;
-        ball.set_probe_rotation(tilted.full_rotation);
+        let ball = ball_of(tilted)?;
         if tilted.varies() {
             check_reach(&ball, tilted, scene.duration)?;
         }
         let energy_every = stride(scene.sample_rate, scene.record.energy_rate);
         let joint = Arc::new(joint_of(&ball.model(tilt)?, energy_every.is_some()));
-        let mut z = initial_state(scene, joint.modes());
-        z.resize(joint.dim(), 0.0);
-        let integrator = joint_integrator(scene, &joint)?;
+        let (integrator, z) = joint_integrator(scene, &joint)?;
         let bytes = joint.contact_nodes().div_ceil(8);
         let mut patch = ShownPatch::new(scene.record.patch_nodes);
         let mut body = Self {
@@ -95,7 +89,7 @@ impl JointBody {
             has_unlocated_events: false,
         };
         body.begin_at(&z);
-        Ok((body, integrator, z))
+        Ok((body, (integrator, z)))
     }
 
     /// Begins at a state `z`: counts separations and the energy from there.
@@ -119,13 +113,14 @@ impl JointBody {
             None
         };
         let labels = self.ball.mode_labels();
-        let rotation = tilted.full_rotation;
-        // The rotation at a factor of 1, independent of the present factor.
-        let mut turning = self.ball.clone();
-        turning.set_rotation(rotation);
-        let [_, largest_load] = tilted.load_span();
-        let mut pressed = self.ball.clone();
-        pressed.set_load(largest_load);
+        // The rotation at a factor of 1, independent of the present factor, and the largest load.
+        let (rotation, load_span) = (tilted.full_rotation, tilted.load_span());
+        let mut extreme = self.ball.clone();
+        extreme.set_loading(&Loading {
+            load: load_span[1],
+            rotation,
+            ..self.clock.now
+        });
         JointInfo {
             body: self.ball.body_description(),
             modes: labels
@@ -143,10 +138,10 @@ impl JointBody {
             outline: outline.unwrap_or_default(),
             rotation,
             rotation_span: tilted.rotation_span(),
-            load_span: tilted.load_span(),
+            load_span,
             ball_radius: self.ball.ball_radius(),
-            patch_radius: pressed.patch_radius(),
-            sliding_speed: sliding_speed(&turning, self.clock.now.tilt),
+            patch_radius: extreme.patch_radius(),
+            sliding_speed: sliding_speed(&extreme, self.clock.now.tilt),
         }
     }
 
@@ -175,7 +170,7 @@ impl JointBody {
         if loading == self.clock.now {
             return Ok(());
         }
-        set_loading(&mut self.ball, &loading);
+        self.ball.set_loading(&loading);
         self.clock.now = loading;
         let model = self.ball.model(loading.tilt)?;
         self.continue_with(&model, time, motion)
@@ -210,6 +205,7 @@ impl JointBody {
         }
         self.audit.added += joint.energy(integrator.state()).total() - before;
         self.joint = Arc::new(joint);
+        motion.probe = self.joint.probe().to_vec();
         integrator.restart(self.joint.clone())?;
         self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.clock.now.tilt)?);
         motion.sensitivity.parameters_changed(time);
@@ -245,9 +241,8 @@ impl JointBody {
             tilted.patch_moves_from = tilted.patch_moves_from.map(|_| time);
         }
         let loading = tilted.loading(time);
-        let mut ball = BallJoint::new(&tilted.spec)?;
-        ball.set_probe_rotation(tilted.full_rotation);
-        set_loading(&mut ball, &loading);
+        let mut ball = ball_of(&tilted)?;
+        ball.set_loading(&loading);
         let model = ball.model(loading.tilt)?;
         self.ball = ball;
         self.clock.replace(tilted, time);

@@ -1,7 +1,7 @@
 //! The loading of a simulated joint over time.
 
-use crate::joint::{AssemblyError, BallJoint};
-use crate::scene::{LoadedJoint, Loading};
+use crate::joint::{AssemblyError, BallJoint, Loading};
+use crate::scene::LoadedJoint;
 
 /// The times at which the loading of a joint changes, and its present value. A gradual change is applied at
 /// multiples of a number of samples, counted from the start of the run, and a jump at its time: the motion does
@@ -65,11 +65,14 @@ impl LoadingClock {
     }
 }
 
-/// Applies a loading to a joint.
-pub(super) fn set_loading(ball: &mut BallJoint, loading: &Loading) {
-    ball.set_load(loading.load);
-    ball.set_rotation(loading.rotation);
-    ball.set_patch(loading.patch);
+/// The joint under the load and the rotation at time 0.
+///
+/// # Errors
+/// As [`BallJoint::new`].
+pub(super) fn ball_of(tilted: &LoadedJoint) -> Result<BallJoint, AssemblyError> {
+    let mut ball = BallJoint::new(&tilted.spec)?;
+    ball.set_probe_rotation(tilted.full_rotation);
+    Ok(ball)
 }
 
 /// Reports an unreachable loading of a run of a duration (s) before the run: the patch is closest to the beam where
@@ -83,20 +86,20 @@ pub(super) fn check_reach(
     duration: f64,
 ) -> Result<(), AssemblyError> {
     let mut ball = ball.clone();
-    let [_, largest_load] = tilted.load_span();
-    ball.set_load(largest_load);
-    if tilted.patch_moves() {
-        let height = |now: &Loading| now.patch.map_or(f64::INFINITY, |patch| patch.direction[2]);
-        let loadings = tilted.loadings(duration);
-        let farthest = loadings.min_by(|a, b| height(a).total_cmp(&height(b)));
-        if let Some(Loading { patch, tilt, .. }) = farthest {
-            ball.set_patch(patch);
-            ball.model(tilt)?;
-        }
-        ball.set_patch(None);
+    let [_, load] = tilted.load_span();
+    let moved = tilted
+        .loadings(duration)
+        .filter_map(|now| Some((now.patch?.direction[2], now)));
+    let farthest = moved.min_by(|a, b| a.0.total_cmp(&b.0));
+    let start = Loading {
+        patch: None,
+        ..tilted.loading(0.0)
+    };
+    let ends = [tilted.tilt.min(), tilted.tilt.max()].map(|tilt| Loading { tilt, ..start });
+    for at in farthest.map(|(_, at)| at).into_iter().chain(ends) {
+        ball.set_loading(&Loading { load, ..at });
+        ball.model(at.tilt)?;
     }
-    ball.model(tilted.tilt.min())?;
-    ball.model(tilted.tilt.max())?;
     Ok(())
 }
 

@@ -19,6 +19,13 @@ fn joint(simulation: &Simulation) -> &JointBody {
     }
 }
 
+fn without_moved_patch(simulation: &Simulation) -> Loading {
+    Loading {
+        patch: None,
+        ..simulation.loading().unwrap()
+    }
+}
+
 fn frames(simulation: &mut Simulation) -> Vec<Frame> {
     std::iter::from_fn(|| simulation.next_frame().unwrap()).collect()
 }
@@ -35,7 +42,7 @@ fn the_patch_moves_against_the_sliding_direction() {
         assert!((b.tilt - a.tilt - step).abs() < 1e-14);
         let middle = 0.5 * (a.tilt + b.tilt);
         let mut at_middle = ball.clone();
-        at_middle.set_patch(None);
+        at_middle.set_loading(&without_moved_patch(&simulation));
         let velocity = at_middle.sliding_velocity(middle);
         for k in 0..3 {
             let moved = ball.ball_radius() * (b.geometry.direction[k] - a.geometry.direction[k]);
@@ -56,7 +63,7 @@ fn a_moved_patch_is_that_of_its_tilt() {
     let last = frames(&mut simulation).pop().unwrap();
     let mut ball = joint(&simulation).ball.clone();
     let moved = ball.model(last.tilt).unwrap();
-    ball.set_patch(None);
+    ball.set_loading(&without_moved_patch(&simulation));
     let tilted = ball.model(last.tilt).unwrap();
     let vectors = |a: &[[f64; 3]], b: &[[f64; 3]]| {
         let pairs = a.as_flattened().iter().zip(b.as_flattened());

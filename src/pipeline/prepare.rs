@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
-use crate::dynamics::{Accuracy, Integrator, Method, Switching, System, max_rk4_step};
+use super::loading::ball_of;
+use crate::dynamics::{Accuracy, Integrator, Switching, System, max_rk4_step};
 use crate::joint::{BallJoint, Joint};
 use crate::scene::{self, Events, Scene, SmallSystem, SystemSpec};
 
@@ -46,23 +47,15 @@ impl Prepared {
 /// # Errors
 /// If the joint cannot be assembled, or the integrator does not fit the system.
 pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
-    let (integrator, probe, ball) = match &scene.subject {
+    let ((integrator, state), probe, ball) = match &scene.subject {
         SystemSpec::Joint(tilted) => {
-            let mut ball = BallJoint::new(&tilted.spec)?;
-            ball.set_probe_rotation(tilted.full_rotation);
-            let model = ball.model(tilted.tilt.at(0.0))?;
-            let joint = Arc::new(Joint::new(&model));
-            let integrator = joint_integrator(scene, &joint)?;
-            (integrator, joint.probe().to_vec(), Some(ball))
+            let ball = ball_of(tilted)?;
+            let joint = Arc::new(ball.joint(tilted.tilt.at(0.0))?);
+            let probe = joint.probe().to_vec();
+            (joint_integrator(scene, &joint)?, probe, Some(ball))
         }
-        SystemSpec::Small(small) => {
-            let integrator = small_integrator(scene, boxed(small))?;
-            (integrator, small_probe(small), None)
-        }
+        SystemSpec::Small(small) => (small_integrator(scene, small)?, small_probe(small), None),
     };
-    let system = integrator.system();
-    let mut state = initial_state(scene, system.modes());
-    state.resize(system.dim(), 0.0);
     Ok(Prepared {
         probe,
         integrator,
@@ -91,41 +84,79 @@ pub(super) fn small_probe(small: &SmallSystem) -> Vec<f64> {
     }
 }
 
-/// The integrator of a scene for its joint. A contact with dashpots has a discontinuous force, and its
-/// integrator must stop at events.
+/// An integrator that has not started, with its initial state.
+pub(super) type Unstarted = (Integrator<'static>, Vec<f64>);
+
+/// The integrator of a scene for its joint, with the initial state. A contact with dashpots has a discontinuous force, and
+/// its integrator must stop at events.
 pub(super) fn joint_integrator(
     scene: &Scene,
     joint: &Arc<Joint>,
-) -> Result<Integrator<'static>, PipelineError> {
-    if scene.integrator.method.has_fixed_step() {
-        // Contact and friction limit the step, too.
-        let rates: Vec<[f64; 2]> = match joint.linear_modes() {
-            Ok(modes) => modes
-                .iter()
-                .map(|mode| [mode.growth, TAU * mode.frequency_hz])
-                .collect(),
-            Err(_) => joint.omega().iter().map(|&omega| [0.0, omega]).collect(),
-        };
-        check_step(&scene.integrator, rates)?;
-    }
-    let integrator = Integrator::new(method(&scene.integrator), Arc::clone(joint))?;
-    let jumps = !joint.is_continuous();
-    if jumps || scene.integrator.events == Events::Exact {
-        Ok(integrator.with_events()?)
-    } else {
-        Ok(integrator)
-    }
+) -> Result<Unstarted, PipelineError> {
+    // Contact and friction limit a fixed step, too.
+    let rates = || match joint.linear_modes() {
+        Ok(modes) => modes
+            .iter()
+            .map(|mode| [mode.growth, TAU * mode.frequency_hz])
+            .collect(),
+        Err(_) => natural(&**joint),
+    };
+    let stops = !joint.is_continuous() || scene.integrator.events == Events::Exact;
+    integrator(scene, Arc::clone(joint), rates, stops)
 }
 
-/// The integrator of a scene for its small system. Small systems are discontinuous, and their integrator must
-/// stop at events.
-fn small_integrator(
+/// The integrator of a scene for its small system, with the initial state. Small systems are discontinuous, and their
+/// integrator must stop at events.
+pub(super) fn small_integrator(
     scene: &Scene,
-    system: Box<dyn System>,
-) -> Result<Integrator<'static>, PipelineError> {
-    let rates = system.omega().iter().map(|&omega| [0.0, omega]);
-    check_step(&scene.integrator, rates)?;
-    Ok(Integrator::new(method(&scene.integrator), system)?.with_events()?)
+    small: &SmallSystem,
+) -> Result<Unstarted, PipelineError> {
+    let system = boxed(small);
+    let rates = natural(&*system);
+    integrator(scene, system, || rates, true)
+}
+
+/// Eigenvalues `[growth, frequency]` of undamped modes.
+fn natural(system: &dyn System) -> Vec<[f64; 2]> {
+    system.omega().iter().map(|&omega| [0.0, omega]).collect()
+}
+
+/// The integrator of a scene. A fixed step must be stable for each of `rates`, the eigenvalues `[growth, frequency]` of the
+/// linearised system.
+fn integrator(
+    scene: &Scene,
+    system: impl System + 'static,
+    rates: impl FnOnce() -> Vec<[f64; 2]>,
+    stops_at_events: bool,
+) -> Result<Unstarted, PipelineError> {
+    let scene::Integrator {
+        method,
+        tolerance,
+        max_step,
+        ..
+    } = scene.integrator;
+    if method.has_fixed_step() {
+        let longest = rates().into_iter().map(max_rk4_step);
+        let limit = longest.fold(f64::INFINITY, f64::min);
+        if max_step > limit {
+            return Err(PipelineError::Step {
+                step_us: 1e6 * max_step,
+                limit_us: 1e6 * limit,
+            });
+        }
+    }
+    let accuracy = Accuracy {
+        floor: FLOOR,
+        ..Accuracy::relative(tolerance)
+    };
+    let mut integrator = Integrator::new(method.with(accuracy, max_step), system)?;
+    if stops_at_events {
+        integrator = integrator.with_events()?;
+    }
+    let system = integrator.system();
+    let mut state = initial_state(scene, system.modes());
+    state.resize(system.dim(), 0.0);
+    Ok((integrator, state))
 }
 
 /// The initial `[q | dq/dt]`: the initial state of the scene plus a seeded Gaussian kick of the velocities.
@@ -145,31 +176,4 @@ pub(super) fn kick(velocities: &mut [f64], size: f64, seed: u64) {
         let normal: f64 = StandardNormal.sample(&mut rng);
         *velocity += size * normal;
     }
-}
-
-fn method(integrator: &scene::Integrator) -> Method {
-    let accuracy = Accuracy {
-        floor: FLOOR,
-        ..Accuracy::relative(integrator.tolerance)
-    };
-    integrator.method.with(accuracy, integrator.max_step)
-}
-
-/// Checks that a fixed step is stable for each eigenvalue `[growth, frequency]` of the linearised system.
-fn check_step(
-    integrator: &scene::Integrator,
-    rates: impl IntoIterator<Item = [f64; 2]>,
-) -> Result<(), PipelineError> {
-    if !integrator.method.has_fixed_step() {
-        return Ok(());
-    }
-    let longest = rates.into_iter().map(max_rk4_step);
-    let limit = longest.fold(f64::INFINITY, f64::min);
-    if integrator.max_step > limit {
-        return Err(PipelineError::Step {
-            step_us: 1e6 * integrator.max_step,
-            limit_us: 1e6 * limit,
-        });
-    }
-    Ok(())
 }

@@ -6,15 +6,15 @@ use std::time::Instant;
 
 use super::computed;
 use super::joint_body::JointBody;
-use super::message::{DisplayRates, Frame, Header, MechanismPrediction, Subject};
+use super::message::{DisplayRates, Frame, Header, MechanismPrediction, SmallInfo, Subject};
 use super::pending::RunState;
-use super::prepare::{kick, prepare};
+use super::prepare::{boxed, kick, small_integrator, small_probe};
 use super::sensitivity::{SensitivityTracker, with_tangents};
-use super::small_body::SmallBody;
 use super::source::Source;
-use super::{PipelineError, Prepared};
+use super::{PipelineError, small_body};
 use crate::dynamics::{DynamicsError, Integrator, System};
-use crate::scene::{Loading, Parameter, Scene, SystemSpec};
+use crate::joint::Loading;
+use crate::scene::{Parameter, Scene, SystemSpec};
 
 /// A running simulation of a scene. Its numbers can be changed on the way.
 pub struct Simulation {
@@ -36,10 +36,10 @@ pub struct Simulation {
     changed: Arc<Vec<(Parameter, f64)>>,
 }
 
-/// What moves.
+/// What moves: a joint, or a small system, which the scene has, with its description at the start.
 enum Body {
     Joint(Box<JointBody>),
-    Small(SmallBody),
+    Small(SmallInfo),
 }
 
 /// The motion of a body.
@@ -48,20 +48,18 @@ pub(super) struct Motion {
     pub integrator: Integrator<'static>,
     /// State at the last sample.
     pub z: Vec<f64>,
+    /// Row that maps modal coordinates to the displacement of the probe.
+    pub probe: Vec<f64>,
+    /// Number of events of a small system up to the last sample.
+    crossings: u64,
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
     pub sensitivity: SensitivityTracker,
 }
 
-impl Body {
-    /// Displacement (m) and velocity (m/s) of the probe at a state.
-    fn observe(&self, z: &[f64]) -> [f64; 2] {
-        let probe: &[f64] = match self {
-            Self::Joint(body) => body.joint.probe(),
-            Self::Small(body) => &body.probe,
-        };
-        let (q, rest) = z.split_at(probe.len());
-        [q, rest].map(|part| probe.iter().zip(part).map(|(p, x)| p * x).sum())
-    }
+/// Displacement (m) and velocity (m/s) of a probe at a state.
+fn observe(probe: &[f64], z: &[f64]) -> [f64; 2] {
+    let (q, rest) = z.split_at(probe.len());
+    [q, rest].map(|part| probe.iter().zip(part).map(|(p, x)| p * x).sum())
 }
 
 impl Simulation {
@@ -70,18 +68,18 @@ impl Simulation {
     /// # Errors
     /// If the joint cannot be assembled, or the integrator does not fit the system or cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
-        let (body, integrator, z, computed) = match &scene.subject {
+        let (body, probe, (integrator, z), computed) = match &scene.subject {
             SystemSpec::Joint(tilted) => {
-                let (body, integrator, z) = JointBody::new(scene, tilted)?;
+                let (body, unstarted) = JointBody::new(scene, tilted)?;
                 let computed = computed::for_joint(scene, tilted, &body.ball, &body.joint)?;
-                (Body::Joint(Box::new(body)), integrator, z, computed)
+                let probe = body.joint.probe().to_vec();
+                (Body::Joint(Box::new(body)), probe, unstarted, computed)
             }
             SystemSpec::Small(small) => {
-                let Prepared {
-                    integrator, state, ..
-                } = prepare(scene)?;
-                let body = Body::Small(SmallBody::new(small, scene.sample_rate));
-                (body, integrator, state, computed::for_small(scene, small))
+                let body = Body::Small(small_body::info(small, scene.sample_rate));
+                let unstarted = small_integrator(scene, small)?;
+                let computed = computed::for_small(scene, small);
+                (body, small_probe(small), unstarted, computed)
             }
         };
         let mut integrator = with_tangents(scene, integrator)?;
@@ -91,6 +89,8 @@ impl Simulation {
             motion: Motion {
                 integrator,
                 z,
+                probe,
+                crossings: 0,
                 sensitivity: SensitivityTracker::new(scene),
             },
             computed,
@@ -181,10 +181,11 @@ impl Simulation {
     pub fn set_state(&mut self, state: &RunState) -> Result<(), PipelineError> {
         let mut z = state.values.clone();
         z.resize(z.len() + self.system().quadratures(), 0.0);
-        if let (Body::Small(body), SystemSpec::Small(small)) =
-            (&mut self.body, &mut self.scene.subject)
-        {
-            body.set_phase(small, state.drive_phase, &mut self.motion)?;
+        if let SystemSpec::Small(small) = &mut self.scene.subject {
+            if let Some((_, phase)) = small.drive() {
+                *phase = state.drive_phase;
+            }
+            self.motion.integrator.restart(boxed(small).into())?;
         }
         let time = self.time();
         self.motion.integrator.start(time, &z)?;
@@ -208,8 +209,8 @@ impl Simulation {
             (Body::Joint(body), _, SystemSpec::Joint(tilted)) => {
                 body.set(tilted.clone(), parameter, time, &mut self.motion)?;
             }
-            (Body::Small(body), SystemSpec::Small(before), SystemSpec::Small(small)) => {
-                body.set(before, small, time, &mut self.motion)?;
+            (_, SystemSpec::Small(before), SystemSpec::Small(small)) => {
+                small_body::set(before, small, time, &mut self.motion)?;
             }
             _ => {}
         }
@@ -300,7 +301,7 @@ impl Source for Simulation {
         let scene = &self.scene;
         let subject = match &self.body {
             Body::Joint(body) => Subject::Joint(body.info(scene)),
-            Body::Small(body) => Subject::Small(body.info.clone()),
+            Body::Small(info) => Subject::Small(info.clone()),
         };
         let controls = self.is_endless.then(|| scene.live_controls());
         let mut header = Header {
@@ -353,7 +354,7 @@ impl Source for Simulation {
                 Err(DynamicsError::Stopped { .. }) => break,
                 other => other?,
             }
-            let [displacement, velocity] = body.observe(&motion.z);
+            let [displacement, velocity] = observe(&motion.probe, &motion.z);
             frame.q.extend_from_slice(&motion.z[..modes]);
             frame.qdot.extend_from_slice(&motion.z[modes..2 * modes]);
             frame.displacement.push(displacement);
@@ -363,14 +364,21 @@ impl Source for Simulation {
                     let is_shown = |_| DisplayRates::is_snapshot(index - first, count, rate);
                     body.sample((index, time), self.shown.map(is_shown), motion, &mut frame);
                 }
-                Body::Small(body) => body.sample(&motion.integrator, &mut frame),
+                Body::Small(_) => {
+                    let crossings = motion.integrator.stats().crossings;
+                    frame.transitions += crossings - motion.crossings;
+                    motion.crossings = crossings;
+                    frame.status.extend(motion.integrator.status());
+                }
             }
             let Motion {
                 integrator,
                 z,
+                probe,
                 sensitivity,
+                ..
             } = motion;
-            let observe = |z: &[f64]| body.observe(z);
+            let observe = |z: &[f64]| observe(probe, z);
             sensitivity.follow(integrator, (index, time), z, observe, &mut frame)?;
         }
         // A stopped run yields fewer samples than planned.

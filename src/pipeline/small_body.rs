@@ -3,83 +3,40 @@
 use std::f64::consts::TAU;
 
 use super::PipelineError;
-use super::message::{Frame, SmallInfo, StatusInfo, StatusKind};
+use super::message::{SmallInfo, StatusInfo, StatusKind};
 use super::prepare::{boxed, small_probe};
 use super::simulate::Motion;
-use crate::dynamics::Integrator;
 use crate::scene::SmallSystem;
 
 /// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
 /// have many harmonics.
 const HARMONICS: f64 = 8.0;
 
-/// A small system whose numbers can change. Its integrator stops at every event.
-pub(super) struct SmallBody {
-    /// Description at the start.
-    pub info: SmallInfo,
-    /// Row that maps the modal coordinates to the displacement of the observed mass.
-    pub probe: Vec<f64>,
-    /// Number of events up to the last sample.
-    crossings: u64,
-}
-
-impl SmallBody {
-    /// A small system with samples at `rate` (Hz).
-    pub fn new(small: &SmallSystem, rate: f64) -> Self {
-        Self {
-            info: info(small, rate),
-            probe: small_probe(small),
-            crossings: 0,
-        }
+/// Continues with other numbers from a time (s) on. The angle of the drive goes on.
+pub(super) fn set(
+    before: &mut SmallSystem,
+    small: &mut SmallSystem,
+    time: f64,
+    motion: &mut Motion,
+) -> Result<(), PipelineError> {
+    if let (Some((old, phase)), Some((new, shifted))) = (before.drive(), small.drive()) {
+        *shifted = (*phase + (old - new) * time).rem_euclid(TAU);
     }
-
-    /// Adds the discrete state during the step that contains the sample to a frame, and the events since the previous one.
-    pub fn sample(&mut self, integrator: &Integrator<'_>, frame: &mut Frame) {
-        let crossings = integrator.stats().crossings;
-        frame.transitions += crossings - std::mem::replace(&mut self.crossings, crossings);
-        frame.status.extend(integrator.status());
+    let integrator = &mut motion.integrator;
+    integrator.integrate_to(time)?;
+    if let SmallSystem::ImpactOscillator(oscillator) = small {
+        // A wall that moves takes a mass that it reaches along.
+        let position = integrator.state()[0];
+        integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
     }
-
-    /// Sets the phase of the drive at the time 0, rad.
-    pub fn set_phase(
-        &self,
-        small: &mut SmallSystem,
-        phase: f64,
-        motion: &mut Motion,
-    ) -> Result<(), PipelineError> {
-        if let Some((_, present)) = small.drive() {
-            *present = phase;
-        }
-        Ok(motion.integrator.restart(boxed(small).into())?)
-    }
-
-    /// Continues with other numbers from a time (s) on. The angle of the drive goes on.
-    pub fn set(
-        &mut self,
-        before: &mut SmallSystem,
-        small: &mut SmallSystem,
-        time: f64,
-        motion: &mut Motion,
-    ) -> Result<(), PipelineError> {
-        if let (Some((old, phase)), Some((new, shifted))) = (before.drive(), small.drive()) {
-            *shifted = (*phase + (old - new) * time).rem_euclid(TAU);
-        }
-        let integrator = &mut motion.integrator;
-        integrator.integrate_to(time)?;
-        self.probe = small_probe(small);
-        if let SmallSystem::ImpactOscillator(oscillator) = small {
-            // A wall that moves takes a mass that it reaches along.
-            let position = integrator.state()[0];
-            integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
-        }
-        integrator.restart(boxed(small).into())?;
-        motion.sensitivity.parameters_changed(time);
-        Ok(())
-    }
+    integrator.restart(boxed(small).into())?;
+    motion.probe = small_probe(small);
+    motion.sensitivity.parameters_changed(time);
+    Ok(())
 }
 
 /// Description of a small system sampled at `rate` (Hz).
-fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
+pub(super) fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
     use StatusKind::{Free, Held, Other};
     // The statuses in the order of their numbers.
     let (omegas, statuses, transition) = match small {

@@ -157,7 +157,7 @@ impl Mechanism {
                 tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))
             }),
             (Self::TorusBirth, _) => has(|joint| {
-                joint.load.is_none() && joint.rotation_factor.is_none() && joint.tilt.varies()
+                joint.tilt.varies() && !joint.load.varies() && !joint.rotation_factor.varies()
             }),
             (Self::Bristles | Self::ContactAge, _) => match friction {
                 Friction::Dynamic { law, .. } => {

@@ -29,7 +29,7 @@ pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
 pub use spec::Scene;
-pub use subject::{Carry, FixedAt, LoadedJoint, Loading, SmallSystem, SystemSpec};
+pub use subject::{Carry, FixedAt, LoadedJoint, SmallSystem, SystemSpec};
 pub use tables::analysis::{
     AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,

@@ -125,7 +125,6 @@ impl Scene {
         let duration = self.duration;
         for (keys, schedule) in schedules().into_iter().zip(joint.schedules()) {
             let word = keys.word;
-            let Some(schedule) = schedule else { continue };
             let has_steps = schedule.jumps().next().is_some();
             // The segment before a knot at the end of the run is simulated; no sample follows a step there.
             let too_late = |last: &f64| *last > duration || has_steps && *last == duration;

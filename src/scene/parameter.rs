@@ -6,6 +6,7 @@ use toml_edit::Value;
 
 use super::edit::{knot_list, number};
 use super::error::{SceneError, did_you_mean, nearest_path};
+use super::schedule::Schedule;
 use super::schema::kind::float;
 use super::schema::{Declared, IfAbsent, split};
 use super::spec::Scene;
@@ -264,8 +265,8 @@ impl Scene {
         };
         let path = parameter.path();
         let word = match path {
-            LOAD_PATH if joint.load.is_some() => LOAD.word,
-            ROTATION_PATH if joint.rotation_factor.is_some() => FACTOR.word,
+            LOAD_PATH if joint.load.varies() => LOAD.word,
+            ROTATION_PATH if joint.rotation_factor != Schedule::constant(1.0) => FACTOR.word,
             _ => return Ok(()),
         };
         let problem = format!(

@@ -5,7 +5,7 @@ use serde::Serialize;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::schedule::Schedule;
-use crate::joint::{JointSpec, PatchFrame};
+use crate::joint::{JointSpec, Loading, PatchFrame};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// The simulated system.
@@ -30,10 +30,10 @@ pub struct LoadedJoint {
     pub full_rotation: [f64; 3],
     /// Tilt of the load, rad.
     pub tilt: Schedule,
-    /// Load, N, if it is a function of time.
-    pub load: Option<Schedule>,
-    /// Factor on the angular velocity, negative for the opposite rotation, if it is a function of time.
-    pub rotation_factor: Option<Schedule>,
+    /// Load, N.
+    pub load: Schedule,
+    /// Factor on the angular velocity, negative for the opposite rotation.
+    pub rotation_factor: Schedule,
     /// Time from which the rotation moves the patch, s: there the patch is at the tilt, which is constant. `None`
     /// if the patch stays at the tilt whatever the rotation.
     pub patch_moves_from: Option<f64>,
@@ -54,21 +54,6 @@ pub enum Carry {
     Displacement,
 }
 
-/// Loading of a joint at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loading {
-    /// Tilt of the load towards the azimuth of the joint, rad.
-    pub tilt: f64,
-    /// Frame to which the rotation has moved the patch; `None` for that of the tilt.
-    pub patch: Option<PatchFrame>,
-    /// Load, N.
-    pub load: f64,
-    /// Angular velocity vector, rad/s.
-    pub rotation: [f64; 3],
-    /// Factor on the angular velocity of the scene; 1 if that is constant.
-    pub rotation_factor: f64,
-}
-
 /// Values fixed at one instant: a study of a single state holds the time-dependent quantities of a scene; `None` for
 /// quantities that are constant in the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -86,15 +71,14 @@ pub struct FixedAt {
 impl LoadedJoint {
     /// Loading of the joint at time `t` (s).
     pub fn loading(&self, t: f64) -> Loading {
-        let factor = self.rotation_factor.as_ref();
-        let rotation_factor = factor.map_or(1.0, |factor| factor.at(t));
+        let rotation_factor = self.rotation_factor.at(t);
         let (tilt, azimuth) = (self.tilt.at(t), self.spec.azimuth);
         let turn = self.patch_turn(t).filter(|by| *by != [0.0; 3]);
         let patch = turn.map(|by| PatchFrame::tilted(tilt, azimuth).turned(by));
         Loading {
             tilt: patch.map_or(tilt, |patch| patch.tilt(azimuth)),
             patch,
-            load: self.load.as_ref().map_or(self.spec.load, |load| load.at(t)),
+            load: self.load.at(t),
             rotation: self.full_rotation.map(|w| rotation_factor * w),
             rotation_factor,
         }
@@ -105,10 +89,8 @@ impl LoadedJoint {
     /// `dd/dt = -Omega x d`. The axis of `Omega` is fixed, and the turn is the integral of its magnitude.
     fn patch_turn(&self, t: f64) -> Option<[f64; 3]> {
         let from = self.patch_moves_from?;
-        let factor = self.rotation_factor.as_ref();
-        let amount = factor.map_or(t - from, |factor| {
-            factor.integral(t) - factor.integral(from)
-        });
+        let turned = |t| self.rotation_factor.integral(t);
+        let amount = turned(t) - turned(from);
         Some(self.full_rotation.map(|w| -amount * w))
     }
 
@@ -136,34 +118,27 @@ impl LoadedJoint {
 
     /// Minimum and maximum load, N.
     pub fn load_span(&self) -> [f64; 2] {
-        let load = self.load.as_ref();
-        load.map_or([self.spec.load; 2], |load| [load.min(), load.max()])
+        [self.load.min(), self.load.max()]
     }
 
     /// Minimum and maximum factor on the angular velocity.
     pub fn rotation_span(&self) -> [f64; 2] {
-        let factor = self.rotation_factor.as_ref();
-        factor.map_or([1.0; 2], |factor| [factor.min(), factor.max()])
+        [self.rotation_factor.min(), self.rotation_factor.max()]
     }
 
-    /// Load (N), tilt (rad) and factor on the angular velocity; `None` for a constant.
-    pub(super) fn schedules(&self) -> [Option<&Schedule>; 3] {
-        [
-            self.load.as_ref(),
-            Some(&self.tilt),
-            self.rotation_factor.as_ref(),
-        ]
+    /// Load (N), tilt (rad) and factor on the angular velocity.
+    pub(super) fn schedules(&self) -> [&Schedule; 3] {
+        [&self.load, &self.tilt, &self.rotation_factor]
     }
 
     /// Whether tilt, load or rotation change with time.
     pub fn varies(&self) -> bool {
-        let mut schedules = self.schedules().into_iter().flatten();
-        self.patch_moves() || schedules.any(Schedule::varies)
+        self.patch_moves() || self.schedules().into_iter().any(Schedule::varies)
     }
 
     /// Times of all discontinuities of tilt, load and rotation, s, ascending, without duplicates.
     pub fn jumps(&self) -> Vec<f64> {
-        let schedules = self.schedules().into_iter().flatten();
+        let schedules = self.schedules().into_iter();
         let mut jumps: Vec<f64> = schedules.flat_map(Schedule::jumps).collect();
         jumps.sort_by(f64::total_cmp);
         jumps.dedup();
@@ -177,7 +152,7 @@ impl LoadedJoint {
 
     /// Values of the time-dependent quantities under the given loading.
     pub fn fixed_at(&self, loading: Loading) -> FixedAt {
-        let [load, tilt, factor] = self.schedules().map(|s| s.is_some_and(Schedule::varies));
+        let [load, tilt, factor] = self.schedules().map(Schedule::varies);
         FixedAt {
             tilt: (tilt || self.patch_moves()).then_some(loading.tilt),
             load: load.then_some(loading.load),

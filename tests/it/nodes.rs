@@ -113,7 +113,7 @@ fn held(name: &str, tilt: Option<f64>) -> Scene {
     if let Some(tilt) = tilt {
         joint.tilt = Schedule::constant(tilt.to_radians());
     }
-    joint.rotation_factor = None;
+    joint.rotation_factor = Schedule::constant(1.0);
     joint.spec.rotation = joint.full_rotation;
     joint.patch_moves_from = None;
     scene.without_analyses()

@@ -170,7 +170,7 @@ fn steps_take_effect_at_their_exact_time() {
         integrator.start(0.0, &before.state).unwrap();
         integrator.integrate_to(change).unwrap();
         let mut ball = BallJoint::new(&joint(&changing).spec).unwrap();
-        ball.set_rotation(joint(&changing).loading(1.0).rotation);
+        ball.set_loading(&joint(&changing).loading(1.0));
         let slower = ball.joint(joint(&changing).tilt.at(0.0)).unwrap();
         integrator.restart(Arc::new(slower)).unwrap();
         let mut state = vec![0.0; 2 * m];

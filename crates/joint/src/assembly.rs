@@ -61,8 +61,23 @@ pub enum AssemblyError {
     },
 }
 
+/// Loading of a joint at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    /// Tilt of the load towards the azimuth of the joint, rad.
+    pub tilt: f64,
+    /// Frame to which the rotation has moved the patch; `None` for that of the tilt.
+    pub patch: Option<PatchFrame>,
+    /// Load, N.
+    pub load: f64,
+    /// Angular velocity vector, rad/s.
+    pub rotation: [f64; 3],
+    /// Factor on the angular velocity of the scene; 1 if that is constant.
+    pub rotation_factor: f64,
+}
+
 /// A ball joint with modes and quadrature, from which [`BallJoint::model`] builds the contact model at any
-/// tilt. Load and rotation can be changed without solving for the modes again.
+/// tilt. The loading can be changed without solving for the modes again.
 #[derive(Clone, Debug)]
 pub struct BallJoint {
     spec: JointSpec,
@@ -156,20 +171,12 @@ impl BallJoint {
         })
     }
 
-    /// Changes the load (N, positive). The radius of a Hertz patch changes with it; an imported patch is
-    /// fixed.
-    pub fn set_load(&mut self, load: f64) {
-        self.spec.load = load;
-    }
-
-    /// Changes the angular velocity vector, rad/s.
-    pub fn set_rotation(&mut self, rotation: [f64; 3]) {
-        self.spec.rotation = rotation;
-    }
-
-    /// Moves a Hertz patch to a frame, whatever the tilt; `None` moves it back to that of the tilt.
-    pub fn set_patch(&mut self, patch: Option<PatchFrame>) {
-        self.patch = patch;
+    /// Changes load, rotation and frame of the patch; the tilt is that of the model. The radius of a Hertz patch changes
+    /// with the load; an imported patch is fixed.
+    pub fn set_loading(&mut self, loading: &Loading) {
+        self.spec.load = loading.load;
+        self.spec.rotation = loading.rotation;
+        self.patch = loading.patch;
     }
 
     /// Sets the angular velocity (rad/s) whose sliding direction is that of Eq. (24), for a rotation that stops or

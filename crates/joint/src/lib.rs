@@ -38,7 +38,7 @@ mod vector;
 mod tests;
 
 use assembly::PatchNodes;
-pub use assembly::{AssemblyError, BallJoint};
+pub use assembly::{AssemblyError, BallJoint, Loading};
 pub use contact::{NodeAction, NodeForces};
 pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,

@@ -14,7 +14,7 @@ use crate::pipeline::error::PipelineError;
 use crate::pipeline::message::{
     MechanismPrediction, PredictedCurves, SecondToneGrowth, TorusBirth,
 };
-use crate::pipeline::prepare::{initial_state, joint_integrator};
+use crate::pipeline::prepare::joint_integrator;
 use crate::scene::{LoadedJoint, Scene};
 
 /// Time for which the motion settles at the first tilt of the run, s.
@@ -47,9 +47,7 @@ pub fn birth(
 ) -> Result<(), PipelineError> {
     let tilt = tilted.tilt.at(0.0);
     let joint = Arc::new(ball.joint(tilt)?);
-    let mut integrator = joint_integrator(scene, &joint)?;
-    let mut state = initial_state(scene, joint.modes());
-    state.resize(joint.dim(), 0.0);
+    let (mut integrator, state) = joint_integrator(scene, &joint)?;
     integrator.start(0.0, &state)?;
     integrator.integrate_to(SETTLE)?;
     let search = ReturnSearch {

@@ -3,7 +3,6 @@
 use super::{POINTS, linear_modes, sliding_speed};
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
-use crate::pipeline::loading::set_loading;
 use crate::pipeline::message::{
     MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass, fastest,
 };
@@ -31,7 +30,7 @@ pub fn passes(
     let mut ball = ball.clone();
     let mut at = |time: f64| -> Result<Instant, PipelineError> {
         let now = tilted.loading(time);
-        set_loading(&mut ball, &now);
+        ball.set_loading(&now);
         let modes = linear_modes(&ball, &ball.joint(now.tilt)?)?;
         Ok(Instant {
             time,

@@ -2,7 +2,6 @@
 
 use super::load::{LOAD, TILT};
 use crate::joint::{BodySpec, patch_direction};
-use crate::scene::Schedule;
 use crate::scene::document::Document;
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::subject::LoadedJoint;
@@ -51,8 +50,7 @@ pub fn check_imported_patch(
     };
     let others = vec!["rotation.moves_patch", "body.modes"];
     let keys = [tilt_keys(), LOAD.paths(), others].concat();
-    let load_varies = joint.load.as_ref().is_some_and(Schedule::varies);
-    ensure!(document, !(tilt.varies() || load_varies || joint.patch_moves()) => "body.modes", &keys;
+    ensure!(document, !(tilt.varies() || joint.load.varies() || joint.patch_moves()) => "body.modes", &keys;
         "the contact patch of `{}` is valid for one load and tilt only, which change with time", modes.name();
         "set a constant load.tilt_deg and load.load_n without rotation.moves_patch, or remove body.modes");
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);

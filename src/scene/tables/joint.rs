@@ -17,6 +17,7 @@ use crate::joint::{
 use crate::numpy::Npz;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
+use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{Kind, choice, count, flag, number, one_or_many, tables, text};
 use crate::scene::schema::unit::*;
@@ -195,7 +196,7 @@ keys! {
 /// Reads the joint and its loading.
 pub fn read_joint(document: &Document<'_>) -> Result<LoadedJoint, SceneError> {
     let loaded = document.table("load");
-    let (load, load_is_function) = loaded.needed("load_n", LOAD.read(document)?)?;
+    let (load, _) = loaded.needed("load_n", LOAD.read(document)?)?;
     let mut spec = joint(document, load.at(0.0))?;
     let (largest, degrees) = (load.max(), spec.hertz_half_angle(load.max()));
     let degrees = degrees.map_or(0.0, f64::to_degrees);
@@ -209,22 +210,21 @@ pub fn read_joint(document: &Document<'_>) -> Result<LoadedJoint, SceneError> {
         "the tilt is also a function of time";
         "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
     let full_rotation = spec.rotation;
-    let rotation_factor = FACTOR.read(document)?.map(|(factor, _)| factor);
-    if let Some(factor) = &rotation_factor {
-        let component = SPIN.limits;
-        let fastest = factor.min().abs().max(factor.max());
-        let largest = full_rotation.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * fastest;
-        ensure!(document,
-            component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
-            "with its factor a component reaches {largest} rad/s";
-            "reduce the angular velocity or the factor; each component must be {}", component.expected());
-        spec.rotation = full_rotation.map(|w| factor.at(0.0) * w);
-    }
+    let factor = FACTOR.read(document)?.map(|(factor, _)| factor);
+    let rotation_factor = factor.unwrap_or_else(|| Schedule::constant(1.0));
+    let component = SPIN.limits;
+    let fastest = rotation_factor.min().abs().max(rotation_factor.max());
+    let largest = full_rotation.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * fastest;
+    ensure!(document,
+        component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths();
+        "with its factor a component reaches {largest} rad/s";
+        "reduce the angular velocity or the factor; each component must be {}", component.expected());
+    spec.rotation = full_rotation.map(|w| rotation_factor.at(0.0) * w);
     Ok(LoadedJoint {
         spec,
         full_rotation,
         tilt,
-        load: load_is_function.then_some(load),
+        load,
         rotation_factor,
         patch_moves_from: moves_patch.then_some(0.0),
         carry: document.table("time").get(&CARRY)?,
