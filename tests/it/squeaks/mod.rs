@@ -64,7 +64,7 @@ fn judged(kind: Kind, snr_db: RangeInclusive<f64>, count: u64) -> Score {
         .sum()
 }
 
-/// The aim is 95 % of each; the guide's page on tonal events has the result over 150 recordings.
+/// The aim is 95 % of each; the guide's page on tonal events has the result over 600 recordings.
 #[test]
 fn squeaks_at_10_db_or_more_are_found_with_few_false_events() {
     let score = judged(Kind::Squeaks, 10.0..=30.0, 24);
