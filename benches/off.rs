@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
-use squeakscope::joint::{BallJoint, Constant, Friction, Joint, Model, Stribeck};
+use squeakscope::joint::{BallJoint, Friction, Joint, Model, Stribeck};
 use squeakscope::scene::Scene;
 
 /// Tilt of the load, rad.
@@ -39,6 +39,13 @@ impl Law for Frictionless {
     fn ratio(self, _: f64) -> f64 {
         0.0
     }
+}
+
+/// A constant coefficient, regularised.
+#[derive(Clone, Copy)]
+struct Constant {
+    mu: f64,
+    creep: f64,
 }
 
 impl Law for Constant {
@@ -176,7 +183,10 @@ fn main() {
         mu: law.mu_d,
         creep: law.creep,
     };
-    let constant = |radial| Friction::Constant { law: level, radial };
+    let constant = |radial| Friction::Stribeck {
+        law: Stribeck::constant(law.mu_d, law.creep),
+        radial,
+    };
     let m = model.modes();
     let mut z = vec![0.0; 2 * m];
     for i in 0..m {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, MethodName, System};
 use squeakscope::joint::{
-    BallJoint, Constant, ContactDamping, Friction, FrictionLaw, FrictionTable, Joint, Model, Ratio,
+    BallJoint, ContactDamping, Friction, FrictionLaw, FrictionTable, Joint, Model, Ratio, Stribeck,
 };
 use squeakscope::scene::Scene;
 use squeakscope::systems::{DampedContact, ImpactOscillator, MassOnBelt};
@@ -283,11 +283,8 @@ fn joints() -> Vec<(&'static str, Joint)> {
         (
             "constant",
             with(
-                Friction::Constant {
-                    law: Constant {
-                        mu: law.mu_d,
-                        creep: law.creep,
-                    },
+                Friction::Stribeck {
+                    law: Stribeck::constant(law.mu_d, law.creep),
                     radial: true,
                 },
                 true,

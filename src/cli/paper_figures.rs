@@ -53,7 +53,7 @@ fn joint_figure(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
     Ok(match (number, &ball.spec().friction) {
         (1, _) => Some(configuration(ball, &ball.model(tilt)?, tilt)?),
         (2, _) => Some(mode_shapes(ball)?),
-        (_, Friction::Stribeck { law, .. }) => {
+        (_, Friction::Stribeck { law, .. }) if law.mu_s != law.mu_d => {
             let velocity = ball.sliding_velocity(tilt);
             let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
             Some(friction_curves(law, sliding))

@@ -151,7 +151,9 @@ impl Mechanism {
             (Self::NegativeSlope | Self::ModeCoupling, _) => false,
             (Self::StickSlip, _) => has_snapshots && *friction != Friction::None,
             (Self::LiftOff, _) => has_snapshots && has(|joint| joint.spec.contact.unilateral),
-            (Self::ExchangedFriction, _) => matches!(friction, Friction::Stribeck { .. }),
+            (Self::ExchangedFriction, _) => {
+                matches!(friction, Friction::Stribeck { law, .. } if law.mu_s != law.mu_d)
+            }
             (Self::WhichModeWins | Self::Prediction, _) => joint.is_some(),
             (Self::Hysteresis, _) => joint.is_some_and(|LoadedJoint { tilt, .. }| {
                 tilt.max() > tilt.at(0.0).max(tilt.at(scene.duration))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use squeakscope::dynamics::System;
 use squeakscope::export::{SamplesSink, encode_model, replace_file};
 use squeakscope::joint::{
-    BallJoint, Constant, ContactDamping, Friction, FrictionTable, Joint, Model,
+    BallJoint, ContactDamping, Friction, FrictionTable, Joint, Model, Stribeck,
 };
 use squeakscope::numpy::{Array, read_npz};
 use squeakscope::pipeline::{Monitor, initial_state, run};
@@ -102,13 +102,9 @@ fn effects_and_other_friction_laws_have_their_own_arrays() {
     for name in ["contact_damping", "convection", "friction_points", "lugre"] {
         assert!(!raw.contains_key(name), "{name}");
     }
-    let level = Constant {
-        mu: 0.3,
-        creep: 500.0,
-    };
     let effects = Model {
-        friction: Friction::Constant {
-            law: level,
+        friction: Friction::Stribeck {
+            law: Stribeck::constant(0.3, 500.0),
             radial: false,
         },
         convection: Some([0.1, 0.2, 0.3]),

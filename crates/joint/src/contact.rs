@@ -116,7 +116,7 @@ impl WithLaw for Action<'_> {
             normal: load,
             dashpot: load - spring,
             slip,
-            speed: norm([s, t, if law.radial() { r } else { 0.0 }]),
+            speed: norm([s, t, if node_law.law.radial() { r } else { 0.0 }]),
             friction: coefficient.map(|c| -load * c.value.sum()),
         }
     }

@@ -198,7 +198,6 @@ pub(super) struct Normal<S: Simd, const K: usize, const N: usize> {
 }
 
 /// The laws of the contact at a state. The extras are contact damping, `Omega x u` and the power.
-#[derive(Clone, Copy)]
 pub(crate) struct NodeLaw<'a, L, const EXTRAS: bool> {
     pub nodes: &'a Nodes,
     pub law: L,

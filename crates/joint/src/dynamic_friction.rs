@@ -290,18 +290,18 @@ pub(crate) struct Evolving<'a> {
 
 impl ContactLaw for Evolving<'_> {
     #[inline(always)]
-    fn radial(self) -> bool {
+    fn radial(&self) -> bool {
         self.radial
     }
 
     #[inline(always)]
-    fn states(self) -> usize {
+    fn states(&self) -> usize {
         self.law.states(if self.radial { 3 } else { 2 })
     }
 
     #[inline(always)]
     fn response<S: Simd, const K: usize, const N: usize>(
-        self,
+        &self,
         slip: [Dual<S, K, N>; 3],
         state: [Dual<S, K, N>; 3],
     ) -> [[Dual<S, K, N>; 3]; 2] {

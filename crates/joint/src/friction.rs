@@ -62,7 +62,7 @@ pub(crate) trait Curve {
 }
 
 /// Friction as a compile-time parameter of the hot loop.
-pub(crate) trait ContactLaw: Copy {
+pub(crate) trait ContactLaw {
     /// Whether there is friction.
     const HAS_FRICTION: bool = true;
 
@@ -71,17 +71,17 @@ pub(crate) trait ContactLaw: Copy {
 
     /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
     /// components of the node frame, otherwise on the two tangential components.
-    fn radial(self) -> bool;
+    fn radial(&self) -> bool;
 
     /// Number of internal states per node.
-    fn states(self) -> usize {
+    fn states(&self) -> usize {
         0
     }
 
     /// Friction force of a node divided by its normal force, with the opposite sign, and the rate of its state (1/s), at a
     /// slip velocity (m/s) and a state.
     fn response<S: Simd, const K: usize, const N: usize>(
-        self,
+        &self,
         slip: [Dual<S, K, N>; 3],
         state: [Dual<S, K, N>; 3],
     ) -> [[Dual<S, K, N>; 3]; 2];
@@ -109,13 +109,13 @@ impl ContactLaw for Frictionless {
     const IS_COMMON: bool = true;
 
     #[inline(always)]
-    fn radial(self) -> bool {
+    fn radial(&self) -> bool {
         false
     }
 
     #[inline(always)]
     fn response<S: Simd, const K: usize, const N: usize>(
-        self,
+        &self,
         [along, ..]: [Dual<S, K, N>; 3],
         _state: [Dual<S, K, N>; 3],
     ) -> [[Dual<S, K, N>; 3]; 2] {
@@ -123,32 +123,33 @@ impl ContactLaw for Frictionless {
     }
 }
 
-/// Whether friction includes the radial slip velocity, as a compile-time parameter.
-#[derive(Clone, Copy)]
-pub(crate) struct Radial<const RADIAL: bool>;
-
 /// Friction against the slip velocity, with a coefficient that depends on its magnitude.
-impl<L: Curve + ?Sized, const RADIAL: bool> ContactLaw for (&L, Radial<RADIAL>) {
+struct AgainstSlip<'a, L: ?Sized> {
+    law: &'a L,
+    radial: bool,
+}
+
+impl<L: Curve + ?Sized> ContactLaw for AgainstSlip<'_, L> {
     const IS_COMMON: bool = L::IS_COMMON;
 
     #[inline(always)]
-    fn radial(self) -> bool {
-        RADIAL
+    fn radial(&self) -> bool {
+        self.radial
     }
 
     #[inline(always)]
     fn response<S: Simd, const K: usize, const N: usize>(
-        self,
+        &self,
         slip: [Dual<S, K, N>; 3],
         _state: [Dual<S, K, N>; 3],
     ) -> [[Dual<S, K, N>; 3]; 2] {
-        let speed = slip_speed(slip, RADIAL);
+        let speed = slip_speed(slip, self.radial);
         // The derivative with respect to the speed is one number.
-        let ratio = self.0.over_speed(Dual::<S, K, 1>::input(speed.value, 0));
+        let ratio = self.law.over_speed(Dual::<S, K, 1>::input(speed.value, 0));
         let ratio = speed.chain(ratio.value, ratio.slopes[0]);
         let zero = Dual::constant(ratio.value.broadcast(0.0));
         let [along, across, outward] = slip;
-        let outward = if RADIAL { ratio * outward } else { zero };
+        let outward = if self.radial { ratio * outward } else { zero };
         [[ratio * along, ratio * across, outward], [zero; 3]]
     }
 }
@@ -188,6 +189,16 @@ pub struct Stribeck {
 }
 
 impl Stribeck {
+    /// Coulomb friction with a constant coefficient `mu`, regularised: `mu(V) = mu (1 - exp(-creep V))`.
+    pub fn constant(mu: f64, creep: f64) -> Self {
+        Self {
+            mu_s: mu,
+            mu_d: mu,
+            creep,
+            stribeck: 0.0,
+        }
+    }
+
     /// The coefficient of friction `mu(V)`.
     pub fn coefficient(&self, speed: f64) -> f64 {
         speed * self.ratio_at(speed).value
@@ -200,12 +211,17 @@ impl Stribeck {
     }
 }
 
-/// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`, as a quotient like [`Dual::exponential`].
+/// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`, as a quotient like [`Dual::exponential`]. A constant
+/// coefficient requires no exponential.
 #[inline(always)]
 pub(crate) fn sliding<S: Simd, const K: usize, const N: usize>(
     [mu_s, mu_d, stribeck]: [f64; 3],
     speed: Dual<S, K, N>,
 ) -> (Dual<S, K, N>, Vector<S, K>) {
+    if mu_s == mu_d {
+        let one = speed.value.broadcast(1.0);
+        return (Dual::constant(one.broadcast(mu_d)), one);
+    }
     let slide = speed.exponential(stribeck);
     let below = slide.below;
     let falling = below.broadcast(mu_s - mu_d);
@@ -238,51 +254,11 @@ impl FrictionLaw for Stribeck {
     }
 }
 
-/// Coulomb friction with constant coefficient, regularised: `mu(V) = mu (1 - exp(-creep V))`. This is Eq. (5)
-/// with `mu_s = mu_d = mu` and requires one exponential only.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constant {
-    /// Coefficient of friction `mu` during sliding.
-    pub mu: f64,
-    /// Slope factor of the creep region, s/m, positive.
-    pub creep: f64,
-}
-
-impl Curve for Constant {
-    const IS_COMMON: bool = true;
-
-    #[inline(always)]
-    fn over_speed<S: Simd, const K: usize, const N: usize>(
-        &self,
-        speed: Dual<S, K, N>,
-    ) -> Dual<S, K, N> {
-        let creep = speed.exponential(self.creep);
-        creep.rest.scale(self.mu) / speed.times(creep.below)
-    }
-}
-
-impl FrictionLaw for Constant {
-    fn ratio(&self, speed: f64) -> Ratio {
-        self.ratio_at(speed)
-    }
-
-    fn stick_speed(&self) -> f64 {
-        1.0 / self.creep
-    }
-}
-
 /// Friction law of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Friction {
     /// No friction.
     None,
-    /// Coulomb friction with constant coefficient, regularised at zero slip.
-    Constant {
-        /// The law.
-        law: Constant,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
-        radial: bool,
-    },
     /// A Stribeck curve, regularised at zero slip.
     Stribeck {
         /// The law.
@@ -311,7 +287,6 @@ impl Friction {
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
             Self::None | Self::Dynamic { .. } => None,
-            Self::Constant { law, .. } => Some(law),
             Self::Stribeck { law, .. } => Some(law),
             Self::Table { law, .. } => Some(law.as_ref()),
         }
@@ -329,8 +304,7 @@ impl Friction {
     pub fn radial(&self) -> bool {
         match *self {
             Self::None => false,
-            Self::Constant { radial, .. }
-            | Self::Stribeck { radial, .. }
+            Self::Stribeck { radial, .. }
             | Self::Table { radial, .. }
             | Self::Dynamic { radial, .. } => radial,
         }
@@ -356,29 +330,26 @@ pub(crate) trait WithLaw {
     fn with_law<L: ContactLaw, const N: usize>(self, law: L) -> Self::Output;
 }
 
+#[inline(always)]
+fn against_slip<L: Curve + ?Sized, W: WithLaw>(law: &L, radial: bool, task: W) -> W::Output {
+    task.with_law::<_, 3>(AgainstSlip { law, radial })
+}
+
 impl ActiveLaw {
     /// Calls a function that is compiled for each law.
     #[inline(always)]
     pub fn dispatch<W: WithLaw>(&self, task: W) -> W::Output {
-        macro_rules! against_slip {
-            ($law:expr, $radial:expr) => {
-                if $radial {
-                    task.with_law::<_, 3>(($law, Radial::<true>))
-                } else {
-                    task.with_law::<_, 3>(($law, Radial::<false>))
-                }
-            };
-        }
         match self {
             Self::Known(Friction::None) => task.with_law::<_, 0>(Frictionless),
-            Self::Known(Friction::Constant { law, radial }) => against_slip!(law, *radial),
-            Self::Known(Friction::Stribeck { law, radial }) => against_slip!(law, *radial),
-            Self::Known(Friction::Table { law, radial }) => against_slip!(law.as_ref(), *radial),
+            Self::Known(Friction::Stribeck { law, radial }) => against_slip(law, *radial, task),
+            Self::Known(Friction::Table { law, radial }) => {
+                against_slip(law.as_ref(), *radial, task)
+            }
             Self::Known(Friction::Dynamic { law, radial }) => {
                 let radial = *radial;
                 task.with_law::<_, 6>(Evolving { law, radial })
             }
-            Self::Custom { law, radial } => against_slip!(law.as_ref(), *radial),
+            Self::Custom { law, radial } => against_slip(law.as_ref(), *radial, task),
         }
     }
 
@@ -431,16 +402,7 @@ mod tests {
     #[test]
     fn ratio_and_slope_are_those_of_the_equation() {
         for law in [PAPER, PRINTED] {
-            let level = Stribeck {
-                mu_s: law.mu_d,
-                ..law
-            };
-            let constant = Constant {
-                mu: law.mu_d,
-                creep: law.creep,
-            };
-            let cases: [(&dyn FrictionLaw, Stribeck); 2] = [(&law, law), (&constant, level)];
-            for (got, law) in cases {
+            for law in [law, Stribeck::constant(law.mu_d, law.creep)] {
                 let mut speed = 1e-140;
                 while speed < 50.0 {
                     let rest = -(-law.creep * speed).exp_m1();
@@ -451,13 +413,13 @@ mod tests {
                     let Ratio {
                         value,
                         slope: found,
-                    } = got.ratio(speed);
+                    } = law.ratio(speed);
                     assert!((value / exact - 1.0).abs() < 3e-15, "{speed}");
                     let error = (found * speed - (slope - exact)).abs();
                     assert!(error <= 1e-14 * exact, "{speed}: {error}");
                     speed *= 1.13;
                 }
-                let resting = got.ratio(0.0).value / (law.creep * law.mu_s);
+                let resting = law.ratio(0.0).value / (law.creep * law.mu_s);
                 assert!((resting - 1.0).abs() < 3e-15);
             }
         }

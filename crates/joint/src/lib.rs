@@ -44,7 +44,7 @@ pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,
 };
 pub use energy::Energy;
-pub use friction::{Constant, Friction, FrictionLaw, Ratio, Stribeck};
+pub use friction::{Friction, FrictionLaw, Ratio, Stribeck};
 pub use friction_table::FrictionTable;
 pub use growth::{Cause, CauseOfGrowth, ExplainedMode};
 pub use hertz::Hertz;

@@ -157,7 +157,7 @@ impl Joint {
 
     /// Number of states of the friction law at a node.
     pub(super) fn states_per_node(&self) -> usize {
-        self.law.evolving().map_or(0, ContactLaw::states)
+        self.law.evolving().map_or(0, |law| law.states())
     }
 
     /// Number of states of the friction law at all nodes; zero for a law of the slip velocity alone.

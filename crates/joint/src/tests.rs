@@ -124,7 +124,6 @@ fn over_speed(friction: &Friction, speed: f64) -> f64 {
         }
     };
     match friction {
-        Friction::Constant { law, .. } => rising(law.creep, law.mu),
         Friction::Stribeck { law, .. } => rising(law.creep, sliding(law, speed)),
         Friction::Table { law, .. } => rising(law.creep(), law.sliding(speed)[0]),
         Friction::None | Friction::Dynamic { .. } => unreachable!("no law of the speed"),
@@ -196,11 +195,8 @@ fn frictions() -> [Friction; 7] {
         unreachable!()
     };
     let tangent = Friction::Stribeck { law, radial: false };
-    let level = |radial| Friction::Constant {
-        law: Constant {
-            mu: 0.4,
-            creep: 1000.0,
-        },
+    let level = |radial| Friction::Stribeck {
+        law: Stribeck::constant(0.4, 1000.0),
         radial,
     };
     [
@@ -387,8 +383,8 @@ fn hoffmann(mu: f64) -> Joint {
         damping: vec![],
         sliding_velocity: vec![[-1.0, 0.0, 0.0]],
         // The coefficient is constant, since the creep region is far below the sliding speed.
-        friction: Friction::Constant {
-            law: Constant { mu, creep: 1e4 },
+        friction: Friction::Stribeck {
+            law: Stribeck::constant(mu, 1e4),
             radial: false,
         },
         unilateral: true,

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::knots::{Curve, MAX_POINTS};
-use crate::joint::{
-    Constant, DynamicFriction, Friction, FrictionTable, LuGre, RateAndState, Stribeck,
-};
+use crate::joint::{DynamicFriction, Friction, FrictionTable, LuGre, RateAndState, Stribeck};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, Positive};
@@ -84,7 +82,9 @@ keys! {
                 let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
                 Friction::Stribeck { law: Stribeck { mu_s, mu_d, creep, stribeck }, radial }
             }
-            Law::Constant => Friction::Constant { law: Constant { mu: table.needed("mu", mu)?, creep }, radial },
+            Law::Constant => {
+                Friction::Stribeck { law: Stribeck::constant(table.needed("mu", mu)?, creep), radial }
+            }
             Law::Table => {
                 let law = FrictionTable::new(friction_points(table.document)?, creep);
                 // In range and in order, they can still be too close together.

@@ -1,8 +1,8 @@
 //! Optional effects: friction laws, contact damping, convection `Omega x u`.
 
 use crate::joint::{
-    Constant, ContactDamping, DynamicFriction, Friction, FrictionTable, JointSpec, LuGre,
-    RateAndState,
+    ContactDamping, DynamicFriction, Friction, FrictionTable, JointSpec, LuGre, RateAndState,
+    Stribeck,
 };
 use crate::scene::*;
 
@@ -30,11 +30,8 @@ fn absent_tables_disable_effects() {
 fn each_law_reads_its_parameters() {
     assert_eq!(
         spec("[friction]\nlaw = \"constant\"\nmu = 0.4\nradial = false\n").friction,
-        Friction::Constant {
-            law: Constant {
-                mu: 0.4,
-                creep: 1000.0
-            },
+        Friction::Stribeck {
+            law: Stribeck::constant(0.4, 1000.0),
             radial: false
         }
     );

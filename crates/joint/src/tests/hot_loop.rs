@@ -22,7 +22,6 @@ fn built(model: &Model) -> Vec<Joint> {
     let radial = model.friction.radial();
     let own: Option<Arc<dyn FrictionLaw>> = match model.friction.clone() {
         Friction::None | Friction::Dynamic { .. } => None,
-        Friction::Constant { law, .. } => Some(Arc::new(law)),
         Friction::Stribeck { law, .. } => Some(Arc::new(law)),
         Friction::Table { law, .. } => Some(law),
     };
