@@ -154,10 +154,11 @@ pub fn colormap_index(share: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strum::VariantArray as _;
 
     #[test]
     fn colours_are_distinguishable() {
-        let regimes = Regime::ALL.map(Color::Regime).into_iter();
+        let regimes = Regime::VARIANTS.iter().copied().map(Color::Regime);
         let exponents = (0..EXPONENTS.len()).map(Color::Exponent);
         let series = (0..SERIES.len()).map(Color::Series);
         let all: Vec<Color> = regimes.chain(exponents).chain(series).collect();

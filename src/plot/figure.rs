@@ -1,6 +1,7 @@
 //! A figure as data, independent of the output format.
 
 use serde::Serialize;
+use strum::VariantArray as _;
 
 use super::axis::Axis;
 use super::color::{Color, Rgb};
@@ -397,7 +398,8 @@ pub(super) fn plain_palette(colors: impl IntoIterator<Item = Rgb>) -> Vec<(Color
 
 /// Legend entries of the types of motion that a picture shows.
 pub(super) fn regime_legend(shows: impl Fn(Regime) -> bool) -> impl Iterator<Item = Layer> {
-    let shown = Regime::ALL.into_iter().filter(move |regime| shows(*regime));
+    let shown = Regime::VARIANTS.iter().copied();
+    let shown = shown.filter(move |regime| shows(*regime));
     shown.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)))
 }
 

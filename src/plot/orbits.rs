@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use strum::VariantArray as _;
+
 use super::axis::{Axis, extent, readable};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
@@ -39,7 +41,7 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let equilibria = equilibria.map(|p| Some(([p.at.value, 0.0], p.unstable_modes == 0)));
     layers.extend(stability_lines(equilibria, Color::Faint, "equilibrium"));
     layers.extend(lines(branch, &amplitude));
-    let dots = Regime::ALL.map(|regime| {
+    let dots = Regime::VARIANTS.iter().map(|&regime| {
         let dots = branch.settled.iter().filter_map(|point| {
             let response = point.found().filter(|found| found.regime == regime)?;
             Some([*point.place.values.first()?, response.amplitude])
@@ -48,7 +50,7 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
             .with_label(format!("sweep: {regime}"))
             .with_id(format!("sweep {regime}"))
     });
-    layers.extend(dots.into_iter().filter(Layer::has_points));
+    layers.extend(dots.filter(Layer::has_points));
     let values = layers.iter().flat_map(Layer::points_of).map(|at| at[1]);
     let [_, highest] = extent(values.chain([0.0]));
     layers.push(rings(branch, &amplitude));

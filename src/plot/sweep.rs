@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use strum::VariantArray as _;
+
 use super::axis::{Axis, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Layer, Marker, Panel, regime_legend};
@@ -184,7 +186,7 @@ impl<'a> ParameterPanels<'a> {
             .iter()
             .flat_map(|(.., found)| maxima_or_zero(found));
         let y = Axis::with_margin("maximum", all).of("m");
-        let points = Regime::ALL.into_iter().flat_map(|regime| {
+        let points = Regime::VARIANTS.iter().flat_map(|&regime| {
             // The few points of a periodic motion are larger, so that they are visible.
             [(false, 0.7), (true, 1.7)]
                 .into_iter()
@@ -324,9 +326,14 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
         Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
-    let colors = Regime::ALL.map(|regime| Color::Regime(regime).on_light());
+    let colors = Regime::VARIANTS.iter();
+    let colors: Vec<_> = colors
+        .map(|regime| Color::Regime(*regime).on_light())
+        .collect();
     let regimes = image(&colors, &|response| {
-        let place = Regime::ALL.iter().position(|one| *one == response.regime);
+        let place = Regime::VARIANTS
+            .iter()
+            .position(|one| *one == response.regime);
         Some(place? as u8)
     });
     let keys = regime_legend(|regime| found.iter().any(|(_, found)| found.regime == regime));

@@ -1,5 +1,7 @@
 //! The type of motion: its confidence over time, and the evidence as text.
 
+use strum::VariantArray as _;
+
 use crate::record::sdk::SeriesPoints;
 
 use super::{paths, stream::RecordingStream, style, text};
@@ -12,15 +14,15 @@ use crate::{
 
 /// Names the regimes and the series.
 pub fn name_regimes(rec: &RecordingStream) {
-    let colors = Regime::ALL.map(style::regime);
-    let names = Regime::ALL.map(|kind| kind.to_string());
-    let series = names.clone().into_iter().zip(colors);
+    let colors = Regime::VARIANTS.iter().map(|kind| style::regime(*kind));
+    let names = Regime::VARIANTS.iter().map(Regime::to_string);
+    let series = names.clone().zip(colors.clone());
     rec.name(paths::REGIME_CONFIDENCE, series);
     // A value between two gaps has no line segment. The legend takes the names from the points.
     let points = SeriesPoints::new()
         .with_names(names)
         .with_colors(colors)
-        .with_marker_sizes([3.0; Regime::ALL.len()]);
+        .with_marker_sizes([3.0; Regime::VARIANTS.len()]);
     rec.log_static(paths::REGIME_CONFIDENCE, &points);
 }
 
@@ -36,7 +38,8 @@ pub fn draw_verdict(
         kind if kind == verdict.regime => verdict.confidence,
         _ => f64::NAN,
     };
-    rec.row(paths::REGIME_CONFIDENCE, time, Regime::ALL.map(confidence));
+    let shown = Regime::VARIANTS.iter().copied().map(confidence);
+    rec.row(paths::REGIME_CONFIDENCE, time, shown);
     let text = document(header, time, window, verdict);
     let document = text::document(text);
     rec.log(paths::REGIME_VERDICT, time, &document);

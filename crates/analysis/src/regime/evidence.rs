@@ -4,10 +4,24 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use strum::{Display, VariantArray};
 
 /// Type of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Hash,
+    Serialize,
+    Deserialize,
+    JsonSchema,
+    Display,
+    VariantArray,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Regime {
     /// Amplitude below the silence threshold.
     Silent,
@@ -22,42 +36,16 @@ pub enum Regime {
     /// No determinism is detected.
     Noise,
     /// The evidence is insufficient.
-    #[serde(rename = "undetermined")]
     Undetermined,
 }
 
 impl Regime {
-    /// All regimes.
-    pub const ALL: [Self; 7] = [
-        Self::Silent,
-        Self::Transient,
-        Self::Periodic,
-        Self::QuasiPeriodic,
-        Self::Chaotic,
-        Self::Noise,
-        Self::Undetermined,
-    ];
-
     /// The regime with its confidence (0 to 1), such as `chaotic, confidence 94 %`; an undetermined one without.
     pub fn with_confidence(self, confidence: f64) -> String {
         match self {
             Self::Undetermined => self.to_string(),
             decided => format!("{decided}, confidence {:.0} %", 100.0 * confidence),
         }
-    }
-}
-
-impl fmt::Display for Regime {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Silent => "silent",
-            Self::Transient => "transient",
-            Self::Periodic => "periodic",
-            Self::QuasiPeriodic => "quasi-periodic",
-            Self::Chaotic => "chaotic",
-            Self::Noise => "noise",
-            Self::Undetermined => "undetermined",
-        })
     }
 }
 

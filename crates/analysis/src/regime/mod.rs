@@ -49,6 +49,7 @@ use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::VariantArray as _;
 
 use crate::significant;
 use crate::{
@@ -149,7 +150,7 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| Model::of_program(include_str!(
 
 /// The classes of the model: the regimes between silent and undetermined.
 fn classes() -> &'static [Regime] {
-    &Regime::ALL[1..Regime::Undetermined as usize]
+    &Regime::VARIANTS[1..Regime::Undetermined as usize]
 }
 
 /// Classifies the type of motion of a signal. Amplitude and offset do not matter, except for the
