@@ -8,13 +8,12 @@ use crate::scene::Scene;
 
 /// Runs a scene in frames of a playback speed (simulated seconds per second), and calls a function after each frame.
 pub fn run_frames(
-    scene: &str,
+    scene: Scene,
     speed: f64,
     duration_ms: f64,
     sink: &mut impl Sink,
     mut after: impl FnMut(),
 ) {
-    let scene = Scene::load(scene).unwrap();
     let scene = scene.with_duration(duration_ms).unwrap();
     let mut source = Simulation::new(&scene).unwrap();
     let header = source.header("");

@@ -41,6 +41,7 @@ fn follow(
 ) -> Arc<StatusStore> {
     let store = Arc::new(StatusStore::default());
     let mut sink = StatusSink(Arc::clone(&store));
+    let scene = Scene::load(scene).unwrap();
     run_frames(scene, speed, duration_ms, &mut sink, || after(&store));
     store
 }

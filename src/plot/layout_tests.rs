@@ -10,7 +10,7 @@ use crate::study::basins::attractors;
 use crate::study::branch::{
     Branch, BranchPlan, MapPlan, OrbitStarts, sensitivities, stability_map,
 };
-use crate::study::cost::cost;
+use crate::study::cost::tests::OF_THE_BELT;
 use crate::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
 use crate::study::paper as evidence;
 use crate::study::response::ResponsePlan;
@@ -188,11 +188,7 @@ fn studies() -> Vec<Figure> {
     };
     let map = stability_map(&map, 2, &mut |_, _| Ok(())).unwrap();
     figures.push(map_figure("torus-1.75deg", &map));
-    let belt = Scene::load("mass-on-belt").unwrap();
-    figures.push(cost_figure(
-        "mass-on-belt",
-        &cost(&belt, None, &mut |_, _| Ok(())).unwrap(),
-    ));
+    figures.push(cost_figure("mass-on-belt", &OF_THE_BELT));
     figures
 }
 
@@ -244,7 +240,7 @@ fn texts(group: &Group, found: &mut Vec<(Rect, String)>) {
     }
 }
 
-/// Texts that cover each other or leave the page.
+/// Texts that cover each other or leave the page. Marks of data have none.
 fn collisions(svg: &str) -> Vec<String> {
     let tree = raster::tree(svg).unwrap();
     let mut found = Vec::new();
@@ -292,7 +288,8 @@ fn no_text_covers_another() {
                     assert!(style != Style::Slides, "{name}: {least}");
                     options.size = Some(least);
                 }
-                let found = collisions(&figure.svg(&options));
+                let layout = svg::layout(figure, &options);
+                let found = collisions(&svg::page(figure, &options, layout, false).out);
                 wrong.extend(
                     found
                         .iter()

@@ -10,6 +10,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::OnceLock;
 
 use re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 use squeakscope::record::{ReadError, Series, paths, read_series};
@@ -20,7 +21,7 @@ use crate::mutants::{count, mutants};
 /// Number of damaged copies of each file that are read in this process.
 const READ: usize = 400;
 /// Number of damaged copies of each file that are passed to the program.
-const GIVEN: usize = 24;
+const GIVEN: usize = 12;
 
 /// A folder with a recording and a table, and the program.
 pub struct Desk(tempfile::TempDir);
@@ -49,18 +50,22 @@ impl Desk {
         command.output().expect("started")
     }
 
+    /// The file that a command writes, once for all tests.
+    fn made(&self, name: &str, command: &str, once: &OnceLock<Vec<u8>>) -> Vec<u8> {
+        let bytes = once.get_or_init(|| {
+            let made = self.run(&command.split(' ').collect::<Vec<_>>());
+            assert!(made.status.success(), "{made:?}");
+            fs::read(self.path(name)).expect("written")
+        });
+        self.write(name, bytes);
+        bytes.clone()
+    }
+
     /// A recording of 4 ms.
     pub fn recording(&self) -> Vec<u8> {
-        let words = [
-            "run",
-            "doubled-torus-3deg",
-            "--duration",
-            "4",
-            "--save",
-            "run.rrd",
-        ];
-        assert!(self.run(&words).status.success());
-        fs::read(self.path("run.rrd")).expect("written")
+        static RECORDING: OnceLock<Vec<u8>> = OnceLock::new();
+        let command = "run doubled-torus-3deg --duration 4 --save run.rrd";
+        self.made("run.rrd", command, &RECORDING)
     }
 
     /// A recording of another program: a tone of 4000 samples, 100 per message.
@@ -85,19 +90,19 @@ impl Desk {
 
     /// The table of a sweep over four tilts.
     pub fn table(&self) -> Vec<u8> {
-        let words = "sweep doubled-torus-3deg --tilt 1:4:1 --start fresh --min-transient 5 --max-transient 20 --measure 10 --out s.arrow";
-        let words: Vec<&str> = words.split(' ').collect();
-        let made = self.run(&words);
-        assert!(made.status.success(), "{made:?}");
-        fs::read(self.path("s.arrow")).expect("written")
+        static TABLE: OnceLock<Vec<u8>> = OnceLock::new();
+        let command = "sweep doubled-torus-3deg --tilt 1:4:1 --start fresh --min-transient 5 --max-transient 20 --measure 10 --out s.arrow";
+        self.made("s.arrow", command, &TABLE)
     }
 
     /// The same table as Parquet.
     pub fn parquet(&self) -> Vec<u8> {
         self.table();
-        let made = self.run(&["merge", "s.arrow", "--out", "s.parquet"]);
-        assert!(made.status.success(), "{made:?}");
-        fs::read(self.path("s.parquet")).expect("written")
+        self.made(
+            "s.parquet",
+            "merge s.arrow --out s.parquet",
+            &OnceLock::new(),
+        )
     }
 
     pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {

@@ -97,7 +97,6 @@ fn numbers_are_independent_of_the_playback_speed() {
         ("tilt-ramp", 30.0),
         ("bristles", 30.0),
         ("articulation", 60.0),
-        ("torus-birth", 130.0),
     ] {
         let scene = Scene::load(name).expect("preset");
         let scene = scene.with_duration(duration_ms).expect("valid");
@@ -108,7 +107,8 @@ fn numbers_are_independent_of_the_playback_speed() {
             scene.mechanism.is_some(),
             "{name}"
         );
-        for ms_per_s in [1.0, 20.0, 250.0, 1000.0] {
+        // Frames of a few samples, and the longest ones.
+        for ms_per_s in [1.0, 1000.0] {
             let live = Run::at_speed(&scene, 1e-3 * ms_per_s);
             let context = format!("{name} at {ms_per_s} ms/s");
             assert_eq!(live.velocity(), planned.velocity(), "{context}");

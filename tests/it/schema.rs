@@ -28,11 +28,11 @@ const EXAMPLES: &[&str] = &[
     "sweep doubled-torus-3deg --tilt 2:3:1 --start downward --min-transient 100 --max-transient 140 --measure 60 --exponents 1 --out a.arrow",
     "merge a.arrow --out merged.arrow",
     "basins periodic-2deg --tilt 2 --kicks 2 --min-transient 20 --max-transient 30 --measure 10 --exponents 0 --out b.arrow",
-    "cost mass-on-belt",
+    "cost mass-on-belt --set time.duration_ms=100 --set time.sample_rate_khz=10",
     // The points of the sweep come from an earlier run, which `prepare` writes.
     "paper --figure 4 --out paper",
     "analyse sound.wav --calibration 2Pa",
-    "analyse sound.wav sound.wav missing.wav",
+    "analyse sound.wav missing.wav",
     "friction measured.csv",
 ];
 
@@ -66,7 +66,7 @@ fn write_friction(file: &Path) {
 fn write_sound(file: &Path) {
     let spec = hound::WavSpec {
         channels: 1,
-        sample_rate: 44_100,
+        sample_rate: 16_000,
         bits_per_sample: 16,
         sample_format: hound::SampleFormat::Int,
     };

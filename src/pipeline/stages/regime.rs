@@ -41,7 +41,9 @@ mod tests {
     /// Regimes of a preset scene: (time in ms, regime).
     fn verdicts(scene: &Scene) -> Vec<(f64, Regime)> {
         let mut records: Vec<Record> = Vec::new();
-        run(scene, "", &mut records, Monitor::default()).unwrap();
+        let mut alone = scene.clone().without_analyses();
+        alone.analysis.regime = scene.analysis.regime;
+        run(&alone, "", &mut records, Monitor::default()).unwrap();
         let verdict = |record: &Record| match record {
             Record::Regime { time, verdict, .. } => Some((1e3 * time, verdict.regime)),
             _ => None,

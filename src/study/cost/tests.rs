@@ -1,3 +1,5 @@
+use std::sync::LazyLock;
+
 use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
@@ -24,11 +26,20 @@ fn the_error_falls_with_the_tolerance() {
     assert!(errors[3] < errors[2], "{errors:?}");
 }
 
-/// A small system has neither nodes nor elements.
+/// A small system, which has neither nodes nor elements; its complete runs are short.
+fn belt() -> Scene {
+    let set = [("time.duration_ms", "100"), ("time.sample_rate_khz", "20")];
+    let scene = Scene::load("mass-on-belt").unwrap();
+    scene.with_overrides(&set).unwrap()
+}
+
+/// The study of this system.
+pub(crate) static OF_THE_BELT: LazyLock<Cost> =
+    LazyLock::new(|| cost(&belt(), None, &mut |_, _| Ok(())).unwrap());
+
 #[test]
 fn a_small_system_is_studied() {
-    let scene = Scene::load("mass-on-belt").unwrap();
-    let study = cost(&scene, None, &mut |_, _| Ok(())).unwrap();
+    let study = &*OF_THE_BELT;
     assert_eq!(study.settings.len(), 6);
     assert!(
         study
@@ -126,14 +137,15 @@ fn a_scene_at_rest_has_one_clear_error() {
 
 #[test]
 fn a_stopped_study_has_what_is_complete() {
-    let scene = Scene::load("mass-on-belt").unwrap();
+    let scene = belt();
     let stopped = cost(&scene, None, &mut |_, _| Err(Stopped)).unwrap_err();
     assert!(matches!(stopped, StudyError::Stopped(_)));
+    // The tolerances of the first method are complete at a share of 0.16.
     let part = cost(&scene, None, &mut |share, _| {
-        if share < 0.5 { Ok(()) } else { Err(Stopped) }
+        if share < 0.15 { Ok(()) } else { Err(Stopped) }
     })
     .unwrap();
-    assert!(part.stopped && !part.settings.is_empty() && part.effects.is_empty());
+    assert!(part.stopped && part.settings.len() == 1 && part.effects.is_empty());
 }
 
 /// Every level of every setting makes a valid scene.

@@ -27,7 +27,7 @@ impl Sink for Slow {
 
 fn records(pause: Duration, delivery: Delivery) -> Vec<Record> {
     let scene = Scene::load("doubled-torus-3deg").expect("preset");
-    let scene = scene.with_duration(70.0).expect("in range");
+    let scene = scene.with_duration(30.0).expect("in range");
     let mut sink = Slow {
         pause,
         delivery,

@@ -62,7 +62,7 @@ fn tone(path: &Path) {
         sample_format: hound::SampleFormat::Int,
     };
     let mut writer = hound::WavWriter::create(path, spec).expect("created");
-    for k in 0..9600 {
+    for k in 0..2400 {
         let phase = TAU * 1000.0 * f64::from(k) / 48_000.0;
         writer
             .write_sample((10_000.0 * phase.sin()) as i16)

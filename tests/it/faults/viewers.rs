@@ -84,29 +84,38 @@ fn a_viewer_that_is_not_installed_is_reported_before_any_work() {
     );
 }
 
-/// The port accepts connections, but nothing reads: a stopped viewer, or another program.
+/// The port accepts connections, but nothing reads: a stopped viewer, or another program. It ends a run that is not saved,
+/// does not delay one that is, nor its end by Ctrl-C.
 #[test]
-fn a_viewer_that_never_reads_ends_a_run_that_is_not_saved() {
+fn a_viewer_that_never_reads() {
     let (_listener, url) = listener();
-    let (folder, _) = desk();
-    let ended = Running::start(run(folder.path(), ENDLESS, &["--connect", &url])).end();
+    // All at the same time: each waits for the viewer.
+    let start = |folder: &Path, duration_ms, more: &[&str]| {
+        let words = [&["--connect", &url][..], more].concat();
+        Running::start(run(folder, duration_ms, &words))
+    };
+    let saves = ["--save", "run.rrd"];
+    let (unsaved, (saved, recording), (stopped, part)) = (desk().0, desk(), desk());
+    let [not_saved, saved, interrupted] = [
+        start(unsaved.path(), ENDLESS, &[]),
+        start(saved.path(), "300", &saves),
+        start(stopped.path(), ENDLESS, &saves),
+    ];
+    until("a part", || {
+        size(&part.with_extension("rrd.part")) > 500_000
+    });
+    interrupted.signal("INT");
+    let ended = not_saved.end();
     ended.said(
         1,
         &[&url, "does not respond", "no file is saved", "--save FILE"],
     );
     assert!(ended.took < Duration::from_secs(30), "{:?}", ended.took);
-}
-
-#[test]
-fn a_viewer_that_never_reads_does_not_delay_a_saved_run() {
-    let (_listener, url) = listener();
-    let (folder, recording) = desk();
-    let ended = Running::start(run(
-        folder.path(),
-        "300",
-        &["--connect", &url, "--save", "run.rrd"],
-    ))
-    .end();
+    interrupted
+        .end()
+        .said(130, &["interrupted", "the file is complete"]);
+    assert!(!samples(&part).values.is_empty());
+    let ended = saved.end();
     ended.said(0, &["warning: the viewer at", &url, "the file is complete"]);
     assert_eq!(samples(&recording).values.len(), 60_000);
     assert!(
@@ -159,26 +168,6 @@ fn a_reconnected_viewer_receives_the_recording() {
     running.signal("INT");
     let ended = running.end();
     ended.said(130, &["disconnected; the run continues"]);
-    assert!(!samples(&recording).values.is_empty());
-}
-
-/// Ctrl-C also works with a blocked viewer.
-#[test]
-fn ctrl_c_ends_a_run_with_a_blocked_viewer() {
-    let (_listener, url) = listener();
-    let (folder, recording) = desk();
-    let running = Running::start(run(
-        folder.path(),
-        ENDLESS,
-        &["--connect", &url, "--save", "run.rrd"],
-    ));
-    until("a part", || {
-        size(&folder.path().join("run.rrd.part")) > 500_000
-    });
-    running.signal("INT");
-    running
-        .end()
-        .said(130, &["interrupted", "the file is complete"]);
     assert!(!samples(&recording).values.is_empty());
 }
 

@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use base64::Engine;
@@ -34,66 +35,82 @@ pub fn chromium() -> Option<PathBuf> {
 const STATE: &str = "(({ stage, run, state } = {}) => ({ drawn: stage?.drawn, received: run?.data.received, \
      panel: state?.panel }))(window.squeakscope)";
 
-/// A browser that is stopped at the end of its test.
+/// The browser of all tests, with the windows of one of them, which are closed at its end.
 pub struct Browser {
-    child: Child,
     socket: Socket,
     calls: u64,
+    /// Its windows have cookies and stored values of their own.
+    context: Value,
     /// Addresses requested by the pages.
     pub requested: Vec<String>,
     /// Errors that the pages reported on their consoles.
     pub errors: Vec<String>,
-    _profile: tempfile::TempDir,
 }
 
 /// A page, by its session.
 #[derive(Clone, Debug)]
 pub struct Tab(String);
 
+/// Ends the browser and deletes its profile when the standard input is closed, as at the end of the tests.
+const SCRIPT: &str = "profile=$(mktemp -d); \"$@\" --user-data-dir=\"$profile\" < /dev/null & \
+     cat > /dev/null; kill $!; wait $!; rm -rf \"$profile\"";
+
+/// Starts the browser for all tests. Returns it with its address.
+fn launch(program: &PathBuf) -> (Child, String) {
+    let mut child = Command::new("sh")
+        .args(["-c", SCRIPT, "sh"])
+        .arg(program)
+        .args([
+            "--headless=new",
+            "--no-sandbox",
+            "--remote-debugging-port=0",
+            // As on a machine without a graphics card: the page is drawn by the processor, and only Rerun's viewer
+            // of `view` needs an emulated card.
+            "--disable-gpu",
+            "--enable-unsafe-swiftshader",
+            "--autoplay-policy=no-user-gesture-required",
+            "--disable-background-networking",
+            "--disable-backgrounding-occluded-windows",
+            "--no-first-run",
+            "--window-size=1280,720",
+            "about:blank",
+        ])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("started");
+    let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
+    let address = lines
+        .by_ref()
+        .map_while(Result::ok)
+        .find_map(|line| {
+            line.strip_prefix("DevTools listening on ws://")
+                .map(str::to_owned)
+        })
+        .expect("the browser prints its address");
+    // Drains later output, which must not fill the pipe.
+    std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
+    (child, address)
+}
+
 impl Browser {
     pub fn start(program: &PathBuf) -> Self {
-        let profile = tempfile::tempdir().expect("temporary folder");
-        let mut child = Command::new(program)
-            .args([
-                "--headless=new",
-                "--no-sandbox",
-                "--remote-debugging-port=0",
-                // As on a machine without a graphics card: the page is drawn by the processor, and only Rerun's viewer
-                // of `view` needs an emulated card.
-                "--disable-gpu",
-                "--enable-unsafe-swiftshader",
-                "--autoplay-policy=no-user-gesture-required",
-                "--disable-background-networking",
-                "--no-first-run",
-                "--window-size=1600,900",
-                "about:blank",
-            ])
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("started");
-        let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
-        let address = lines
-            .by_ref()
-            .map_while(Result::ok)
-            .find_map(|line| {
-                line.strip_prefix("DevTools listening on ws://")
-                    .map(str::to_owned)
-            })
-            .expect("the browser prints its address");
-        // Drains later output, which must not fill the pipe.
-        std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
+        // Its standard input is open as long as this process.
+        static RUNNING: OnceLock<(Child, String)> = OnceLock::new();
+        let (_, address) = RUNNING.get_or_init(|| launch(program));
         let (host, path) = address.split_once('/').expect("a path");
-        Self {
-            child,
+        let mut browser = Self {
             socket: Socket::open(host, &format!("/{path}")),
             calls: 0,
+            context: Value::Null,
             requested: Vec::new(),
             errors: Vec::new(),
-            _profile: profile,
-        }
+        };
+        let closed_at_the_end = json!({ "disposeOnDetach": true });
+        let mut created = browser.call(None, "Target.createBrowserContext", &closed_at_the_end);
+        browser.context = created["browserContextId"].take();
+        browser
     }
 
     pub fn call(&mut self, tab: Option<&Tab>, method: &str, params: &Value) -> Value {
@@ -151,7 +168,7 @@ impl Browser {
         let target = self.call(
             None,
             "Target.createTarget",
-            &json!({ "url": "about:blank" }),
+            &json!({ "url": "about:blank", "browserContextId": self.context }),
         );
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let attached = self.call(None, "Target.attachToTarget", &attach);
@@ -314,13 +331,5 @@ impl Browser {
         base64::engine::general_purpose::STANDARD
             .decode(text)
             .expect("base64")
-    }
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        // It may have stopped already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

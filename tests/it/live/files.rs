@@ -155,7 +155,7 @@ fn files_recorded_during_the_session_are_named_at_the_end() {
 /// The reported files exist, whenever the program is interrupted.
 #[test]
 fn an_immediate_interrupt_reports_existing_files() {
-    for delay in 0..40 {
+    for delay in (0..80).step_by(4) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
             .current_dir(folder.path())
@@ -167,7 +167,7 @@ fn an_immediate_interrupt_reports_existing_files() {
             .spawn()
             .expect("started");
         // The assertions hold for every moment.
-        std::thread::sleep(Duration::from_millis(2 * delay));
+        std::thread::sleep(Duration::from_millis(delay));
         let id = child.id().to_string();
         // Not SIGINT, which a shell may ignore before the program installs its handler.
         let sent = Command::new("kill").args(["-TERM", &id]).status();

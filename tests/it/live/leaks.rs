@@ -15,12 +15,12 @@ use super::DEADLINE;
 /// Environment variable with the recording folder for the child process of [`a_long_session_leaks_nothing`].
 const CHILD: &str = "SQUEAKSCOPE_TEST_LONG_SESSION";
 /// Number of repetitions of each operation.
-const TIMES: usize = 50;
+const TIMES: usize = 20;
 /// Number of repetitions before the measurement, for one-time allocations such as entity names.
-const WARM_UP: usize = 20;
+const WARM_UP: usize = 10;
 /// Allowed increase of the allocated memory, kB: a fraction of one recording. A leaked thread per recording,
-/// reset and scene would add 600 kB each, 90 MB in all.
-const ALLOWED_KB: usize = 16_000;
+/// reset and scene would add 600 kB each, 36 MB in all.
+const ALLOWED_KB: usize = 6_000;
 
 /// Resources of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -235,6 +235,7 @@ fn soak(plan: &Plan) -> Vec<Sample> {
         }
         soak.over.store(true, Ordering::Relaxed);
     });
+    control.ask(&json!({ "do": "speed", "ms_per_s": 1 }));
     // Resources are released after connections and their threads have ended.
     let quiet = samples[0];
     let left = Instant::now();
@@ -266,7 +267,7 @@ fn assert_bounded(samples: &[Sample]) {
 #[test]
 fn the_resources_of_a_run_are_bounded() {
     let samples = soak(&Plan {
-        duration: Duration::from_secs(6),
+        duration: Duration::from_secs(4),
         renewed: false,
     });
     assert_bounded(&samples);

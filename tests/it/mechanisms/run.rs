@@ -7,7 +7,7 @@ use squeakscope::pipeline::message::{
     SpectralLine,
 };
 use squeakscope::pipeline::{Analyser, Monitor, Simulation, Source as _, run};
-use squeakscope::scene::Scene;
+use squeakscope::scene::{AnalysisSpec, Scene};
 use squeakscope::text::{LessonText, narration};
 
 /// The records of a run.
@@ -18,16 +18,29 @@ pub struct Run {
     pub lessons: Vec<(f64, String)>,
 }
 
+/// A scene with only the analyses that lessons and commentary use.
+fn reduced(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.analysis = AnalysisSpec {
+        spectrum: scene.analysis.spectrum,
+        regime: scene.analysis.regime,
+        exponents: scene.analysis.exponents,
+        perturbed_trajectory: scene.analysis.perturbed_trajectory,
+        ..AnalysisSpec::default()
+    };
+    scene
+}
+
 impl Run {
     pub fn of(scene: &Scene) -> Self {
         let mut records: Vec<Record> = Vec::new();
-        run(scene, "", &mut records, Monitor::default()).expect("runs");
+        run(&reduced(scene), "", &mut records, Monitor::default()).expect("runs");
         Self::from_records(records)
     }
 
     /// A run in the frames of a playback speed (simulated seconds per second), without waiting.
     pub fn at_speed(scene: &Scene, speed: f64) -> Self {
-        let mut source = Simulation::new(scene).expect("valid");
+        let mut source = Simulation::new(&reduced(scene)).expect("valid");
         let header = source.header("");
         let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
         source.set_frame_length(samples, shown);

@@ -12,7 +12,7 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
             let [r, z] = body.mesh.section.nodes[node];
             let azimuth: f64 = 0.7;
             let (sin, cos) = azimuth.sin_cos();
-            let found = shapes(&body, [r * cos, r * sin, z]);
+            let found = shapes(body, [r * cos, r * sin, z]);
             let nodal: Vec<[f64; 3]> = body
                 .modes()
                 .iter()
@@ -28,8 +28,7 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
 
 #[test]
 fn located_points_lie_in_the_requested_direction() {
-    // Even if the elements deviate strongly from the arc: the largest one here spans more than a radian.
-    for body in Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(0.1, order))) {
+    for body in bodies() {
         let (section, ball) = (&body.mesh.section, &body.mesh.ball);
         for k in 0..=500 {
             let polar = ball.limit() * f64::from(k) / 500.0;
@@ -48,15 +47,14 @@ fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
     for &node in &ball[1..ball.len() - 1] {
         let [r, z] = body.mesh.section.nodes[node];
         let polar = r.atan2(z);
-        let [before, after] =
-            [polar - step, polar + step].map(|p| shapes(&body, direction(p, 0.3)));
+        let [before, after] = [polar - step, polar + step].map(|p| shapes(body, direction(p, 0.3)));
         // Mode shapes are of order 1 and vary over the ball: slopes are of order 10 per radian, larger
         // near the corner.
         assert!(distance(&before, &after) < 1e-6);
     }
-    let pole = shapes(&body, [0.0, 0.0, 1.0]);
+    let pole = shapes(body, [0.0, 0.0, 1.0]);
     for azimuth in [0.0, 1.0, 4.0] {
-        assert!(distance(&pole, &shapes(&body, direction(1e-9, azimuth))) < 1e-7);
+        assert!(distance(&pole, &shapes(body, direction(1e-9, azimuth))) < 1e-7);
     }
 }
 
@@ -64,8 +62,8 @@ fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
 fn a_rotation_by_90_degrees_maps_x_modes_to_y_modes() {
     let body = paper_body();
     for (polar, azimuth) in [(0.1, 0.0), (0.9, 1.1), (2.2, -2.5)] {
-        let here = shapes(&body, direction(polar, azimuth));
-        let there = shapes(&body, direction(polar, azimuth + FRAC_PI_2));
+        let here = shapes(body, direction(polar, azimuth));
+        let there = shapes(body, direction(polar, azimuth + FRAC_PI_2));
         for (i, mode) in body.modes().iter().enumerate() {
             let image = match mode.kind {
                 ModeKind::BendingX => there[i + 1],
@@ -101,8 +99,8 @@ fn surface_shapes_converge_and_keep_their_sign() {
 #[test]
 fn signs_follow_the_convention() {
     let body = paper_body();
-    let pole = shapes(&body, [0.0, 0.0, 1.0]);
-    let side = shapes(&body, [1.0, 0.0, 0.0]);
+    let pole = shapes(body, [0.0, 0.0, 1.0]);
+    let side = shapes(body, [1.0, 0.0, 0.0]);
     for (i, mode) in body.modes().iter().enumerate() {
         let indicator = match mode.kind {
             ModeKind::BendingX => pole[i][0],
@@ -119,7 +117,7 @@ fn the_length_of_a_direction_does_not_matter() {
     let body = paper_body();
     let [x, y, z] = direction(0.8, 2.0);
     let scaled = [1e-3 * x, 1e-3 * y, 1e-3 * z];
-    assert!(distance(&shapes(&body, [x, y, z]), &shapes(&body, scaled)) < 1e-13);
+    assert!(distance(&shapes(body, [x, y, z]), &shapes(body, scaled)) < 1e-13);
 }
 
 #[test]
