@@ -214,16 +214,17 @@ pub fn vary(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyError>
     let adaptive = MethodName::ALL
         .iter()
         .filter(|method| !method.has_fixed_step());
-    let methods = adaptive.map(|method| (Setting::Tolerance, method.name(), own.tolerance));
-    let others = [Setting::Nodes, Setting::ElementSize];
-    let others = others.map(|setting| (setting, &*own.method, FINE));
-    let all: Vec<_> = methods.chain(others).collect();
-    for (k, &(setting, method, tolerance)) in all.iter().enumerate() {
+    let adaptive: Vec<&str> = adaptive.map(|method| method.name()).collect();
+    let only = [&*own.method];
+    for setting in Setting::ALL {
         let values = levels(scene, setting);
         let Some((&last, shown)) = values.split_last() else {
             continue;
         };
-        runner.begin(setting.name(), 0.1 + 0.5 * k as f64 / all.len() as f64);
+        let (methods, tolerance) = match setting {
+            Setting::Tolerance => (&adaptive[..], own.tolerance),
+            Setting::Nodes | Setting::ElementSize => (&only[..], FINE),
+        };
         let with = |method: &str, value| {
             let mut settings = Settings {
                 method: method.to_owned(),
@@ -233,19 +234,24 @@ pub fn vary(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyError>
             settings.set(setting, value);
             settings.apply(scene)
         };
+        let share = |done: usize| 0.1 + 0.5 * done as f64 / (adaptive.len() + 2) as f64;
+        runner.begin(setting.name(), share(study.settings.len()));
         // All methods converge to one motion, of which the scene's own method gives the reference.
         let reference = runner.motion(&with(&own.method, last)?, 0)?;
-        let mut points = Vec::new();
-        for &value in shown {
-            let varied = with(method, value)?;
-            points.push(point(setting, value, &varied, &reference, runner)?);
+        for method in methods {
+            runner.begin(setting.name(), share(study.settings.len()));
+            let mut points = Vec::new();
+            for &value in shown {
+                let varied = with(method, value)?;
+                points.push(point(setting, value, &varied, &reference, runner)?);
+            }
+            study.settings.push(WorkPrecision {
+                setting,
+                method: (*method).to_owned(),
+                reference: last,
+                points,
+            });
         }
-        study.settings.push(WorkPrecision {
-            setting,
-            method: method.to_owned(),
-            reference: last,
-            points,
-        });
     }
     Ok(())
 }
