@@ -64,7 +64,7 @@ struct FailedFile {
     reason: String,
 }
 
-/// A file and a column, or `None` for the column that the arguments select.
+/// A file, and its column (`None`: that of the arguments) or why its channels cannot be listed.
 type Job = (PathBuf, Result<Option<String>, CliError>);
 
 /// Runs the command.

@@ -38,7 +38,8 @@ impl SceneArgs {
         }
     }
 
-    /// Reads the scene, and changes its keys, its accuracy and the numbers of other options, in the units of their keys.
+    /// Reads the scene and applies the accuracy and the values of other options. `numbers` are keys with values in their
+    /// units; `None` keeps the value of the scene.
     pub fn load_with(
         &self,
         accuracy: AccuracyArgs,

@@ -104,7 +104,8 @@ pub struct InteractiveSource {
 }
 
 impl InteractiveSource {
-    /// Makes a simulation interactive, with a handle of its own. Commands sent before apply to its first frame.
+    /// Makes a simulation interactive. Commands sent before apply to its first frame. It goes on until
+    /// [`RunCommand::End`], even if nobody else has a handle.
     pub fn new(mut source: Simulation, handle: &RunHandle) -> Self {
         source.run_until_stopped();
         let time = source.time();

@@ -36,7 +36,7 @@ pub struct Simulation {
     changed: Arc<Vec<(Parameter, f64)>>,
 }
 
-/// What moves: a joint, or a small system, which the scene has, with its description at the start.
+/// What moves: a joint, or a small system. The small system itself is in the scene; this is its description at the start.
 enum Body {
     Joint(Box<JointBody>),
     Small(SmallInfo),

@@ -136,11 +136,12 @@ mod tests {
             let unused = ["analysis.recurrence", "analysis.quantification"];
             let scene = scene.with_overrides(&unused.map(|table| (table, "absent")));
             let scene = scene.unwrap();
-            // One scene without a mechanism, and one of each.
-            if recorded.contains(&scene.mechanism) {
+            // A joint and a small system of each mechanism, and without one.
+            let kind = (scene.mechanism, scene.joint().is_ok());
+            if recorded.contains(&kind) {
                 continue;
             }
-            recorded.push(scene.mechanism);
+            recorded.push(kind);
             let output = Output {
                 save: Some(path.clone()),
                 ..Output::default()

@@ -35,7 +35,7 @@ pub enum Mechanism {
     LiftOff,
     /// The two slope factors of Eq. (5) as printed and exchanged: stable sliding or squeak.
     #[strum(
-        message = "exchanges the two slope factors of Eq. (5); use a joint with friction.law = \"stribeck\""
+        message = "exchanges the two slope factors of Eq. (5); use a joint with friction.law = \"stribeck\" and mu_s other than mu_d"
     )]
     ExchangedFriction,
     /// Several modes are unstable, and the initial kick determines the mode that dominates.

@@ -266,6 +266,7 @@ impl Scene {
         let path = parameter.path();
         let word = match path {
             LOAD_PATH if joint.load.varies() => LOAD.word,
+            // A constant factor other than 1 would change the value, too.
             ROTATION_PATH if joint.rotation_factor != Schedule::constant(1.0) => FACTOR.word,
             _ => return Ok(()),
         };

@@ -97,12 +97,9 @@ impl Desk {
 
     /// The same table as Parquet.
     pub fn parquet(&self) -> Vec<u8> {
+        static PARQUET: OnceLock<Vec<u8>> = OnceLock::new();
         self.table();
-        self.made(
-            "s.parquet",
-            "merge s.arrow --out s.parquet",
-            &OnceLock::new(),
-        )
+        self.made("s.parquet", "merge s.arrow --out s.parquet", &PARQUET)
     }
 
     pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {

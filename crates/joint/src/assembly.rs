@@ -72,7 +72,7 @@ pub struct Loading {
     pub load: f64,
     /// Angular velocity vector, rad/s.
     pub rotation: [f64; 3],
-    /// Factor on the angular velocity of the scene; 1 if that is constant.
+    /// Factor that `rotation` contains; 1 if the rotation is constant.
     pub rotation_factor: f64,
 }
 
@@ -171,8 +171,8 @@ impl BallJoint {
         })
     }
 
-    /// Changes load, rotation and frame of the patch; the tilt is that of the model. The radius of a Hertz patch changes
-    /// with the load; an imported patch is fixed.
+    /// Changes load, rotation and frame of the patch. The tilt is an argument of [`BallJoint::model`]. The radius of a Hertz
+    /// patch changes with the load; an imported patch is fixed.
     pub fn set_loading(&mut self, loading: &Loading) {
         self.spec.load = loading.load;
         self.spec.rotation = loading.rotation;

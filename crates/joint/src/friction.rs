@@ -101,7 +101,6 @@ pub(crate) fn slip_speed<S: Simd, const K: usize, const N: usize>(
 }
 
 /// No friction.
-#[derive(Clone, Copy)]
 pub(crate) struct Frictionless;
 
 impl ContactLaw for Frictionless {

@@ -19,8 +19,8 @@ const TIMES: usize = 20;
 /// Number of repetitions before the measurement, for one-time allocations such as entity names.
 const WARM_UP: usize = 10;
 /// Allowed increase of the allocated memory, kB: a fraction of one recording. A leaked thread per recording,
-/// reset and scene would add 600 kB each, 36 MB in all.
-const ALLOWED_KB: usize = 6_000;
+/// reset and scene would add 600 kB each.
+const ALLOWED_KB: usize = 2_000;
 
 /// Resources of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]

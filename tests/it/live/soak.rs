@@ -235,6 +235,7 @@ fn soak(plan: &Plan) -> Vec<Sample> {
         }
         soak.over.store(true, Ordering::Relaxed);
     });
+    // The run itself must not delay the release on a busy machine.
     control.ask(&json!({ "do": "speed", "ms_per_s": 1 }));
     // Resources are released after connections and their threads have ended.
     let quiet = samples[0];

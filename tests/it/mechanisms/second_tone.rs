@@ -46,6 +46,7 @@ fn the_second_tone_decays_and_grows_as_its_multiplier_predicts() {
         for speed in speeds {
             let live = Run::at_speed(&scene, *speed);
             assert_eq!(live.measured().second_tone, Some(found), "{speed}");
+            assert_eq!(live.last_lesson(), run.last_lesson(), "{speed}");
         }
         let (decay, growth) = (found.decay.expect("decay"), found.growth.expect("growth"));
         assert_agrees(decay);

