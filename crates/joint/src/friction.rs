@@ -329,26 +329,26 @@ pub(crate) trait WithLaw {
     fn with_law<L: ContactLaw, const N: usize>(self, law: L) -> Self::Output;
 }
 
-#[inline(always)]
-fn against_slip<L: Curve + ?Sized, W: WithLaw>(law: &L, radial: bool, task: W) -> W::Output {
-    task.with_law::<_, 3>(AgainstSlip { law, radial })
-}
-
 impl ActiveLaw {
     /// Calls a function that is compiled for each law.
     #[inline(always)]
     pub fn dispatch<W: WithLaw>(&self, task: W) -> W::Output {
-        match self {
+        match *self {
             Self::Known(Friction::None) => task.with_law::<_, 0>(Frictionless),
-            Self::Known(Friction::Stribeck { law, radial }) => against_slip(law, *radial, task),
-            Self::Known(Friction::Table { law, radial }) => {
-                against_slip(law.as_ref(), *radial, task)
+            Self::Known(Friction::Stribeck { ref law, radial }) => {
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
             }
-            Self::Known(Friction::Dynamic { law, radial }) => {
-                let radial = *radial;
+            Self::Known(Friction::Table { ref law, radial }) => {
+                let law = law.as_ref();
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
+            }
+            Self::Known(Friction::Dynamic { ref law, radial }) => {
                 task.with_law::<_, 6>(Evolving { law, radial })
             }
-            Self::Custom { law, radial } => against_slip(law.as_ref(), *radial, task),
+            Self::Custom { ref law, radial } => {
+                let law = law.as_ref();
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
+            }
         }
     }
 
