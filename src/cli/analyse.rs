@@ -1,23 +1,17 @@
-//! `squeakscope analyse`: analyses signals and classifies their motion; of several, a table over the signals and one JSON
-//! document.
+//! `squeakscope analyse`: analyses a signal and classifies its motion, with all outputs.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use super::analyse_args::AnalyseArgs;
-use super::console::print_notice;
+use super::analyse_files::analyse_all;
 use super::error::CliError;
 use super::figures::PIXELS;
-use super::harness::{Files, Outputs, Watch};
-use super::output::{Kind, check_file};
+use super::harness::{Outputs, Watch};
+use super::output::Kind;
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
@@ -26,46 +20,17 @@ use crate::analysis::{
     levels::{Calibration, LevelReference},
     stats::range,
 };
-use crate::escape;
 use crate::export::{OutputError, replace_file};
-use crate::import::{Format, Selection, channels};
-use crate::number::fixed;
+use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
-use crate::report::{Block, Report, Table};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
     FREQUENCY_MARGIN, Label, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
     live_analysis, write_events,
 };
-
-/// The analyses of several files.
-#[derive(Default, Serialize, JsonSchema)]
-pub(super) struct AnalysedFiles {
-    /// Analyses in the order of the files; those of a directory are sorted by name.
-    analyses: Vec<SignalAnalysis>,
-    /// Failures: files that could not be analysed.
-    failures: Vec<FailedFile>,
-    /// Skipped: files in a directory that are no signals.
-    skipped: Vec<FailedFile>,
-    /// Whether each channel of a file is a signal of its own.
-    #[serde(skip)]
-    each_channel: bool,
-}
-
-/// A file that was not analysed.
-#[derive(Serialize, JsonSchema)]
-struct FailedFile {
-    /// Path of the file.
-    file: PathBuf,
-    /// Reason why it was not analysed.
-    reason: String,
-}
-
-/// A file, and its column (`None`: that of the arguments) or why its channels cannot be listed.
-type Job = (PathBuf, Result<Option<String>, CliError>);
 
 /// Runs the command.
 ///
@@ -109,222 +74,8 @@ fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Resul
     }
 }
 
-/// Analyses several files or channels.
-fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let save = args.save.as_ref().map(|_| "--save");
-    if let Some(option) = save.or(args.event.map(|_| "--event")) {
-        return Err(CliError::Input(format!(
-            "{option} is for a single signal; analyse the signals one by one, or omit it"
-        )));
-    }
-    let mut result = AnalysedFiles {
-        each_channel: args.each_channel,
-        ..AnalysedFiles::default()
-    };
-    let jobs = jobs(args, &mut result.skipped)?;
-    let outputs = Outputs::new(None, &args.output);
-    let mut files = outputs
-        .file("--events", Kind::TABLE, args.events.as_ref())
-        .check()?;
-    check_directories(args, &jobs)?;
-    resources::start_thread_pool()?;
-    let watch = Watch::new(stop);
-    let at_once = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut jobs = jobs.into_iter().peekable();
-    while jobs.peek().is_some() {
-        let group: Vec<_> = jobs.by_ref().take(at_once).collect();
-        let analysed = group.into_par_iter().map(|job| {
-            let name = name(&job);
-            let (file, column) = job;
-            let analysed = column.and_then(|column| analyse(args, &file, column, &watch));
-            (file, name, analysed)
-        });
-        for (file, name, analysed) in analysed.collect::<Vec<_>>() {
-            match analysed {
-                Err(CliError::NoResult) => return Err(CliError::NoResult),
-                Ok(mut analysed) => {
-                    write_pictures(args, &name, &analysed, &mut files)?;
-                    analysed.signal.samples = Vec::new();
-                    analysed.part = None;
-                    analysed.spectrogram = Vec::new();
-                    result.analyses.push(analysed);
-                }
-                Err(error) => {
-                    let reason = reason(&error);
-                    result.failures.push(FailedFile { file, reason });
-                }
-            }
-        }
-    }
-    let all = result.analyses.len() + result.failures.len();
-    files.finish(watch, None, &result, |files| {
-        files.write("--events", |path| write_table(path, &result.analyses))
-    })?;
-    match result.failures.len() {
-        0 => Ok(()),
-        failed => Err(CliError::Input(format!(
-            "{failed} of {all} signals could not be analysed; the table has the reasons"
-        ))),
-    }
-}
-
-/// The signals, with the error of a file whose channels cannot be listed.
-fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, CliError> {
-    let files = files(&args.files, skipped)?;
-    if files.len() > 1 && args.truth.as_ref().is_some_and(|truth| !truth.is_dir()) {
-        return Err(CliError::Input(
-            "--truth is a directory for several files, with the labels NAME.txt of each file NAME"
-                .to_owned(),
-        ));
-    }
-    let mut jobs: Vec<Job> = Vec::new();
-    for file in files {
-        // A recording has a main column.
-        if !args.each_channel || Format::of(&file).is_ok_and(|format| format == Format::Rrd) {
-            jobs.push((file, Ok(args.column.clone())));
-            continue;
-        }
-        match channels(&file, args.skip_lines) {
-            Ok(names) => jobs.extend(names.into_iter().map(|name| (file.clone(), Ok(Some(name))))),
-            Err(error) => jobs.push((file, Err(error.into()))),
-        }
-    }
-    Ok(jobs)
-}
-
-/// Name of a signal for its figures and labels.
-fn name((file, column): &Job) -> String {
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let column = match column {
-        Ok(Some(column)) => format!("-{column}"),
-        _ => String::new(),
-    };
-    // A name of a column may be no name of a file.
-    format!("{stem}{column}").replace(|c: char| std::path::is_separator(c) || c == ':', "_")
-}
-
-/// Checks that the figures and labels of all signals can be written.
-fn check_directories(args: &AnalyseArgs, jobs: &[Job]) -> Result<(), CliError> {
-    if args.labels.is_none() && args.figures.path.is_none() {
-        return Ok(());
-    }
-    let mut named = BTreeMap::new();
-    for job in jobs {
-        if let Some(other) = named.insert(name(job), job) {
-            return Err(CliError::Input(format!(
-                "figures and labels of {} and {} would have the same name; rename one, or analyse them one by one",
-                other.0.display(),
-                job.0.display()
-            )));
-        }
-    }
-    let overwrite = args.output.overwrite;
-    if let Some(directory) = &args.figures.path {
-        let names = args
-            .figures
-            .drawn
-            .or_formats(PIXELS)
-            .names(&signal_figure_names());
-        for name in named.keys() {
-            overwrite.check_directory(&directory.join(name), "--figures", &names)?;
-        }
-    }
-    if let Some(directory) = &args.labels {
-        let names: Vec<_> = named.keys().map(|name| format!("{name}.txt")).collect();
-        overwrite.check_directory(directory, "--labels", &names)?;
-    }
-    Ok(())
-}
-
-/// Writes the figures and labels of one of several signals.
-fn write_pictures(
-    args: &AnalyseArgs,
-    name: &str,
-    report: &SignalAnalysis,
-    files: &mut Files<'_>,
-) -> Result<(), CliError> {
-    if let Some(directory) = &args.figures.path {
-        let figures = signal_figures(report);
-        let drawn = args.figures.drawn.or_formats(PIXELS);
-        for path in drawn.write(&directory.join(name), "--figures", &figures, None)? {
-            files.add(&path)?;
-        }
-    }
-    if let Some(directory) = &args.labels {
-        std::fs::create_dir_all(directory).map_err(|error| {
-            CliError::Failed(format!("cannot create {} ({error})", directory.display()))
-        })?;
-        let path = check_file(&directory.join(format!("{name}.txt")), "--labels")?;
-        write_labels(&path, report)?;
-        files.add(&path)?;
-    }
-    Ok(())
-}
-
-/// The files, with those in a directory whose format is known; the others are `skipped`, with the reason.
-fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf>, CliError> {
-    let mut files = Vec::new();
-    for path in given {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let directory = path.display();
-        let unreadable = |source: io::Error| {
-            CliError::Input(format!(
-                "cannot read the directory `{directory}` ({source}); check its permissions"
-            ))
-        };
-        let entries = std::fs::read_dir(path).map_err(unreadable)?;
-        let entries = entries.map(|entry| entry.map(|entry| entry.path()));
-        let mut inside = entries
-            .collect::<io::Result<Vec<_>>>()
-            .map_err(unreadable)?;
-        inside.retain(|entry| entry.is_file());
-        inside.sort();
-        let before = files.len();
-        for entry in &inside {
-            let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
-            let recording = |other: &&PathBuf| {
-                !is_text(other)
-                    && other.file_stem() == entry.file_stem()
-                    && Format::of(other).is_ok()
-            };
-            let recording = inside.iter().find(recording).filter(|_| is_text(entry));
-            let reason = match (recording, Format::of(entry)) {
-                (Some(recording), _) => format!("labels of {}", recording.display()),
-                (None, Ok(_)) => {
-                    files.push(entry.clone());
-                    continue;
-                }
-                (None, Err(problem)) => problem.to_string(),
-            };
-            print_notice(&format!("{} is not analysed: {reason}", entry.display()));
-            skipped.push(FailedFile {
-                file: entry.clone(),
-                reason,
-            });
-        }
-        if files.len() == before {
-            return Err(CliError::Input(format!(
-                "the directory `{directory}` has no file of a known format; give the path of a signal"
-            )));
-        }
-    }
-    Ok(files)
-}
-
-/// Why a file could not be analysed, without its path, which stands beside the reason.
-fn reason(error: &CliError) -> String {
-    match error {
-        CliError::Import(error) => error.problem.to_string(),
-        CliError::Signal { reason, .. } => reason.to_string(),
-        _ => error.to_string(),
-    }
-}
-
 /// Reads and analyses a column of a file.
-fn analyse(
+pub(super) fn analyse(
     args: &AnalyseArgs,
     file: &Path,
     column: Option<String>,
@@ -389,13 +140,13 @@ fn read_labels(truth: &Path, file: &Path) -> Result<Vec<Label>, CliError> {
 }
 
 /// Writes the tonal events as labels.
-fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), OutputError> {
+pub(super) fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), OutputError> {
     let text = label_text(report.events(), report.level_reference());
     replace_file(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Writes the tonal events of files as a table.
-fn write_table<'a>(
+pub(super) fn write_table<'a>(
     path: &Path,
     analysed: impl IntoIterator<Item = &'a SignalAnalysis>,
 ) -> Result<(), CliError> {
@@ -487,64 +238,6 @@ fn play(
         },
     };
     drive(playback, &command_line(), &mut sink, monitor).map_err(CliError::during("recording"))
-}
-
-impl Report for AnalysedFiles {
-    /// The signals, one per row, then those that failed, and how many events have labels.
-    fn blocks(&self, _name: &str) -> Vec<Block> {
-        let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
-        let analyses = self.analyses.iter().map(Ok);
-        let table = Table::of(analyses.chain(self.failures.iter().map(Err)))
-            .left("file", |row| match row {
-                Ok(file) => file.file.as_deref().map(escape::path),
-                Err(failed) => Some(escape::path(&failed.file)),
-            })
-            .left("channel", |row| {
-                let file = row.ok().filter(|_| self.each_channel)?;
-                Some(escape::line(&file.facts.name).into_owned())
-            })
-            .right("duration, s", |row| {
-                fixed(row.ok().map(|file| file.facts.duration_s), 3)
-            })
-            .right("dB(A)", |row| {
-                let levels = row.ok()?.sound_levels.as_ref();
-                levels.map(|found| fixed(found.levels.a_weighted_level_db, 1))
-            })
-            .right("events", |row| {
-                row.ok().map(|file| file.events().len().to_string())
-            })
-            .right("event, Hz", |row| {
-                let event = row.ok()?.event();
-                event.map(|event| fixed(event.frequency_hz, 1))
-            })
-            .right("line, Hz", |row| {
-                let line = row.ok()?.tones.lines.first();
-                line.map(|named| fixed(named.line.frequency, 1))
-            });
-        let counted = |file: &SignalAnalysis, count: fn(&Score) -> usize| {
-            let score = file.truth.as_ref();
-            score.map(|score| count(score).to_string())
-        };
-        let table = table
-            .right("found", |row| counted(row.ok()?, |score| score.found))
-            .right("false", |row| {
-                counted(row.ok()?, |score| score.false_events.len())
-            })
-            .right("missed", |row| {
-                counted(row.ok()?, |score| score.missed.len())
-            });
-        let table = table.left("type of motion", |row| match row {
-            Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
-            Err(failed) => Some(escape::line(&failed.reason).into_owned()),
-        });
-        let mut blocks = vec![table.into()];
-        if scores().next().is_some() {
-            let mut sum = Score::default();
-            scores().for_each(|score| sum += score.clone());
-            blocks.extend(sum.blocks());
-        }
-        blocks
-    }
 }
 
 #[cfg(test)]

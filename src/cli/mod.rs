@@ -13,6 +13,7 @@
 
 mod analyse;
 mod analyse_args;
+mod analyse_files;
 mod args;
 mod audit;
 mod basins;

@@ -10,7 +10,7 @@ use schemars::transform::{RecursiveTransform, Transform as _};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
 
-use super::analyse::AnalysedFiles;
+use super::analyse_files::AnalysedFiles;
 use super::args::SchemaArgs;
 use super::console;
 use super::error::CliError;
