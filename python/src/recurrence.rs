@@ -399,7 +399,10 @@ pub fn rqa_windowed<'py>(
             }
             let (measures, ..) = quantification.of(start..start + window, watch)?;
             let time = (start as f64 + 0.5 * window as f64) * quantification.step;
-            found.push(squeakscope::study::signal::MeasuresAt { time, measures });
+            found.push(squeakscope::study::signal::MeasuresAt {
+                time_s: time,
+                measures,
+            });
         }
         Ok::<_, AnalysisError>(found)
     })?;

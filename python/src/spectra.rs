@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use squeakscope::analysis::{
     AnalysisError,
     events::{EventOptions, tonal_events as find_events},
-    tones::{LineCriterion, SpectrumAnalyser, Stft, Window, identify_lines},
+    tones::{SpectrumAnalyser, Stft, Window},
 };
 use squeakscope::study::signal::SpectralLines;
 
@@ -46,9 +46,7 @@ pub fn spectrum<'py>(
     let (rate, window) = (positive("rate", rate)?, choice("window", window, &WINDOWS)?);
     let (spectrum, lines) = computed(&signal, |samples| {
         let spectrum = SpectrumAnalyser::new(window, rate).analyse(samples)?;
-        let lines = spectrum.lines(&LineCriterion::default());
-        let naming = identify_lines(&lines, 0.25 * spectrum.bin);
-        let lines = SpectralLines::new(&spectrum, &lines, naming);
+        let lines = SpectralLines::of(&spectrum);
         Ok((spectrum, lines))
     })?;
     let frequency = (0..spectrum.amplitude.len()).map(|k| k as f64 * spectrum.bin);

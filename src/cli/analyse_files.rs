@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::analyse::{analyse, write_labels, write_table};
+use super::analyse::{analyse, write_labels};
 use super::analyse_args::AnalyseArgs;
 use super::console::print_notice;
 use super::error::CliError;
@@ -23,7 +23,7 @@ use crate::import::{Format, channels};
 use crate::number::fixed;
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::report::{Block, Report, Table};
-use crate::study::signal::{Score, SignalAnalysis};
+use crate::study::signal::{Score, SignalAnalysis, write_events};
 
 /// The analyses of several files.
 #[derive(Default, Serialize, JsonSchema)]
@@ -48,8 +48,8 @@ struct FailedFile {
     reason: String,
 }
 
-/// A file, and its column (`None`: that of the arguments) or why its channels cannot be listed.
-type Job = (PathBuf, Result<Option<String>, CliError>);
+/// A file and its column, if one is selected.
+type Job = (PathBuf, Option<String>);
 
 /// Analyses several files or channels.
 ///
@@ -75,27 +75,25 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
     resources::start_thread_pool()?;
     let watch = Watch::new(stop);
     let at_once = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut jobs = jobs.into_iter().peekable();
-    while jobs.peek().is_some() {
-        let group: Vec<_> = jobs.by_ref().take(at_once).collect();
-        let analysed = group.into_par_iter().map(|job| {
-            let name = name(&job);
-            let (file, column) = job;
-            let analysed = column.and_then(|column| analyse(args, &file, column, &watch));
-            (file, name, analysed)
-        });
-        for (file, name, analysed) in analysed.collect::<Vec<_>>() {
+    for group in jobs.chunks(at_once) {
+        let analysed = group
+            .par_iter()
+            .map(|(file, column)| analyse(args, file, column.clone(), &watch));
+        for (job, analysed) in group.iter().zip(analysed.collect::<Vec<_>>()) {
             match analysed {
                 Err(CliError::NoResult) => return Err(CliError::NoResult),
                 Ok(mut analysed) => {
-                    write_pictures(args, &name, &analysed, &mut files)?;
+                    write_pictures(args, &name(job), &analysed, &mut files)?;
                     analysed.signal.samples = Vec::new();
                     analysed.part = None;
                     analysed.spectrogram = Vec::new();
                     result.analyses.push(analysed);
                 }
                 Err(error) => {
-                    let reason = reason(&error);
+                    // The path stands beside the reason.
+                    let (file, text) = (job.0.clone(), error.to_string());
+                    let reason = text.strip_prefix(&format!("{}: ", file.display()));
+                    let reason = reason.unwrap_or(&text).to_owned();
                     result.failures.push(FailedFile { file, reason });
                 }
             }
@@ -103,7 +101,7 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
     }
     let all = result.analyses.len() + result.failures.len();
     files.finish(watch, None, &result, |files| {
-        files.write("--events", |path| write_table(path, &result.analyses))
+        files.write("--events", |path| write_events(path, &result.analyses))
     })?;
     match result.failures.len() {
         0 => Ok(()),
@@ -113,7 +111,7 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
     }
 }
 
-/// The signals, with the error of a file whose channels cannot be listed.
+/// The signals. The channels of a file that cannot be read are one: its analysis gives the reason.
 fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, CliError> {
     let files = files(&args.files, skipped)?;
     if files.len() > 1 && args.truth.as_ref().is_some_and(|truth| !truth.is_dir()) {
@@ -124,14 +122,13 @@ fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, C
     }
     let mut jobs: Vec<Job> = Vec::new();
     for file in files {
-        // A recording has a main column.
-        if !args.each_channel || Format::of(&file).is_ok_and(|format| format == Format::Rrd) {
-            jobs.push((file, Ok(args.column.clone())));
-            continue;
-        }
-        match channels(&file, args.skip_lines) {
-            Ok(names) => jobs.extend(names.into_iter().map(|name| (file.clone(), Ok(Some(name))))),
-            Err(error) => jobs.push((file, Err(error.into()))),
+        let names = args.each_channel.then(|| channels(&file, args.skip_lines));
+        match names {
+            Some(Ok(names)) => {
+                jobs.extend(names.into_iter().map(|name| (file.clone(), Some(name))));
+            }
+            // Also a recording, which has a main column.
+            _ => jobs.push((file, args.column.clone())),
         }
     }
     Ok(jobs)
@@ -140,12 +137,10 @@ fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, C
 /// Name of a signal for its figures and labels.
 fn name((file, column): &Job) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let column = match column {
-        Ok(Some(column)) => format!("-{column}"),
-        _ => String::new(),
-    };
+    let column = column.as_ref().map(|column| format!("-{column}"));
     // A name of a column may be no name of a file.
-    format!("{stem}{column}").replace(|c: char| std::path::is_separator(c) || c == ':', "_")
+    format!("{stem}{}", column.unwrap_or_default())
+        .replace(|c: char| std::path::is_separator(c) || c == ':', "_")
 }
 
 /// Checks that the figures and labels of all signals can be written.
@@ -259,15 +254,6 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
     Ok(files)
 }
 
-/// Why a file could not be analysed, without its path, which stands beside the reason.
-fn reason(error: &CliError) -> String {
-    match error {
-        CliError::Import(error) => error.problem.to_string(),
-        CliError::Signal { reason, .. } => reason.to_string(),
-        _ => error.to_string(),
-    }
-}
-
 impl Report for AnalysedFiles {
     /// The signals, one per row, then those that failed, and how many events have labels.
     fn blocks(&self, _name: &str) -> Vec<Block> {
@@ -299,28 +285,30 @@ impl Report for AnalysedFiles {
             .right("line, Hz", |row| {
                 let line = row.ok()?.tones.lines.first();
                 line.map(|named| fixed(named.line.frequency, 1))
-            });
-        let counted = |file: &SignalAnalysis, count: fn(&Score) -> usize| {
-            let score = file.truth.as_ref();
-            score.map(|score| count(score).to_string())
-        };
-        let table = table
-            .right("found", |row| counted(row.ok()?, |score| score.found))
+            })
+            .right("found", |row| {
+                Some(row.ok()?.truth.as_ref()?.found.to_string())
+            })
             .right("false", |row| {
-                counted(row.ok()?, |score| score.false_events.len())
+                Some(row.ok()?.truth.as_ref()?.false_events.len().to_string())
             })
             .right("missed", |row| {
-                counted(row.ok()?, |score| score.missed.len())
+                Some(row.ok()?.truth.as_ref()?.missed.len().to_string())
+            })
+            .left("type of motion", |row| match row {
+                Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
+                Err(failed) => Some(escape::line(&failed.reason).into_owned()),
             });
-        let table = table.left("type of motion", |row| match row {
-            Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
-            Err(failed) => Some(escape::line(&failed.reason).into_owned()),
-        });
         let mut blocks = vec![table.into()];
         if scores().next().is_some() {
-            let mut sum = Score::default();
-            scores().for_each(|score| sum += score.clone());
-            blocks.extend(sum.blocks());
+            let all = Score {
+                found: scores().map(|score| score.found).sum(),
+                false_events: scores()
+                    .flat_map(|score| score.false_events.clone())
+                    .collect(),
+                missed: scores().flat_map(|score| score.missed.clone()).collect(),
+            };
+            blocks.extend(all.blocks());
         }
         blocks
     }

@@ -9,7 +9,7 @@ use strum::VariantArray;
 
 use super::steps::Steps;
 use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Parameter, Scene, SceneError};
-use crate::sound::{Place, Quantity, Source};
+use crate::sound::{Quantity, Source};
 
 /// The scene of a command.
 #[derive(Clone, Debug, Default, Arguments)]
@@ -165,7 +165,7 @@ pub struct SoundArgs {
     /// Play the normal motion of the surface point nearest to X,Y,Z: mm from the ball's centre, beam at negative z
     /// [default: the contact's centre].
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub probe: Option<Point>,
+    pub probe: Option<[f64; 3]>,
 }
 
 impl SoundArgs {
@@ -178,23 +178,15 @@ impl SoundArgs {
         Source {
             full_scale: self.wav_level.map(|peak| unit * peak),
             quantity: self.sound,
-            place: match self.probe {
-                None => Place::Probe,
-                Some(Point(mm)) => Place::Surface(mm.map(|x| 1e-3 * x)),
-            },
+            point: self.probe.map(|mm| mm.map(|x| 1e-3 * x)),
         }
     }
 }
 
-/// A point, in mm from the ball's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point(pub [f64; 3]);
-
-fn point(text: &str) -> Result<Point, String> {
+/// Parses a point, in mm from the ball's centre.
+fn point(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     let numbers = numbers.ok().and_then(|all| <[f64; 3]>::try_from(all).ok());
     let finite = numbers.filter(|all| all.iter().all(|x| x.is_finite()));
-    finite
-        .map(Point)
-        .ok_or_else(|| "give three numbers, such as 8,0,60".to_owned())
+    finite.ok_or_else(|| "give three numbers, such as 8,0,60".to_owned())
 }

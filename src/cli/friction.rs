@@ -7,6 +7,7 @@ use clap::Args as Arguments;
 use super::common_args::positive;
 use super::error::CliError;
 use super::harness::{OutputArgs, Outputs};
+use crate::foreign::csv_rows;
 use crate::study::friction_fit::{FrictionPoint, LARGEST_COEFFICIENT, fit_friction};
 
 /// Highest plausible slip speed, m/s; a higher one is in other units.
@@ -43,28 +44,15 @@ pub(super) fn execute(args: &FrictionArgs) -> Result<(), CliError> {
 /// The points of a CSV text, or the line that has none, and the remedy.
 fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
     const COLUMNS: [&str; 3] = ["speed_m_per_s", "mu", "mu_deviation"];
-    let mut lines = text.lines().enumerate().filter(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
-    });
-    let head: Vec<&str> = match lines.next() {
-        Some((_, line)) => line
-            .trim_start_matches('\u{feff}')
-            .split(',')
-            .map(str::trim)
-            .collect(),
-        None => Vec::new(),
-    };
+    let mut rows = csv_rows(text);
+    let head = rows.next().map_or_else(Vec::new, |(_, head)| head);
     if head != COLUMNS[..2] && head != COLUMNS {
         return Err("its first line does not name the columns; begin with `speed_m_per_s,mu` or `speed_m_per_s,mu,mu_deviation`".to_owned());
     }
     let mut points = Vec::new();
-    for (number, line) in lines {
-        let wrong = |reason: &str| format!("line {}: {reason}", number + 1);
-        let numbers: Option<Vec<f64>> = line
-            .split(',')
-            .map(|field| field.trim().parse().ok())
-            .collect();
+    for (line, fields) in rows {
+        let wrong = |reason: &str| format!("line {line}: {reason}");
+        let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.parse().ok()).collect();
         let numbers = numbers
             .filter(|numbers| numbers.len() == head.len() && numbers.iter().all(|x| x.is_finite()));
         let numbers = numbers.ok_or_else(|| wrong("give one finite number for each column"))?;

@@ -19,14 +19,14 @@ pub(super) fn read(
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        let mut show = |share| watch.show(share, "reading");
+        watch.show(0.0, "reading");
         let mut warn = |damage: &str| {
             print_warning(&format!(
                 "{}: {damage}; the samples before the damage are used",
                 path.display()
             ));
         };
-        return Ok(read_signal_with(path, selection, &mut show, &mut warn)?);
+        return Ok(read_signal_with(path, selection, &mut warn)?);
     }
     let series = read_series(path, selection.column.as_deref())?;
     if let Some(damage) = &series.damage {

@@ -4,13 +4,12 @@
 //! allocate the body that a header claims, which may exceed the memory; its decoder takes the bytes that follow. The library
 //! limits what a header describes to a million tables and 2 GiB with shared parts counted each time.
 
-use std::fmt;
-use std::io;
+use std::{fmt, io, iter};
 
 use arrow_array::RecordBatch;
 use arrow_buffer::Buffer;
 use arrow_ipc::reader::StreamDecoder;
-use arrow_schema::{ArrowError, SchemaRef};
+use arrow_schema::SchemaRef;
 
 use super::{one_line, truncated};
 
@@ -22,52 +21,34 @@ pub(super) fn damaged(reason: impl fmt::Display) -> io::Error {
     io::Error::other(one_line(reason))
 }
 
-/// The batches of a stream; do not read on after a fault. Decoding may panic: call it within
+/// The schema and the batches of a stream; do not read on after a fault. Decoding may panic: call it within
 /// [`super::without_panic`].
-pub(crate) struct ArrowStream {
-    /// Schema of the batches.
-    pub schema: SchemaRef,
-    decoder: StreamDecoder,
-    rest: Buffer,
-    /// What follows the schema.
-    first: Option<Result<Option<RecordBatch>, ArrowError>>,
-}
-
-impl ArrowStream {
-    /// Reads the schema, and with it the first batch.
-    pub fn new(bytes: impl Into<Buffer>) -> io::Result<Self> {
-        let (mut decoder, mut rest) = (StreamDecoder::new(), bytes.into());
-        let mut first = decoder.decode(&mut rest);
-        if decoder.schema().is_none() && first.is_ok() {
-            // The decoder completes the empty body of a schema with the next bytes.
-            first = decoder.decode(&mut Buffer::from(END_MARK));
-        }
-        match decoder.schema() {
-            Some(schema) => Ok(Self {
-                schema,
-                decoder,
-                rest,
-                first: Some(first),
-            }),
-            None => Err(first.map_or_else(damaged, |_| truncated())),
-        }
+pub(crate) fn stream_batches(
+    bytes: impl Into<Buffer>,
+) -> io::Result<(SchemaRef, impl Iterator<Item = io::Result<RecordBatch>>)> {
+    let (mut decoder, mut rest) = (StreamDecoder::new(), bytes.into());
+    // With the schema, the first batch is read.
+    let mut first = decoder.decode(&mut rest);
+    if decoder.schema().is_none() && first.is_ok() {
+        // The decoder completes the empty body of a schema with the next bytes.
+        first = decoder.decode(&mut Buffer::from(END_MARK));
     }
-}
-
-impl Iterator for ArrowStream {
-    type Item = io::Result<RecordBatch>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let first = self.first.take();
-        let batch = first.unwrap_or_else(|| self.decoder.decode(&mut self.rest));
-        let end = self.decoder.finish();
+    let Some(schema) = decoder.schema() else {
+        return Err(first.map_or_else(damaged, |_| truncated()));
+    };
+    let mut first = Some(first);
+    let batches = iter::from_fn(move || {
+        let batch = first.take();
+        let batch = batch.unwrap_or_else(|| decoder.decode(&mut rest));
+        let end = decoder.finish();
         match batch {
             Ok(Some(batch)) => Some(Ok(batch)),
             Ok(None) => Some(Err(damaged(end.err()?))),
             // Behind the end mark is the footer of an Arrow file.
             Err(fault) => end.is_err().then(|| Err(damaged(fault))),
         }
-    }
+    });
+    Ok((schema, batches))
 }
 
 #[cfg(test)]
@@ -96,7 +77,7 @@ mod tests {
     fn read(bytes: &[u8]) -> (usize, bool) {
         let read = without_panic(|| {
             let mut count = 0;
-            for batch in ArrowStream::new(bytes.to_vec())? {
+            for batch in stream_batches(bytes.to_vec())?.1 {
                 let Ok(batch) = batch else {
                     return Ok::<_, io::Error>((count, false));
                 };
@@ -136,7 +117,7 @@ mod tests {
     fn excessive_claims_end_the_stream() {
         let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
         for claim in [(64 << 20) + 1, u32::MAX - 1] {
-            let refused = ArrowStream::new(header(claim)).err();
+            let refused = stream_batches(header(claim)).err();
             let kind = refused.map(|error| error.kind());
             assert_eq!(kind, Some(io::ErrorKind::UnexpectedEof), "{claim}");
         }

@@ -62,6 +62,15 @@ fn truncated() -> io::Error {
     io::Error::new(io::ErrorKind::UnexpectedEof, "the data are truncated")
 }
 
+/// The rows of a CSV text with the numbers of their lines: the fields without surrounding blanks. Comments after `#` and
+/// empty lines are left out.
+pub(crate) fn csv_rows(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
+    let lines = (1..).zip(text.trim_start_matches('\u{feff}').lines());
+    let rows = lines.map(|(line, row)| (line, row.split('#').next().unwrap_or_default().trim()));
+    let rows = rows.filter(|(_, row)| !row.is_empty());
+    rows.map(|(line, row)| (line, row.split(',').map(str::trim).collect()))
+}
+
 /// Maximum length of a library message, characters: some contain the unreadable data.
 const SHOWN: usize = 120;
 

@@ -7,7 +7,7 @@ use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::arrow::{ArrowStream, damaged};
+use super::arrow::{damaged, stream_batches};
 
 /// Maximum size of a message header, bytes: a schema with its texts.
 const MAX_HEADER: u32 = 64 << 20;
@@ -42,6 +42,6 @@ pub(crate) fn read_batches(mut file: File) -> io::Result<(SchemaRef, Batches)> {
         let space = bytes[6..].iter().take_while(|byte| **byte == 0).count();
         bytes.drain(..6 + space);
     }
-    let stream = ArrowStream::new(bytes)?;
-    Ok((stream.schema.clone(), Box::new(stream)))
+    let (schema, batches) = stream_batches(bytes)?;
+    Ok((schema, Box::new(batches)))
 }

@@ -1,7 +1,6 @@
 //! Detection of the file format from its content.
 
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::Problem;
@@ -111,26 +110,4 @@ fn unknown(path: &Path) -> Problem {
 fn is_text(bytes: &[u8]) -> bool {
     let control = |&byte: &u8| byte < 32 && !byte.is_ascii_whitespace();
     !bytes.iter().any(control)
-}
-
-/// A file that reports the fraction, 0 to 1, that has been read.
-pub(super) struct Reported<'a> {
-    pub file: File,
-    pub length: u64,
-    pub progress: &'a mut dyn FnMut(f64),
-}
-
-impl Read for Reported<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.file.read(buffer)?;
-        let at = self.file.stream_position()?;
-        (self.progress)((at as f64 / self.length.max(1) as f64).min(1.0));
-        Ok(count)
-    }
-}
-
-impl Seek for Reported<'_> {
-    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
-        self.file.seek(place)
-    }
 }

@@ -251,7 +251,7 @@ fn time_histories_of_universal_files_are_columns() {
     let cut = desk.put("cut.uff", &file[..file.len() - 900]);
     let mut warnings = Vec::new();
     let mut warn = |damage: &str| warnings.push(damage.to_owned());
-    let signal = read_signal_with(&cut, &selection(&[]), &mut |_| (), &mut warn).unwrap();
+    let signal = read_signal_with(&cut, &selection(&[]), &mut warn).unwrap();
     assert_eq!(signal.samples, samples);
     assert!(
         warnings.len() == 1 && warnings[0].contains("of 14 samples"),

@@ -100,28 +100,6 @@ fn a_time_range_selects_a_part_of_the_samples() {
     }
 }
 
-#[test]
-fn progress_reaches_the_end_of_the_file() {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, bytes, selection) in files() {
-        let path = folder.path().join("file");
-        std::fs::write(&path, &bytes).unwrap();
-        let mut shares = Vec::new();
-        read_signal_with(
-            &path,
-            &selection,
-            &mut |share| shares.push(share),
-            &mut |_| (),
-        )
-        .unwrap();
-        assert!(
-            shares.iter().all(|share| (0.0..=1.0).contains(share)),
-            "{name}"
-        );
-        assert!(shares.contains(&1.0), "{name}: {shares:?}");
-    }
-}
-
 /// Bit depths that do not fit into the number of bytes.
 #[test]
 fn an_invalid_bit_depth_is_reported_as_damage() {

@@ -77,21 +77,19 @@ pub struct ImportError {
 /// If the file cannot be read, has no known [`Format`], or does not contain the selection: [`Problem`] gives
 /// the place and the remedy.
 pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportError> {
-    read_signal_with(path, selection, &mut |_| (), &mut |_| ())
+    read_signal_with(path, selection, &mut |_| ())
 }
 
-/// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that has been read,
-/// and `warn` what is wrong with a damaged file of which the rest is read.
+/// As [`read_signal`]; `warn` receives what is wrong with a damaged file of which the rest is read.
 ///
 /// # Errors
 /// As [`read_signal`].
 pub fn read_signal_with(
     path: &Path,
     selection: &Selection,
-    progress: &mut dyn FnMut(f64),
     warn: &mut dyn FnMut(&str),
 ) -> Result<Signal, ImportError> {
-    with_source(path, selection.skip_lines, progress, |source| {
+    with_source(path, selection.skip_lines, |source| {
         if let Some(damage) = source.damage() {
             warn(damage);
         }
@@ -105,7 +103,7 @@ pub fn read_signal_with(
 /// # Errors
 /// If the file cannot be read or has no known [`Format`].
 pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
-    let headings = with_source(path, skipped, &mut |_| (), |source| Ok(source.headings()))?;
+    let headings = with_source(path, skipped, |source| Ok(source.headings()))?;
     let names = headings.iter().enumerate().map(|(place, column)| {
         let is_same = |other: &&ColumnHeader| other.header == column.header;
         if headings.iter().filter(is_same).count() == 1 {
@@ -121,17 +119,10 @@ pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
 fn with_source<T>(
     path: &Path,
     skipped: u64,
-    progress: &mut dyn FnMut(f64),
     read: impl FnOnce(&mut dyn Source) -> Result<T, Problem>,
 ) -> Result<T, ImportError> {
     let attempt = || {
-        let (file, length) = open_file(path)?;
-        let file = format::Reported {
-            file,
-            length,
-            progress,
-        };
-        let mut content = BufReader::with_capacity(format::BLOCK, file);
+        let mut content = BufReader::with_capacity(format::BLOCK, open_file(path)?.0);
         let format = Format::of_content(&mut content, path)?;
         read(&mut *source(content, path, format, skipped)?)
     };

@@ -10,7 +10,7 @@ use super::clock::Timing;
 use super::table::{Buffer, ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 use crate::memory;
-use crate::numpy::{ArrayForm, ArrayReader, Npz};
+use crate::numpy::{ArrayReader, Npz};
 
 /// Names of a number with the sample rate.
 const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
@@ -74,12 +74,12 @@ impl<R: Read + Seek> Arrays<R> {
             let mut array = container.array(&name)?;
             let (bare, unit) = units::split(&name);
             let second = units::seconds(unit).filter(|_| units::is_time(bare));
-            match (array.form.shape.len(), second) {
+            match (array.shape.len(), second) {
                 (1, Some(second)) if is_archive => times = Some((name, second)),
                 (0, _) if RATES.contains(&&*name) && rate.is_none() => {
                     rate = array.next().transpose()?;
                 }
-                _ => columns.extend(columns_of(&array.form, &name, is_archive)?),
+                _ => columns.extend(columns_of(&array, &name, is_archive)?),
             }
             check_column_count(columns.len())?;
         }
@@ -105,7 +105,7 @@ impl<R: Read + Seek> Source for Arrays<R> {
         let timing = match (&self.times, self.rate) {
             (Some((name, second)), _) => {
                 let array = self.container.array(name)?;
-                let relative = array.form.rounding;
+                let relative = array.rounding;
                 let mut times = memory::allocate(array.total)
                     .map_err(|shortage| Problem::too_large(name, shortage))?;
                 for time in array {
@@ -146,7 +146,7 @@ impl<R: Read + Seek> Source for Arrays<R> {
 /// The columns of an array, none of a single number: a single axis is one column; with two axes, the longer one is the
 /// time.
 fn columns_of(
-    array: &ArrayForm,
+    array: &ArrayReader<'_>,
     name: &str,
     is_archive: bool,
 ) -> Result<impl Iterator<Item = ArrayColumn> + use<>, Problem> {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use opus_decoder::OpusDecoder;
 use symphonia::core::codecs::audio::well_known::CODEC_ID_OPUS;
-use symphonia::core::codecs::audio::{AudioCodecParameters, AudioDecoder, AudioDecoderOptions};
+use symphonia::core::codecs::audio::{AudioCodecParameters, AudioDecoderOptions};
 use symphonia::core::errors::Error;
 use symphonia::core::formats::TrackType;
 use symphonia::core::formats::probe::Hint;
@@ -127,7 +127,7 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
     let id = track.id;
     let coding = track.codec_params.as_ref().and_then(|p| p.audio());
     let coding = coding.ok_or_else(|| Problem::no_samples("a header"))?;
-    let mut decoder = Decoder::new(coding, track.delay)?;
+    let mut decode = decoder(coding, track.delay)?;
     let mut samples = Vec::new();
     let mut has_begun = false;
     let is_end = |fault: &io::Error| header.is_some() && fault.kind() == ErrorKind::UnexpectedEof;
@@ -138,7 +138,7 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
             packet => packet.map_err(problem).transpose(),
         };
         let block = packet.map(|packet| match packet? {
-            packet if packet.track_id == id => decoder.decode(&packet, &mut samples),
+            packet if packet.track_id == id => decode(&packet, &mut samples),
             _ => Ok((0, 0)),
         });
         match block.transpose() {
@@ -156,75 +156,47 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
     }
 }
 
-/// A decoder of packets.
-enum Decoder {
-    Known(Box<dyn AudioDecoder>),
-    Opus {
-        decoder: Box<OpusDecoder>,
-        channels: usize,
-        /// Number of samples that are still to be left out at the start.
-        delay: usize,
-        /// Output gain that the header demands.
-        gain: f64,
-    },
-}
+/// Decodes a packet; returns the sample rate, Hz, and the number of channels.
+type Decode = Box<dyn FnMut(&Packet, &mut Vec<f64>) -> Result<Form, Problem>>;
 
-impl Decoder {
-    fn new(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Self, Problem> {
-        if coding.codec != CODEC_ID_OPUS {
-            let options = AudioDecoderOptions::default();
-            let decoder = symphonia::default::get_codecs().make_audio_decoder(coding, &options);
-            return Ok(Self::Known(decoder.map_err(problem)?));
-        }
-        let channels = coding
-            .channels
-            .as_ref()
-            .map_or(1, |channels| channels.count());
-        let decoder = OpusDecoder::new(OPUS_RATE, channels).map_err(|_| {
-            let what = format!("Opus with {channels} channels");
-            Problem::unsupported(what, "convert it: ffmpeg -i FILE.opus FILE.wav")
-        })?;
-        // In 1/256 dB, behind the version, the channels, the delay and the rate.
-        let gain = coding
-            .extra_data
-            .as_deref()
-            .and_then(|head| head.get(16..18));
-        let gain = gain.map_or(0, |gain| i16::from_le_bytes([gain[0], gain[1]]));
-        Ok(Self::Opus {
-            decoder: Box::new(decoder),
-            channels,
-            delay: delay.unwrap_or(0) as usize,
-            gain: 10_f64.powf(f64::from(gain) / (256.0 * 20.0)),
-        })
+/// A decoder of packets; `delay` samples are left out at the start of Opus.
+fn decoder(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Decode, Problem> {
+    if coding.codec != CODEC_ID_OPUS {
+        let options = AudioDecoderOptions::default();
+        let decoder = symphonia::default::get_codecs().make_audio_decoder(coding, &options);
+        let mut decoder = decoder.map_err(problem)?;
+        return Ok(Box::new(move |packet: &Packet, samples: &mut Vec<f64>| {
+            let block = decoder.decode(packet).map_err(problem)?;
+            block.copy_to_vec_interleaved(samples);
+            Ok((block.spec().rate(), block.spec().channels().count()))
+        }));
     }
-
-    /// Decodes a packet; returns the sample rate, Hz, and the number of channels.
-    fn decode(&mut self, packet: &Packet, samples: &mut Vec<f64>) -> Result<Form, Problem> {
-        match self {
-            Self::Known(decoder) => {
-                let block = decoder.decode(packet).map_err(problem)?;
-                block.copy_to_vec_interleaved(samples);
-                Ok((block.spec().rate(), block.spec().channels().count()))
-            }
-            Self::Opus {
-                decoder,
-                channels,
-                delay,
-                gain,
-            } => {
-                let mut block = vec![0.0; *channels * decoder.max_frame_size_per_channel()];
-                let count = decoder.decode_float(&packet.data, &mut block, false);
-                let count = count.map_err(|error| Problem::damaged(FORMAT, error))?;
-                let end = count.saturating_sub(packet.trim_end.get() as usize);
-                let start = end.min(*delay);
-                *delay -= start;
-                let wanted = &block[start * *channels..end * *channels];
-                samples.clear();
-                samples.extend(wanted.iter().map(|x| *gain * f64::from(*x)));
-                Ok((OPUS_RATE, *channels))
-            }
-        }
-    }
+    let channels = coding
+        .channels
+        .as_ref()
+        .map_or(1, |channels| channels.count());
+    let mut decoder = OpusDecoder::new(OPUS_RATE, channels).map_err(|_| {
+        let what = format!("Opus with {channels} channels");
+        Problem::unsupported(what, "convert it: ffmpeg -i FILE.opus FILE.wav")
+    })?;
+    // The output gain that the header demands, in 1/256 dB, behind the version, the channels, the delay and the rate.
+    let head = coding.extra_data.as_deref();
+    let gain = head.and_then(|head| head.get(16..18));
+    let gain = gain.map_or(0, |gain| i16::from_le_bytes([gain[0], gain[1]]));
+    let gain = 10_f64.powf(f64::from(gain) / (256.0 * 20.0));
+    let mut delay = delay.unwrap_or(0) as usize;
+    let mut block = vec![0.0; channels * decoder.max_frame_size_per_channel()];
+    Ok(Box::new(move |packet: &Packet, samples: &mut Vec<f64>| {
+        let count = decoder.decode_float(&packet.data, &mut block, false);
+        let count = count.map_err(|error| Problem::damaged(FORMAT, error))?;
+        let end = count.saturating_sub(packet.trim_end.get() as usize);
+        let start = end.min(delay);
+        delay -= start;
+        let wanted = &block[start * channels..end * channels];
+        samples.clear();
+        samples.extend(wanted.iter().map(|x| gain * f64::from(*x)));
+        Ok((OPUS_RATE, channels))
+    }))
 }
 
 /// Rate at which Opus is decoded, Hz.

@@ -196,7 +196,7 @@ fn damaged_wav_files_are_rejected() {
         let path = folder.put("tone.wav", bytes);
         let mut warnings = Vec::new();
         let mut warn = |damage: &str| warnings.push(damage.to_owned());
-        let signal = read_signal_with(&path, &selection(&[]), &mut |_| (), &mut warn).unwrap();
+        let signal = read_signal_with(&path, &selection(&[]), &mut warn).unwrap();
         assert_eq!(signal.samples.len(), count);
         assert!(
             warnings.len() == 1 && warnings[0].contains(damage),

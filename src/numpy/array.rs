@@ -53,17 +53,6 @@ impl Array {
     }
 }
 
-/// What the header of an array states besides its type.
-#[derive(Clone)]
-pub(crate) struct ArrayForm {
-    /// Length along each axis; empty for a single number.
-    pub shape: Vec<usize>,
-    /// Whether the first axis changes fastest (the order of Fortran).
-    pub fortran: bool,
-    /// Relative rounding error of the values; 0 for integers.
-    pub rounding: f64,
-}
-
 /// An array in a file; its values are read on demand.
 ///
 /// As an iterator it yields the values in the order of the file and keeps one block of them in memory.
@@ -71,7 +60,12 @@ pub(crate) struct ArrayForm {
 pub(crate) struct ArrayReader<'a> {
     /// Name for messages.
     name: String,
-    pub form: ArrayForm,
+    /// Length along each axis; empty for a single number.
+    pub shape: Vec<usize>,
+    /// Whether the first axis changes fastest (the order of Fortran).
+    pub fortran: bool,
+    /// Relative rounding error of the values; 0 for integers.
+    pub rounding: f64,
     /// Number of values.
     pub total: usize,
     element: ElementType,
@@ -106,11 +100,9 @@ impl<'a> ArrayReader<'a> {
         };
         let reader = Self {
             name: name.to_owned(),
-            form: ArrayForm {
-                shape,
-                fortran: header.order() == Order::Fortran,
-                rounding,
-            },
+            shape,
+            fortran: header.order() == Order::Fortran,
+            rounding,
             total,
             element,
             source: BufReader::with_capacity(BLOCK, Box::new(source)),
@@ -136,7 +128,7 @@ impl<'a> ArrayReader<'a> {
         let mut values = memory::allocate(self.total)
             .map_err(|shortage| Problem::too_large(&self.name, shortage))?;
         values.resize(self.total, 0.0);
-        let ArrayForm { shape, fortran, .. } = self.form.clone();
+        let (shape, fortran) = (self.shape.clone(), self.fortran);
         // The index along each axis, the fastest first, and with them the place in row-major order.
         let row_major = |mut place: usize| {
             shape.iter().fold(0, |position, &length| {

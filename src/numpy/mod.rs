@@ -11,6 +11,6 @@ mod array;
 mod npz;
 
 pub use array::Array;
-pub(crate) use array::{ArrayForm, ArrayReader};
+pub(crate) use array::ArrayReader;
 pub(crate) use npz::write_array;
 pub use npz::{MAX_NUMBERS, Npz, encode_npz, read_npz};

@@ -92,7 +92,7 @@ impl<R: Read + Seek> Npz<R> {
 
 impl<R: Read + Seek> NamedArrays for Npz<R> {
     fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, ArrayError> {
-        Ok(self.reader(name)?.map(|array| array.form.shape))
+        Ok(self.reader(name)?.map(|array| array.shape))
     }
 
     fn values(&mut self, name: &str) -> Result<Vec<f64>, ArrayError> {

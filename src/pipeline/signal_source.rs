@@ -3,7 +3,7 @@
 use super::PipelineError;
 use super::message::{Frame, Header, SignalInfo, Subject};
 use super::source::Source;
-use crate::scene::{AnalysisSpec, SectionSpec, SectionSurface};
+use crate::scene::AnalysisSpec;
 
 /// Samples per frame.
 const FRAME_SAMPLES: usize = 1024;
@@ -12,7 +12,7 @@ const FRAME_SAMPLES: usize = 1024;
 ///
 /// Displacement and velocity are both the signal, in its own unit. There are no modes, no contact and no
 /// energy, and no integration time. Thresholds of the [`AnalysisSpec`] in m are in the signal's unit.
-/// Analyses that need a simulation are skipped: sections of the modal state, Lyapunov exponents from the
+/// Analyses that need a simulation have no results: sections of the modal state, Lyapunov exponents from the
 /// tangent flow, and the perturbed trajectory.
 #[derive(Clone, Debug)]
 pub struct SignalSource<'a> {
@@ -32,8 +32,6 @@ impl<'a> SignalSource<'a> {
         rate: f64,
         analysis: AnalysisSpec,
     ) -> Self {
-        let delay_section =
-            |section: &SectionSpec| matches!(section.surface, SectionSurface::Delay { .. });
         let header = Header {
             scene: info.source.clone(),
             title: title.into(),
@@ -44,12 +42,7 @@ impl<'a> SignalSource<'a> {
             duration: samples.len() as f64 / rate,
             endless: false,
             controls: Vec::new(),
-            analysis: AnalysisSpec {
-                section: analysis.section.filter(delay_section),
-                exponents: None,
-                perturbed_trajectory: None,
-                ..analysis
-            },
+            analysis,
             rest_speed: 0.0,
             subject: Subject::Signal(info),
             computed: None,
@@ -104,6 +97,7 @@ mod tests {
     use crate::pipeline::message::Record;
     use crate::pipeline::stages::synthetic_tests::{Motion, RATE, all_analyses};
     use crate::pipeline::{Monitor, drive};
+    use crate::scene::{SectionSurface, StateCoordinate};
 
     const START: f64 = -1.5;
 
@@ -186,21 +180,24 @@ mod tests {
     }
 
     #[test]
-    fn a_section_of_the_modal_state_is_skipped() {
+    fn a_section_of_the_modal_state_has_no_results() {
         let mut analysis = all_analyses();
         let section = analysis.section.as_mut().unwrap();
         section.surface = SectionSurface::State {
             normal_q: vec![1.0],
             normal_qdot: Vec::new(),
             offset: 0.0,
-            shown: [crate::scene::StateCoordinate::Q(0); 2],
-        };
-        let Subject::Signal(info) = playback(&[]).header.subject else {
-            panic!("a signal")
+            shown: [StateCoordinate::Q(0); 2],
         };
         let samples = tone(0.01);
-        let source = SignalSource::new("", info, &samples, RATE, analysis);
-        assert!(source.header("").analysis.section.is_none());
+        let mut source = playback(&samples);
+        source.header.analysis = analysis;
+        let mut records: Vec<Record> = Vec::new();
+        drive(source, "", &mut records, Monitor::default()).unwrap();
+        let mut sections = records
+            .iter()
+            .filter(|r| matches!(r, Record::Section { .. }));
+        assert!(sections.next().is_none());
     }
 
     #[test]

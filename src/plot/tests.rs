@@ -28,8 +28,6 @@ pub fn report(name: &str) -> SignalAnalysis {
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
         .analyse(&samples)
         .unwrap();
-    let lines = spectrum.lines(&LineCriterion::default());
-    let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let mut columns = Vec::new();
     Stft::new(Window::BlackmanHarris, 2000, 200.0, rate)
         .push(&samples, |column| {
@@ -48,7 +46,7 @@ pub fn report(name: &str) -> SignalAnalysis {
     let along = (0..80).map(|k| {
         let t = f64::from(k);
         MeasuresAt {
-            time: 0.01 + 0.001 * t,
+            time_s: 0.01 + 0.001 * t,
             measures: Measures {
                 recurrence_rate: 0.05,
                 determinism: Some(0.95 + 0.04 * (0.3 * t).sin()),
@@ -132,10 +130,14 @@ pub fn report(name: &str) -> SignalAnalysis {
         truth: None,
         facts: SignalStatistics::of(&signal),
         signal,
-        tones: SpectralLines::new(&spectrum, &lines, naming),
+        tones: SpectralLines::of(&spectrum),
         spectrum,
         spectrogram: columns,
-        embedding: Outcome::Computed(DelayEmbedding::new(choice, rate)),
+        embedding: Outcome::Computed(DelayEmbedding {
+            lag_s: 12.0 / rate,
+            theiler_s: 48.0 / rate,
+            choice,
+        }),
         recurrence: Outcome::Computed(RecurrenceAnalysis {
             rule: RecurrenceCriterion {
                 norm: Norm::Euclidean,
@@ -149,7 +151,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             stride_samples: 1,
             states: 1000,
             theiler_s: 1.0 / rate,
-            periods: RecurrencePeriods(vec![RecurrencePeriod {
+            recurrence_periods: RecurrencePeriods(vec![RecurrencePeriod {
                 kind: RecurrenceKind::Finest,
                 period: 2.4e-4,
                 uncertainty: 1e-7,
@@ -159,14 +161,14 @@ pub fn report(name: &str) -> SignalAnalysis {
                 recurrence_rate: 0.08,
                 ..Measures::default()
             },
-            along: along.collect(),
+            windows: along.collect(),
             picture,
         }),
         section: Outcome::Computed(PoincareSection {
             level: 0.0,
             shape: SectionShape::Loop,
-            mean_return_s: Some(48.6 / rate),
-            passages: passages.collect(),
+            mean_return_time_s: Some(48.6 / rate),
+            crossings: passages.collect(),
         }),
         rosenstein: Outcome::Computed(divergence(0.008).in_seconds(rate)),
         kantz: Outcome::Computed(Divergence {
@@ -202,7 +204,10 @@ pub fn report(name: &str) -> SignalAnalysis {
                 .collect(),
         }),
         nonlinear_samples: samples.len(),
-        stretch: AnalysedStretch::new(event.span(), Some(1), false),
+        stretch: AnalysedStretch {
+            event: Some(1),
+            ..AnalysedStretch::default()
+        },
         part: None,
         sound: Some(MeasuredSound {
             tonal: TonalEvents {
@@ -310,8 +315,8 @@ fn figures_without_data_are_valid() {
     let mut empty = report("empty");
     empty.tones.lines.clear();
     empty.spectrogram.clear();
-    result(&mut empty.section).passages.clear();
-    result(&mut empty.recurrence).along.clear();
+    result(&mut empty.section).crossings.clear();
+    result(&mut empty.recurrence).windows.clear();
     result(&mut empty.recurrence).picture.size = 0;
     result(&mut empty.rosenstein).region = None;
     result(&mut empty.zero_one).by_frequency.clear();

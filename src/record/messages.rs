@@ -16,7 +16,7 @@ use re_log_encoding::{
 use re_protos::common::v1alpha1::{Compression, StoreKind};
 use re_protos::log_msg::v1alpha1::{ArrowMsg, Encoding};
 
-use crate::foreign::arrow::ArrowStream;
+use crate::foreign::arrow::stream_batches;
 use crate::foreign::{one_line, read_exactly, without_panic};
 
 /// Maximum size of a message, bytes.
@@ -242,8 +242,8 @@ fn decode(message: &ArrowMsg) -> Result<Chunk, String> {
         }
         Compression::None | Compression::Unspecified => payload.clone().into(),
     };
-    let mut stream = ArrowStream::new(bytes).map_err(one_line)?;
-    let batch = stream.next().ok_or("a message is empty")?;
+    let (_, mut batches) = stream_batches(bytes).map_err(one_line)?;
+    let batch = batches.next().ok_or("a message is empty")?;
     let batch = batch.map_err(one_line)?;
     Chunk::from_chunk_record_batch(&batch).map_err(one_line)
 }

@@ -9,6 +9,7 @@ mod terminal;
 
 use std::fmt::{self, Display, Formatter};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::dynamics::Exponent;
@@ -116,13 +117,14 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
 
 /// A value with the half-width of its 95 % interval, infinite or NaN if it is unknown, and its unit. It is written with
 /// two digits of the half-width, `61.2 ± 1.2 1/s`, or with three digits without one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measured {
     /// The value.
     pub value: f64,
     /// Half-width of the 95 % interval.
     pub half_width: f64,
     /// Unit of both; empty for a dimensionless number.
+    #[serde(skip)]
     pub unit: &'static str,
 }
 

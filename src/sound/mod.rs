@@ -8,7 +8,7 @@ mod probe;
 mod resample;
 mod wav;
 
-pub use probe::{NoSurface, Place, Quantity, Source, SurfaceProbe};
+pub use probe::{NoSurface, Quantity, Source, SurfaceProbe};
 pub use resample::Resampler;
 pub use wav::WavSink;
 

@@ -22,24 +22,14 @@ pub enum Quantity {
     Pressure,
 }
 
-/// Place of the audio signal: a point of the body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Place {
-    /// The probe of the scene: for a joint, the contact centre in the sliding direction.
-    #[default]
-    Probe,
-    /// The vertex of the body's outline closest to this point (m from the ball's centre), along the outward
-    /// normal.
-    Surface([f64; 3]),
-}
-
 /// Selection of the audio signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Source {
     /// Quantity.
     pub quantity: Quantity,
-    /// Point.
-    pub place: Place,
+    /// Point of the body: the vertex of its outline closest to this one (m from the ball's centre), along the outward
+    /// normal; `None` for the probe of the scene, which is the contact centre of a joint, in the sliding direction.
+    pub point: Option<[f64; 3]>,
     /// Value at full scale of a sound file, m/s or m/s^2; without it the peak is near full scale.
     pub full_scale: Option<f64>,
 }
@@ -59,23 +49,11 @@ pub struct NoSurface {
 #[derive(Clone, Debug)]
 pub struct SurfaceProbe {
     quantity: Quantity,
-    point: ProbePoint,
+    /// Description of the point.
+    place: String,
+    /// Share of each modal velocity in the surface velocity, 1/sqrt(kg); `None` at the probe of the scene.
+    row: Option<Vec<f64>>,
     last: Option<f64>,
-}
-
-/// The evaluated point.
-#[derive(Clone, Debug, PartialEq)]
-enum ProbePoint {
-    Probe {
-        /// Description.
-        name: &'static str,
-    },
-    Surface {
-        /// Position, m.
-        at: [f64; 3],
-        /// Share of each modal velocity in the surface velocity, 1/sqrt(kg).
-        row: Vec<f64>,
-    },
 }
 
 impl SurfaceProbe {
@@ -85,7 +63,7 @@ impl SurfaceProbe {
     /// [`NoSurface`].
     pub fn new(source: Source, header: &Header) -> Result<Self, NoSurface> {
         let probe = Self::with_fallback(source, header);
-        if let (Place::Surface(_), ProbePoint::Probe { .. }) = (source.place, &probe.point) {
+        if source.point.is_some() && probe.row.is_none() {
             let scene = header.scene.clone();
             return Err(NoSurface { scene });
         }
@@ -94,36 +72,26 @@ impl SurfaceProbe {
 
     /// As [`SurfaceProbe::new`], but with the probe of the scene if the run has no surface.
     pub fn with_fallback(source: Source, header: &Header) -> Self {
-        let outline = header.joint().map(|joint| &joint.outline);
-        let nearest = match source.place {
-            Place::Probe => None,
-            Place::Surface(point) => outline.and_then(|outline| nearest(outline, point)),
-        };
-        let name = if header.joint().is_some() {
-            "the contact centre"
-        } else {
-            "the mass"
+        let joint = header.joint();
+        let surface = source
+            .point
+            .and_then(|point| nearest(&joint?.outline, point));
+        let (place, row) = match (surface, joint) {
+            (Some((place, row)), _) => (place, Some(row)),
+            (None, Some(_)) => ("the contact centre".to_owned(), None),
+            (None, None) => ("the mass".to_owned(), None),
         };
         Self {
             quantity: source.quantity,
-            point: nearest.unwrap_or(ProbePoint::Probe { name }),
+            place,
+            row,
             last: None,
         }
     }
 
     /// Description of the signal.
     pub fn description(&self) -> String {
-        let place = match &self.point {
-            ProbePoint::Probe { name } => (*name).to_owned(),
-            ProbePoint::Surface { at, .. } => {
-                // Adding 0 removes the sign of a rounded negative zero.
-                let mm = at.map(|x| (1e4 * x).round() / 10.0 + 0.0);
-                format!(
-                    "the surface at ({}, {}, {}) mm along the outward normal",
-                    mm[0], mm[1], mm[2]
-                )
-            }
-        };
+        let place = &self.place;
         match self.quantity {
             Quantity::Velocity => format!("velocity of {place}"),
             Quantity::Pressure => {
@@ -146,23 +114,18 @@ impl SurfaceProbe {
 
     /// The signal of a frame, one value per sample, m/s or m/s^2.
     pub fn samples<'a>(&'a mut self, frame: &'a Frame) -> impl Iterator<Item = f64> + 'a {
-        let Self {
-            quantity,
-            point,
-            last,
-        } = self;
         (0..frame.len()).map(move |k| {
-            let velocity = match point {
-                ProbePoint::Probe { .. } => frame.velocity[k],
-                ProbePoint::Surface { row, .. } => {
+            let velocity = match &self.row {
+                None => frame.velocity[k],
+                Some(row) => {
                     let modes = frame.qdot[k * frame.modes..].iter();
                     row.iter().zip(modes).map(|(r, v)| r * v).sum()
                 }
             };
-            match quantity {
+            match self.quantity {
                 Quantity::Velocity => velocity,
                 Quantity::Pressure => {
-                    let before = last.replace(velocity).unwrap_or(velocity);
+                    let before = self.last.replace(velocity).unwrap_or(velocity);
                     (velocity - before) / frame.dt
                 }
             }
@@ -170,8 +133,9 @@ impl SurfaceProbe {
     }
 }
 
-/// The vertex of a surface closest to a point, along its outward normal; `None` without a surface.
-fn nearest(outline: &SurfaceMesh, point: [f64; 3]) -> Option<ProbePoint> {
+/// The vertex of a surface closest to a point, along its outward normal: its description, and the share of each modal
+/// velocity; `None` without a surface.
+fn nearest(outline: &SurfaceMesh, point: [f64; 3]) -> Option<(String, Vec<f64>)> {
     let away = |at: &[f64; 3]| (0..3).map(|i| (at[i] - point[i]).powi(2)).sum::<f64>();
     let vertices = outline.vertices.iter().enumerate();
     let (k, &at) = vertices.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;
@@ -179,7 +143,10 @@ fn nearest(outline: &SurfaceMesh, point: [f64; 3]) -> Option<ProbePoint> {
     let modes = outline.shapes.len() / outline.vertices.len();
     let shapes = &outline.shapes[k * modes..][..modes];
     let row = shapes.iter().map(|shape| dot(normal, *shape)).collect();
-    Some(ProbePoint::Surface { at, row })
+    // Adding 0 removes the sign of a rounded negative zero.
+    let [x, y, z] = at.map(|x| (1e4 * x).round() / 10.0 + 0.0);
+    let place = format!("the surface at ({x}, {y}, {z}) mm along the outward normal");
+    Some((place, row))
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

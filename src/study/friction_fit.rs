@@ -40,24 +40,22 @@ pub struct FrictionPoint {
     pub deviation: Option<f64>,
 }
 
-/// A fitted number with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct FittedNumber {
-    /// Best value.
-    pub value: f64,
-    /// Half-width of the 95 % interval.
-    pub half_width: f64,
+impl FrictionPoint {
+    /// Weight of the square of a residual.
+    fn weight(&self) -> f64 {
+        self.deviation.map_or(1.0, |deviation| deviation.powi(-2))
+    }
 }
 
 /// The Stribeck law of friction, fitted to measured points.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FrictionFit {
     /// Static coefficient of friction `mu_s`.
-    pub mu_s: FittedNumber,
+    pub mu_s: Measured,
     /// Kinetic coefficient of friction `mu_d`.
-    pub mu_d: FittedNumber,
+    pub mu_d: Measured,
     /// Stribeck slope factor of the sliding region, s/m.
-    pub stribeck_slope_s_per_m: FittedNumber,
+    pub stribeck_slope_s_per_m: Measured,
     /// Creep slope factor, which was given, s/m.
     pub creep_slope_s_per_m: f64,
     /// Number of points.
@@ -138,13 +136,12 @@ pub enum FrictionFitError {
     },
     /// The points are as well described by a constant coefficient.
     #[error(
-        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {}, or measure \
-         with less scatter",
-        Measured::new(.mu.value, .mu.half_width)
+        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {mu}, or measure \
+         with less scatter"
     )]
     NoDecrease {
         /// The constant coefficient.
-        mu: FittedNumber,
+        mu: Measured,
     },
     /// The points do not determine the slope factor.
     #[error(
@@ -165,23 +162,16 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
     let mut points = points.to_vec();
     points.sort_by(|a, b| a.speed.total_cmp(&b.speed));
     let known = points.iter().all(|point| point.deviation.is_some());
-    let weight = |point: &FrictionPoint| match point.deviation {
-        Some(deviation) if known => deviation.powi(-2),
-        _ => 1.0,
-    };
-    let best = |stribeck| best_coefficients(&points, &weight, creep, stribeck);
+    if !known {
+        points.iter_mut().for_each(|point| point.deviation = None);
+    }
+    let best = |stribeck| best_coefficients(&points, creep, stribeck);
     let freedom = points.len() - 3;
     // Known deviations are taken as they are, unless the points scatter more.
-    let scale = |sum: f64, freedom: usize| {
-        let per_degree = sum / freedom as f64;
-        if known {
-            per_degree.max(1.0)
-        } else {
-            per_degree
-        }
-    };
+    let least_scale = if known { 1.0 } else { 0.0 };
+    let scale = |sum: f64, freedom: usize| (sum / freedom as f64).max(least_scale);
     let (stribeck, least) = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum));
-    let (mu, constant) = constant_coefficient(&points, &weight, creep);
+    let (mu, constant) = constant_coefficient(&points, creep);
     // F test of the two numbers more; the quantile of two degrees of freedom is elementary.
     let quantile = 0.5 * freedom as f64 * (0.05_f64.powf(-2.0 / freedom as f64) - 1.0);
     let is_significant = 0.5 * (constant - least) > quantile * scale(least, freedom);
@@ -189,7 +179,7 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         let [value, variance] = mu;
         let half_width =
             student(points.len() - 1) * (variance * scale(constant, points.len() - 1)).sqrt();
-        let mu = FittedNumber { value, half_width };
+        let mu = Measured::new(value, half_width);
         return Err(FrictionFitError::NoDecrease { mu });
     }
     let stribeck = stribeck.ok_or(FrictionFitError::Undetermined)?;
@@ -204,22 +194,18 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         let fall = (-stribeck * point.speed).exp();
         let slope = -(law.mu_s - law.mu_d) * point.speed * fall;
         let row = share * Vector3::new(fall, 1.0 - fall, slope);
-        normal += weight(point) * row * row.transpose();
+        normal += point.weight() * row * row.transpose();
     }
     let covariance =
         normal.try_inverse().ok_or(FrictionFitError::Undetermined)? * scale(sum, freedom);
-    let number = |k: usize, value| FittedNumber {
-        value,
-        half_width: student(freedom) * covariance[(k, k)].sqrt(),
-    };
-    let slope = number(2, stribeck);
+    let number =
+        |k: usize, value| Measured::new(value, student(freedom) * covariance[(k, k)].sqrt());
+    let slope = number(2, stribeck).unit("s/m");
     if slope.half_width.partial_cmp(&slope.value) != Some(std::cmp::Ordering::Less) {
         return Err(FrictionFitError::Undetermined);
     }
-    let residuals = points
-        .iter()
-        .map(|point| point.coefficient - law.coefficient(point.speed));
-    let residuals: Vec<f64> = residuals.collect();
+    let residual = |point: &FrictionPoint| point.coefficient - law.coefficient(point.speed);
+    let residuals: Vec<f64> = points.iter().map(residual).collect();
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
     let mut fit = FrictionFit {
         mu_s: number(0, law.mu_s),
@@ -250,15 +236,11 @@ fn chi_square_interval(freedom: usize) -> [f64; 2] {
 /// The constant coefficient with the least sum of weighted squares, its variance for weights of unit deviation, and that
 /// sum: with the creep factor or, if that describes the points better, without it. Where points do not rise from the creep
 /// region, the factor would let a constant coefficient decrease.
-fn constant_coefficient(
-    points: &[FrictionPoint],
-    weight: &dyn Fn(&FrictionPoint) -> f64,
-    creep: f64,
-) -> ([f64; 2], f64) {
+fn constant_coefficient(points: &[FrictionPoint], creep: f64) -> ([f64; 2], f64) {
     let constant = |creep: f64| {
         let share = |point: &FrictionPoint| -(-creep * point.speed).exp_m1();
         let sum = |term: &dyn Fn(&FrictionPoint) -> f64| -> f64 {
-            points.iter().map(|point| weight(point) * term(point)).sum()
+            points.iter().map(|p| p.weight() * term(p)).sum()
         };
         let squares = sum(&|point| share(point).powi(2));
         let mu = sum(&|point| share(point) * point.coefficient) / squares;
@@ -272,7 +254,6 @@ fn constant_coefficient(
 /// The coefficients with the least sum of weighted squares for a slope factor, and that sum.
 fn best_coefficients(
     points: &[FrictionPoint],
-    weight: &dyn Fn(&FrictionPoint) -> f64,
     creep: f64,
     stribeck: f64,
 ) -> Option<(Stribeck, f64)> {
@@ -281,8 +262,8 @@ fn best_coefficients(
         let share = -(-creep * point.speed).exp_m1();
         let fall = (-stribeck * point.speed).exp();
         let row = share * Vector2::new(fall, 1.0 - fall);
-        normal += weight(point) * row * row.transpose();
-        right += weight(point) * point.coefficient * row;
+        normal += point.weight() * row * row.transpose();
+        right += point.weight() * point.coefficient * row;
     }
     if normal.determinant() <= 1e-12 * normal[(0, 0)] * normal[(1, 1)] {
         return None;
@@ -294,9 +275,8 @@ fn best_coefficients(
         creep,
         stribeck,
     };
-    let square = |point: &FrictionPoint| {
-        weight(point) * (point.coefficient - law.coefficient(point.speed)).powi(2)
-    };
+    let square =
+        |p: &FrictionPoint| p.weight() * (p.coefficient - law.coefficient(p.speed)).powi(2);
     Some((law, points.iter().map(square).sum()))
 }
 
@@ -352,16 +332,15 @@ fn runs_score(residuals: &[f64]) -> f64 {
 impl Report for FrictionFit {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let numbers = [
-            ("mu_s", self.mu_s, ""),
-            ("mu_d", self.mu_d, ""),
-            ("stribeck_slope", self.stribeck_slope_s_per_m, "s/m"),
+            ("mu_s", self.mu_s),
+            ("mu_d", self.mu_d),
+            ("stribeck_slope", self.stribeck_slope_s_per_m),
         ];
-        let parts = |number: &FittedNumber| Measured::new(number.value, number.half_width).parts();
         let table = Table::of(numbers)
-            .left("", |(name, ..)| *name)
-            .right("", |(_, number, _)| parts(number)[0].clone())
-            .right("95 %", |(_, number, _)| format!("± {}", parts(number)[1]))
-            .left("", |(.., unit)| *unit);
+            .left("", |(name, _)| *name)
+            .right("", |(_, number)| number.parts()[0].clone())
+            .right("95 %", |(_, number)| format!("± {}", number.parts()[1]))
+            .left("", |(_, number)| number.unit);
         let deviation = significant(self.residual_deviation, 2);
         let mut residuals = format!("residuals: standard deviation {deviation}");
         if let Some(chi_square) = self.chi_square_per_degree {
@@ -448,7 +427,7 @@ mod tests {
             let fit = fit_friction(&points(0.01, seed), LAW.creep).unwrap();
             // Eq. (5), and 95 % intervals.
             crate::report::agreement::check(&fit, &[5.0, 95.0]);
-            let holds = |number: FittedNumber, truth: f64| {
+            let holds = |number: Measured, truth: f64| {
                 usize::from((number.value - truth).abs() <= number.half_width)
             };
             inside[0] += holds(fit.mu_s, LAW.mu_s);

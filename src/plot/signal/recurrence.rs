@@ -11,7 +11,7 @@ impl SignalFigures<'_> {
         let recurrence = self.report.recurrence.get()?;
         let picture = &recurrence.picture;
         let mut panel = response::recurrence(Some(picture), true);
-        let marks = period_marks(&recurrence.periods, picture.window);
+        let marks = period_marks(&recurrence.recurrence_periods, picture.window);
         panel.layers.extend(marks);
         let share = 100.0 * picture.rate;
         let panel = panel.with_title(format!("recurrence rate {share:.2} % in this plot"));
@@ -19,17 +19,17 @@ impl SignalFigures<'_> {
     }
 
     pub fn measures(&self) -> Picture {
-        let along = &self.report.recurrence.get()?.along;
+        let along = &self.report.recurrence.get()?.windows;
         let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
             let points = along.iter();
-            let points = points.filter_map(|at| Some([at.time, value(&at.measures)?]));
+            let points = points.filter_map(|at| Some([at.time_s, value(&at.measures)?]));
             Layer::line(points.collect(), color).with_label(label)
         };
         let most = |layers: &[Layer]| {
             let points = layers.iter().flat_map(Layer::points_of);
             extent(points.map(|p| p[1]))[1]
         };
-        let times = extent(along.iter().map(|at| at.time));
+        let times = extent(along.iter().map(|at| at.time_s));
         let [rates, lines, recurrences] = [0, 2, 3].map(Color::Series);
         let shares = Panel::new(
             "RR, DET and LAM",

@@ -18,8 +18,8 @@ const NAMED_LINES: usize = 8;
 /// Range of the spectrum and of the spectrogram below the strongest line, dB.
 const DEPTH_DB: f64 = 100.0;
 const SPECTROGRAM_DB: f64 = 80.0;
-/// Maximum numbers of columns and rows of a spectrogram.
-const PIXELS: [usize; 2] = [1600, 600];
+/// Maximum number of rows of a spectrogram.
+const ROWS: usize = 600;
 
 impl SignalFigures<'_> {
     pub fn waveform(&self) -> Picture {
@@ -113,13 +113,11 @@ impl SignalFigures<'_> {
 fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
     let all = columns.iter().flat_map(|c| &c.amplitude[..bins]);
     let strongest = all.fold(0.0_f64, |most, &a| most.max(a));
-    let size = [columns.len().min(PIXELS[0]), bins.min(PIXELS[1])];
-    let [width, height] = size;
+    let height = bins.min(ROWS);
     let pixels = (0..height).rev().flat_map(|row| {
         let first = row * bins / height;
         let bins = first..((row + 1) * bins / height).max(first + 1);
-        (0..width).map(move |column| {
-            let column = &columns[column * columns.len() / width];
+        columns.iter().map(move |column| {
             let most = column.amplitude[bins.clone()].iter().copied();
             let most = most.fold(0.0, f64::max);
             colormap_index(1.0 + 20.0 * (most / strongest).log10() / SPECTROGRAM_DB)
@@ -128,7 +126,7 @@ fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
     Image {
         x,
         y,
-        size,
+        size: [columns.len(), height],
         pixels: pixels.collect(),
         palette: plain_palette(colormap()),
     }

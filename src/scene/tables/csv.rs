@@ -6,7 +6,7 @@ use std::path::Path;
 use super::friction::{CURVE, CURVE_FILE};
 use super::knots::{Curve, MAX_POINTS};
 use super::load::schedules;
-use crate::foreign::open_file;
+use crate::foreign::{csv_rows, open_file};
 use crate::scene::document::{Document, Table};
 use crate::scene::edit::knot_list;
 use crate::scene::error::SceneError;
@@ -73,12 +73,11 @@ fn knots(table: Table<'_>, curve: &Curve, csv: &Key<String>) -> Result<Vec<[f64;
         let key = table.path_of(csv.name);
         Err(SceneError::inconsistent(place(line), key, problem, remedy))
     };
-    let names = curve.point.map(|key| key.name).join(",");
-    let uncommented = |row: &'_ str| row.split('#').next().unwrap_or_default().trim().to_owned();
-    let rows = (1..).zip(text.trim_start_matches('\u{feff}').lines().map(uncommented));
-    let mut rows = rows.filter(|(_, row)| !row.is_empty());
-    let (line, heading) = rows.next().unwrap_or((1, String::new()));
-    if !heading.split(',').map(str::trim).eq(names.split(',')) {
+    let columns = curve.point.map(|key| key.name);
+    let names = columns.join(",");
+    let mut rows = csv_rows(&text);
+    let (line, heading) = rows.next().unwrap_or((1, Vec::new()));
+    if heading != columns {
         let problem = "the first line does not contain the names of the columns".to_owned();
         let remedy = format!(
             "begin with the line `{names}`, separate columns by commas, and write numbers with a decimal point"
@@ -86,8 +85,7 @@ fn knots(table: Table<'_>, curve: &Curve, csv: &Key<String>) -> Result<Vec<[f64;
         return refused(line, problem, &remedy);
     }
     let mut knots: Vec<[f64; 2]> = Vec::new();
-    for (line, row) in rows {
-        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+    for (line, fields) in rows {
         if fields.len() != 2 {
             let problem = format!("the line has {} fields instead of 2", fields.len());
             let remedy = format!("write `{names}` on each line, separated by a comma");

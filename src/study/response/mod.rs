@@ -55,7 +55,6 @@ pub struct ResponsePlan {
     /// Whether to keep samples and spectrum for phase portraits and recurrence plots.
     pub portrait: bool,
     /// Maximum number of right-hand-side evaluations; the response fails beyond it. `None` for no limit.
-    #[serde(rename = "max_rhs_evals")]
     pub max_rhs_evals: Option<u64>,
 }
 

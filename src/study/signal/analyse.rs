@@ -25,8 +25,8 @@ use crate::analysis::{
     regime::{Regime, RegimeSearch, Verdict, classify},
     stats::{deviation, mean, range},
     tones::{
-        Column, FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, Spectrum,
-        SpectrumAnalyser, Stft, Window, identify_lines,
+        Column, FREQUENCY_UNCERTAINTY, LineCriterion, Spectrum, SpectrumAnalyser, Stft, Window,
+        identify_lines,
     },
 };
 use crate::import::Signal;
@@ -95,13 +95,14 @@ pub fn analyse_signal(
     if let Some(sound) = sound.as_mut().filter(|_| silence.is_some()) {
         sound.tonal = TonalEvents::default();
     }
-    let selected = select(&signal, sound.as_ref(), search.event)?;
-    let (stretch, part, obstacle) = (selected.stretch, selected.part, selected.obstacle);
+    let (stretch, part, obstacle) = select(&signal, sound.as_ref(), search.event)?;
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
     let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
     progress(0.1, "spectrum")?;
-    let (spectrum, tones) = tones(studied)?;
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
+        .analyse_welch(samples, MAX_SPECTRUM_SAMPLES)?;
+    let tones = SpectralLines::of(&spectrum);
     progress(0.15, "delay and dimension")?;
     let embedding = Outcome::unless(obstacle.or(silence), || delay(newest, search, rate))?;
     let lag = embedding.get().ok().map(|embedding| embedding.choice.lag);
@@ -115,21 +116,20 @@ pub fn analyse_signal(
         let plan = Plan::new(&embedding.choice, search, newest.len());
         let mut recurrence = plan.quantify(studied, newest, period)?;
         progress(0.55, "recurrence along the signal")?;
-        recurrence.along = plan.along(studied)?;
+        recurrence.windows = plan.along(studied)?;
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
     let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
     progress(0.68, "type of motion")?;
-    let background = obstacle
-        .is_none()
-        .then(|| background_power(&signal, events, stretch.band_hz));
-    let criterion = RegimeSearch {
-        sample_rate: rate,
-        silence: silent_below.unwrap_or(0.0),
-        background: background.flatten().unwrap_or(0.0),
-    };
-    let verdict = Outcome::unless(obstacle, || classify(newest, &criterion))?;
+    let verdict = Outcome::unless(obstacle, || {
+        let search = RegimeSearch {
+            sample_rate: rate,
+            silence: silent_below.unwrap_or(0.0),
+            background: background_power(&signal, events, stretch.band_hz).unwrap_or(0.0),
+        };
+        classify(newest, &search)
+    })?;
     let verdict = unless_hidden(verdict, events);
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
@@ -244,56 +244,38 @@ impl SignalStatistics {
     /// The properties of a signal's samples.
     pub fn of(signal: &Signal) -> Self {
         let samples = &signal.samples;
-        let [smallest, largest] = range(samples.iter().copied());
+        let [minimum, maximum] = range(samples.iter().copied());
         Self {
             name: signal.name.clone(),
             unit: signal.unit.clone(),
-            samples: samples.len(),
-            rate_hz: signal.rate,
+            sample_count: samples.len(),
+            sample_rate_hz: signal.rate,
             start_s: signal.start,
             duration_s: signal.duration(),
-            smallest,
-            largest,
+            minimum,
+            maximum,
             mean: mean(samples),
-            deviation: deviation(samples),
+            standard_deviation: deviation(samples),
         }
     }
 }
 
-fn tones(signal: &Signal) -> Result<(Spectrum, SpectralLines), AnalysisError> {
-    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate)
-        .analyse_welch(&signal.samples, MAX_SPECTRUM_SAMPLES)?;
-    let lines = spectrum.lines(&LineCriterion::default());
-    let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-    let tones = SpectralLines::new(&spectrum, &lines, naming);
-    Ok((spectrum, tones))
-}
-
 impl SpectralLines {
-    /// From the lines of a spectrum and their names.
-    pub fn new(spectrum: &Spectrum, lines: &[Line], naming: LineIdentification) -> Self {
-        let labelled = naming.label(lines).into_iter().enumerate();
+    /// Finds and names the lines of a spectrum.
+    pub fn of(spectrum: &Spectrum) -> Self {
+        let lines = spectrum.lines(&LineCriterion::default());
+        let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let labelled = naming.label(&lines).into_iter().enumerate();
         let named = labelled.map(|(i, line)| NamedLine {
             line,
             misfit_hz: naming.misfit(i, lines[i]),
         });
         Self {
-            bin_hz: spectrum.bin,
+            bin_width_hz: spectrum.bin,
             broadband_share: spectrum.broadband_share(),
             beat_hz: naming.bases.beat(),
             lines: named.collect(),
             naming,
-        }
-    }
-}
-
-impl DelayEmbedding {
-    /// From a choice of delay and dimension, and the sample rate, Hz.
-    pub fn new(choice: DelayChoice, rate: f64) -> Self {
-        Self {
-            lag_s: choice.lag as f64 / rate,
-            theiler_s: choice.theiler as f64 / rate,
-            choice,
         }
     }
 }
@@ -344,7 +326,11 @@ fn delay(
         .share
         .get(choice.dimension.wrapping_sub(1));
     choice.unfolded = shares.is_some_and(|share| *share <= rules.false_share);
-    Ok(DelayEmbedding::new(choice, rate))
+    Ok(DelayEmbedding {
+        lag_s: choice.lag as f64 / rate,
+        theiler_s: choice.theiler as f64 / rate,
+        choice,
+    })
 }
 
 /// Period that sets the span of pictures, samples: that of the analysed event, of the strongest line, or four
@@ -433,7 +419,7 @@ impl Plan {
             stride_samples: self.stride,
             states: counts.columns,
             theiler_s: self.rule.theiler as f64 * seconds,
-            periods: recurrence_periods(
+            recurrence_periods: recurrence_periods(
                 newest,
                 self.lag * self.stride,
                 self.dimension,
@@ -441,7 +427,7 @@ impl Plan {
             )?
             .in_seconds(1.0 / signal.rate),
             measures: measures.in_seconds(seconds),
-            along: Vec::new(),
+            windows: Vec::new(),
             picture: self.picture(newest, signal.rate, period, threshold)?,
         })
     }
@@ -489,7 +475,7 @@ impl Plan {
             let measures = self.measures(&thinned(window, self.stride))?;
             let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
             along.extend(measures.map(|measures| MeasuresAt {
-                time: signal.time(centre),
+                time_s: signal.time(centre),
                 measures: measures.in_seconds(self.stride as f64 / signal.rate),
             }));
         }
@@ -524,14 +510,14 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSectio
     Ok(PoincareSection {
         level,
         shape: section_shape(&points, high - low),
-        mean_return_s: match &crossings[..] {
+        mean_return_time_s: match &crossings[..] {
             [first, .., last] => {
                 let returns = (crossings.len() - 1) as f64;
                 Some((last.sample - first.sample) / returns / signal.rate)
             }
             _ => None,
         },
-        passages,
+        crossings: passages,
     })
 }
 

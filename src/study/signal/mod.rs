@@ -25,7 +25,6 @@ mod stretch;
 mod table;
 mod truth;
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
@@ -35,7 +34,7 @@ use crate::analysis::{
     AnalysisError,
     chaos::{Divergence, ZeroOne},
     delay::DelayChoice,
-    events::{Span, TonalEvent},
+    events::TonalEvent,
     levels::{Calibration, LevelReference},
     poincare::{SectionPoint, SectionShape},
     recurrence::{
@@ -119,12 +118,9 @@ pub enum SignalError {
     #[error(
         "tonal events are searched only in sound: sample rates from {} to {} Hz and at least 0.2 s; omit \
          the event",
-        rates.start(), rates.end()
+        SOUND_RATES_HZ.start(), SOUND_RATES_HZ.end()
     )]
-    NotSound {
-        /// Sample rates of sound, Hz.
-        rates: RangeInclusive<f64>,
-    },
+    NotSound,
 }
 
 /// The events that can be requested.
@@ -154,34 +150,28 @@ pub struct SignalStatistics {
     /// Unit, empty if unknown.
     pub unit: String,
     /// Sample count.
-    #[serde(rename = "sample_count")]
-    pub samples: usize,
+    pub sample_count: usize,
     /// Sample rate, Hz.
-    #[serde(rename = "sample_rate_hz")]
-    pub rate_hz: f64,
+    pub sample_rate_hz: f64,
     /// Time of the first sample, s.
     pub start_s: f64,
     /// Duration, s.
     pub duration_s: f64,
     /// Minimum of the samples.
-    #[serde(rename = "minimum")]
-    pub smallest: f64,
+    pub minimum: f64,
     /// Maximum of the samples.
-    #[serde(rename = "maximum")]
-    pub largest: f64,
+    pub maximum: f64,
     /// Mean value.
     pub mean: f64,
     /// Standard deviation.
-    #[serde(rename = "standard_deviation")]
-    pub deviation: f64,
+    pub standard_deviation: f64,
 }
 
 /// The spectral lines of a signal and their names.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SpectralLines {
     /// Bin width of the spectrum, Hz.
-    #[serde(rename = "bin_width_hz")]
-    pub bin_hz: f64,
+    pub bin_width_hz: f64,
     /// Broadband share: share of the spectral power outside the lines, 0 to 1.
     pub broadband_share: f64,
     /// Fundamental frequencies and names of the lines.
@@ -238,13 +228,11 @@ pub struct RecurrenceAnalysis {
     /// Theiler window, s.
     pub theiler_s: f64,
     /// Recurrence periods: the distances between diagonal lines, shortest first.
-    #[serde(rename = "recurrence_periods")]
-    pub periods: RecurrencePeriods,
+    pub recurrence_periods: RecurrencePeriods,
     /// Recurrence measures of the newest states; times in seconds.
     pub measures: Measures,
     /// Recurrence measures in windows along the signal.
-    #[serde(rename = "windows")]
-    pub along: Vec<MeasuresAt>,
+    pub windows: Vec<MeasuresAt>,
     /// Recurrence plot of the newest samples at the equivalent threshold. A recurrence rate is that of the
     /// picture itself; a number of neighbours is shown as its recurrence rate.
     #[serde(skip)]
@@ -255,8 +243,7 @@ pub struct RecurrenceAnalysis {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuresAt {
     /// Centre of the window in the time of the file, s.
-    #[serde(rename = "time_s")]
-    pub time: f64,
+    pub time_s: f64,
     /// Recurrence measures of the window; times in seconds.
     #[serde(flatten)]
     pub measures: Measures,
@@ -271,15 +258,13 @@ pub struct PoincareSection {
     #[serde(flatten)]
     pub shape: SectionShape,
     /// Mean return time, s; `None` with fewer than two crossings.
-    #[serde(rename = "mean_return_time_s")]
-    pub mean_return_s: Option<f64>,
+    pub mean_return_time_s: Option<f64>,
     /// The crossings: time in the file, s, and `(y(t), y(t + 2 lag))`.
-    #[serde(rename = "crossings")]
-    pub passages: Vec<SectionPoint>,
+    pub crossings: Vec<SectionPoint>,
 }
 
 /// The part of a signal from which spectrum, embedding, recurrence, section, exponents and verdict follow.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct AnalysedStretch {
     /// Start of the stretch in the time of the file, s.
     pub start_s: f64,
@@ -294,20 +279,6 @@ pub struct AnalysedStretch {
     pub band_hz: Option<[f64; 2]>,
     /// Whether samples in the stretch are clipped: harmonics may then be artefacts of the recording.
     pub clipped: bool,
-}
-
-impl AnalysedStretch {
-    /// A stretch with neither filter nor demodulation.
-    pub fn new(span: Span, event: Option<usize>, clipped: bool) -> Self {
-        Self {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            event,
-            demodulated: false,
-            band_hz: None,
-            clipped,
-        }
-    }
 }
 
 /// Result of the analysis of a signal.

@@ -82,7 +82,11 @@ impl Score {
             let line = format!("missed: {start_s:.3} to {end_s:.3} s {name}");
             Block::text(line.trim_end())
         });
-        let counts = Block::heading("labels", format!(" {self}"));
+        let (found, missing, surplus) = (self.found, self.missed.len(), self.false_events.len());
+        let labels = found + missing;
+        let counts =
+            format!(" {found} of {labels} labels found, {missing} missed; {surplus} false events");
+        let counts = Block::heading("labels", counts);
         std::iter::once(counts).chain(missed).collect()
     }
 }
@@ -151,19 +155,21 @@ fn stretch(stretch: &AnalysedStretch, event: Option<&TonalEvent>) -> Vec<Block> 
 
 /// Samples, rate, duration and range of the signal.
 fn facts(file: &str, facts: &SignalStatistics, amount: Amount<'_>) -> [Block; 3] {
-    let [smallest, largest, deviation, mean] =
-        [facts.smallest, facts.largest, facts.deviation, facts.mean].map(amount);
     [
         Block::heading(&facts.name, format!(" {file}")),
         Block::text(format!(
             "{} samples at {} Hz: {}, starting at {:.6} s",
-            facts.samples,
-            facts.rate_hz,
+            facts.sample_count,
+            facts.sample_rate_hz,
             duration(facts.duration_s),
             facts.start_s,
         )),
         Block::text(format!(
-            "range {smallest} to {largest}, mean {mean}, standard deviation {deviation}"
+            "range {} to {}, mean {}, standard deviation {}",
+            amount(facts.minimum),
+            amount(facts.maximum),
+            amount(facts.mean),
+            amount(facts.standard_deviation)
         )),
     ]
 }
@@ -194,7 +200,7 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
 /// The spectral lines with their names.
 fn spectrum(tones: &SpectralLines, amount: Amount<'_>) -> Vec<Block> {
     // Frequencies are accurate to a small fraction of a bin.
-    let decimals = (3.0 - tones.bin_hz.log10().floor()).clamp(3.0, 15.0) as usize;
+    let decimals = (3.0 - tones.bin_width_hz.log10().floor()).clamp(3.0, 15.0) as usize;
     let table = Table::of(&tones.lines)
         .right("", |it| format!("{:.decimals$} Hz", it.line.frequency))
         .right("", |it| amount(it.line.amplitude))
@@ -207,7 +213,7 @@ fn spectrum(tones: &SpectralLines, amount: Amount<'_>) -> Vec<Block> {
         });
     let rest = format!(
         " (bin width {} Hz, broadband share {} of the power)",
-        significant(tones.bin_hz, DIGITS),
+        significant(tones.bin_width_hz, DIGITS),
         percent(tones.broadband_share)
     );
     let lines = match tones.lines[..] {
@@ -287,7 +293,7 @@ fn recurrence(recurrence: &RecurrenceAnalysis, amount: Amount<'_>) -> Vec<Block>
     );
     let mut blocks = vec![Block::heading("recurrence", rest)];
     blocks.extend(measures(&recurrence.measures));
-    blocks.extend(recurrence.periods.0.iter().map(|found| {
+    blocks.extend(recurrence.recurrence_periods.0.iter().map(|found| {
         Block::text(format!(
             "diagonal spacing, {}: {}: {} Hz ({} of the recurrences)",
             found.kind,
@@ -331,12 +337,12 @@ fn section(section: &PoincareSection, amount: Amount<'_>) -> Vec<Block> {
         SectionShape::Arc => "an arc",
         SectionShape::Cloud => "a cloud",
     };
-    let spacing = section.mean_return_s;
+    let spacing = section.mean_return_time_s;
     let spacing = spacing.map(|seconds| format!(", mean return time {}", duration(seconds)));
     let rest = format!(
         " y(t + tau) = {}, rising: {} crossings, {shape}{}",
         amount(section.level),
-        section.passages.len(),
+        section.crossings.len(),
         spacing.unwrap_or_default()
     );
     vec![Block::heading("Poincare section", rest)]

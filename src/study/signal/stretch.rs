@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::sound::{MeasuredSound, SOUND_RATES_HZ, overlap, shift};
+use super::sound::{MeasuredSound, overlap, shift};
 use super::{AnalysedStretch, MIN_SAMPLES, SignalError, SkipReason};
 use crate::analysis::{
     events::{Span, TonalEvent, demodulate, stationary_stretch},
@@ -43,17 +43,9 @@ const SHORTEST_S: f64 = 0.1;
 /// Distance of this interval from events, s: they end gradually, and reverberate.
 const MARGIN_S: f64 = 0.1;
 
-/// The stretch to analyse and its samples.
-pub(super) struct Selected {
-    pub stretch: AnalysedStretch,
-    /// The samples of the stretch, filtered and demodulated as the stretch says; `None` for the signal itself.
-    pub part: Option<Signal>,
-    /// Why methods that assume stationarity are skipped.
-    pub obstacle: Option<SkipReason>,
-}
-
 /// Selects the stretch: of the event with this number (from 1), or of the strongest event; without events
-/// the whole signal.
+/// the whole signal. Returns its samples, filtered and demodulated as the stretch says, or `None` for those of the signal
+/// itself, and why methods that assume stationarity are skipped.
 ///
 /// # Errors
 /// [`SignalError::NoEvent`] and [`SignalError::NotSound`] for an event that does not exist.
@@ -61,46 +53,37 @@ pub(super) fn select(
     signal: &Signal,
     sound: Option<&MeasuredSound>,
     number: Option<usize>,
-) -> Result<Selected, SignalError> {
-    let whole = Span {
-        start_s: signal.start,
-        end_s: signal.start + signal.duration(),
+) -> Result<(AnalysedStretch, Option<Signal>, Option<SkipReason>), SignalError> {
+    let whole = whole(signal);
+    let found = |span: Span, event: Option<usize>| AnalysedStretch {
+        start_s: span.start_s,
+        end_s: span.end_s,
+        event,
+        clipped: sound.is_some_and(|sound| sound.is_clipped(span)),
+        ..AnalysedStretch::default()
     };
-    let clipped = sound.is_some_and(|sound| sound.is_clipped(whole));
-    let all = |event: Option<usize>| Selected {
-        stretch: AnalysedStretch::new(whole, event, clipped),
-        part: None,
-        obstacle: None,
+    let strongest = || Some(sound?.strongest()? + 1);
+    let Some(number) = number.or_else(strongest) else {
+        return Ok((found(whole, None), None, None));
     };
-    let Some(sound) = sound else {
-        if number.is_some() {
-            let rates = SOUND_RATES_HZ;
-            return Err(SignalError::NotSound { rates });
-        }
-        return Ok(all(None));
-    };
-    let Some(number) = number.or_else(|| Some(sound.strongest()? + 1)) else {
-        return Ok(all(None));
-    };
+    let sound = sound.ok_or(SignalError::NotSound)?;
     let events = &sound.tonal.events;
-    let found = events.len();
-    let event = events.get(number.wrapping_sub(1));
-    let event = event.ok_or(SignalError::NoEvent { number, found })?;
+    let event = events
+        .get(number.wrapping_sub(1))
+        .ok_or(SignalError::NoEvent {
+            number,
+            found: events.len(),
+        })?;
     let (span, obstacle) = stretch_of(event, sound, signal.rate);
     let band = pass_band(events, span, signal.rate);
-    let drifts = drifts(event, span);
+    let demodulated = drifts(event, span);
     let near = END_S.min(END_SHARE * signal.duration());
     let is_whole = span.start_s - whole.start_s <= near && whole.end_s - span.end_s <= near;
     let (mut part, band_hz) = filtered(signal, span, band);
-    if is_whole && !drifts && band_hz.is_none() && obstacle.is_none() {
-        return Ok(all(Some(number)));
+    if is_whole && !demodulated && band_hz.is_none() && obstacle.is_none() {
+        return Ok((found(whole, Some(number)), None, None));
     }
-    let stretch = AnalysedStretch {
-        demodulated: drifts,
-        band_hz,
-        ..AnalysedStretch::new(span, Some(number), sound.is_clipped(span))
-    };
-    part.samples = if drifts {
+    part.samples = if demodulated {
         let local = Span {
             start_s: span.start_s - part.start,
             end_s: span.end_s - part.start,
@@ -112,11 +95,20 @@ pub(super) fn select(
         part.samples[index_range(&part, span)].to_vec()
     };
     part.start = span.start_s;
-    Ok(Selected {
-        stretch,
-        part: Some(part),
-        obstacle,
-    })
+    let stretch = AnalysedStretch {
+        demodulated,
+        band_hz,
+        ..found(span, Some(number))
+    };
+    Ok((stretch, Some(part), obstacle))
+}
+
+/// The interval of a signal.
+fn whole(signal: &Signal) -> Span {
+    Span {
+        start_s: signal.start,
+        end_s: signal.start + signal.duration(),
+    }
 }
 
 /// The longest stationary stretch of an event, between clipped samples and dropouts if one of the pieces
@@ -230,15 +222,11 @@ pub(super) fn background_power(
     events: &[TonalEvent],
     band: Option<[f64; 2]>,
 ) -> Option<f64> {
-    let whole = Span {
-        start_s: signal.start,
-        end_s: signal.start + signal.duration(),
-    };
     let near = events.iter().map(|event| Span {
         start_s: event.start_s - MARGIN_S,
         end_s: event.end_s + MARGIN_S,
     });
-    let gap = Some(longest_gap(whole, near)).filter(|_| !events.is_empty());
+    let gap = Some(longest_gap(whole(signal), near)).filter(|_| !events.is_empty());
     let gap = gap.filter(|gap| gap.length_s() >= SHORTEST_S)?;
     let samples = &signal.samples[index_range(signal, gap)];
     let samples = &samples[..samples.len().min(MAX_SAMPLES)];

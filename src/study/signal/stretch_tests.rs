@@ -56,13 +56,10 @@ const TONE: (f64, f64, f64) = (1000.0, 0.5, 0.0);
 #[test]
 fn a_steady_event_throughout_is_analysed_as_the_whole_signal() {
     let sound = sound(vec![event(10.02, 13.98, 0.0)]);
-    let selected = select(&signal(&[TONE]), Some(&sound), None).unwrap();
-    assert_eq!(
-        (selected.stretch.start_s, selected.stretch.end_s),
-        (10.0, 14.0)
-    );
-    assert_eq!(selected.stretch.event, Some(1));
-    assert!(selected.part.is_none() && selected.obstacle.is_none());
+    let (stretch, part, obstacle) = select(&signal(&[TONE]), Some(&sound), None).unwrap();
+    assert_eq!((stretch.start_s, stretch.end_s), (10.0, 14.0));
+    assert_eq!(stretch.event, Some(1));
+    assert!(part.is_none() && obstacle.is_none());
 }
 
 #[test]
@@ -70,11 +67,11 @@ fn a_part_of_the_signal_is_filtered_only_where_needed() {
     let sound = sound(vec![event(11.0, 13.0, 0.0)]);
     for (rumble, band) in [(0.01, None), (0.5, Some([1000.0 / 3.0, 3500.0]))] {
         let signal = signal(&[TONE, (60.0, rumble, 0.0)]);
-        let selected = select(&signal, Some(&sound), Some(1)).unwrap();
-        assert_eq!(selected.stretch.band_hz, band);
-        assert!(!selected.stretch.demodulated);
-        let part = selected.part.unwrap();
-        assert_eq!(part.start, selected.stretch.start_s);
+        let (stretch, part, _) = select(&signal, Some(&sound), Some(1)).unwrap();
+        assert_eq!(stretch.band_hz, band);
+        assert!(!stretch.demodulated);
+        let part = part.unwrap();
+        assert_eq!(part.start, stretch.start_s);
         assert!((part.duration() - 2.0).abs() < 0.3, "{}", part.duration());
         // Sample by sample the tone, at the time of the part.
         let first = (part.start - 10.0) * RATE;
@@ -90,16 +87,15 @@ fn a_part_of_the_signal_is_filtered_only_where_needed() {
 fn a_drifting_event_is_demodulated() {
     let drifting = event(11.0, 13.0, 5.0);
     let sound = sound(vec![drifting]);
-    let selected = select(&signal(&[TONE]), Some(&sound), None).unwrap();
-    assert!(selected.stretch.demodulated);
-    assert!(selected.part.is_some());
+    let (stretch, part, _) = select(&signal(&[TONE]), Some(&sound), None).unwrap();
+    assert!(stretch.demodulated && part.is_some());
 }
 
 #[test]
 fn the_strongest_event_is_the_default_and_others_can_be_requested() {
     let sound = sound(vec![event(10.1, 10.6, 0.0), event(11.0, 13.0, 0.0)]);
     let signal = signal(&[TONE]);
-    let chosen = |number| select(&signal, Some(&sound), number).map(|s| s.stretch.event);
+    let chosen = |number| select(&signal, Some(&sound), number).map(|s| s.0.event);
     assert_eq!(chosen(None), Ok(Some(2)));
     assert_eq!(chosen(Some(1)), Ok(Some(1)));
     for number in [0, 3] {
@@ -109,18 +105,14 @@ fn the_strongest_event_is_the_default_and_others_can_be_requested() {
     // More than 40 dB below the recording, an event is analysed only on request.
     let mut loud = sound.clone();
     loud.recording_level_db = 34.1;
-    assert_eq!(
-        select(&signal, Some(&loud), None).unwrap().stretch.event,
-        None
-    );
-    assert_eq!(
-        select(&signal, Some(&loud), Some(1)).unwrap().stretch.event,
-        Some(1)
-    );
-    let no_sound = select(&signal, None, Some(1)).map(|s| s.stretch.event);
-    assert!(matches!(no_sound, Err(SignalError::NotSound { .. })));
-    let whole = select(&signal, None, None).unwrap();
-    assert!(whole.part.is_none() && whole.stretch.event.is_none());
+    for number in [None, Some(1)] {
+        let (stretch, ..) = select(&signal, Some(&loud), number).unwrap();
+        assert_eq!(stretch.event, number);
+    }
+    let no_sound = select(&signal, None, Some(1)).map(|s| s.0.event);
+    assert_eq!(no_sound, Err(SignalError::NotSound));
+    let (stretch, part, _) = select(&signal, None, None).unwrap();
+    assert!(part.is_none() && stretch.event.is_none());
 }
 
 #[test]
@@ -129,15 +121,12 @@ fn clipped_samples_are_avoided_or_reported() {
     let mut sound = sound(vec![event(10.5, 13.5, 0.0)]);
     sound.condition.clipped = vec![span(11.0, 11.1)];
     sound.condition.dropouts = vec![span(13.2, 13.21)];
-    let avoided = select(&signal(&[TONE]), Some(&sound), None).unwrap();
-    assert_eq!(
-        (avoided.stretch.start_s, avoided.stretch.end_s),
-        (11.1, 13.2)
-    );
-    assert!(!avoided.stretch.clipped);
+    let (avoided, ..) = select(&signal(&[TONE]), Some(&sound), None).unwrap();
+    assert_eq!((avoided.start_s, avoided.end_s), (11.1, 13.2));
+    assert!(!avoided.clipped);
     sound.condition.clipped = vec![span(10.5, 13.5)];
-    let clipped = select(&signal(&[TONE]), Some(&sound), None).unwrap();
-    assert!(clipped.stretch.clipped);
+    let (stretch, ..) = select(&signal(&[TONE]), Some(&sound), None).unwrap();
+    assert!(stretch.clipped);
 }
 
 #[test]
@@ -145,10 +134,7 @@ fn a_short_event_is_no_stationary_stretch() {
     let mut short = event(11.0, 11.15, 0.0);
     short.frequency_hz = 220.0;
     let sound = sound(vec![short]);
-    let selected = select(&signal(&[TONE]), Some(&sound), None).unwrap();
-    assert_eq!(selected.obstacle, Some(SkipReason::NotStationary));
-    assert_eq!(
-        (selected.stretch.start_s, selected.stretch.end_s),
-        (11.0, 11.15)
-    );
+    let (stretch, _, obstacle) = select(&signal(&[TONE]), Some(&sound), None).unwrap();
+    assert_eq!(obstacle, Some(SkipReason::NotStationary));
+    assert_eq!((stretch.start_s, stretch.end_s), (11.0, 11.15));
 }

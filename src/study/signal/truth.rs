@@ -1,7 +1,5 @@
 //! Labels of what sounds in a recording, by ear, and how many of them the search for events finds.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -108,26 +106,6 @@ impl Score {
     }
 }
 
-impl std::ops::AddAssign for Score {
-    fn add_assign(&mut self, mut other: Self) {
-        self.found += other.found;
-        self.false_events.append(&mut other.false_events);
-        self.missed.append(&mut other.missed);
-    }
-}
-
-impl fmt::Display for Score {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [missed, surplus] = [self.missed.len(), self.false_events.len()];
-        let labels = self.found + missed;
-        write!(
-            out,
-            "{} of {labels} labels found, {missed} missed; {surplus} false events",
-            self.found
-        )
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,9 +146,10 @@ mod tests {
         let score = Score::of(&events, &labels);
         assert_eq!((score.found, &score.false_events[..]), (2, &[2, 3, 5][..]));
         assert_eq!(score.missed, labels[2..]);
-        assert_eq!(
-            score.to_string(),
-            "2 of 3 labels found, 1 missed; 3 false events"
+        let text = crate::report::markdown(&score.blocks());
+        assert!(
+            text.contains("2 of 3 labels found, 1 missed; 3 false events"),
+            "{text}"
         );
         for text in ["start\tend\tlabel", "3\t2\tback", "0\t1\n\\\t300"] {
             let line = text.lines().count();
