@@ -126,7 +126,7 @@ pub fn analyse_signal(
         let search = RegimeSearch {
             sample_rate: rate,
             silence: silent_below.unwrap_or(0.0),
-            background: background_power(&signal, events, stretch.band_hz).unwrap_or(0.0),
+            background: background_power(&signal, events, &stretch).unwrap_or(0.0),
         };
         classify(newest, &search)
     })?;

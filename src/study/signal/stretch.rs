@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::sound::{MeasuredSound, overlap, shift};
 use super::{AnalysedStretch, MIN_SAMPLES, SignalError, SkipReason};
 use crate::analysis::{
-    events::{Span, TonalEvent, demodulate, stationary_stretch},
+    events::{EventKind, Span, TonalEvent, demodulate, stationary_stretch},
     filter::band_pass,
     stats::deviation,
 };
@@ -37,10 +37,10 @@ const MARGIN_PERIODS: f64 = 10.0;
 const END_S: f64 = 0.1;
 const END_SHARE: f64 = 0.1;
 
-/// Shortest interval without events in which the background is measured, s.
+/// Shortest interval without tones in which the background is measured, s.
 const SHORTEST_S: f64 = 0.1;
 
-/// Distance of this interval from events, s: they end gradually, and reverberate.
+/// Distance of this interval from tones, s: they end gradually, and reverberate.
 const MARGIN_S: f64 = 0.1;
 
 /// Selects the stretch: of the event with this number (from 1), or of the strongest event; without events
@@ -75,7 +75,7 @@ pub(super) fn select(
             found: events.len(),
         })?;
     let (span, obstacle) = stretch_of(event, sound, signal.rate);
-    let band = pass_band(events, span, signal.rate);
+    let band = pass_band(tones(events, Some(number)), span, signal.rate);
     let demodulated = drifts(event, span);
     let near = END_S.min(END_SHARE * signal.duration());
     let is_whole = span.start_s - whole.start_s <= near && whole.end_s - span.end_s <= near;
@@ -166,10 +166,18 @@ fn drifts(event: &TonalEvent, span: Span) -> bool {
     }
 }
 
+/// The tones, and the event with a number (from 1) whatever its kind. Any other noise or burst is background.
+fn tones(events: &[TonalEvent], number: Option<usize>) -> impl Iterator<Item = &TonalEvent> {
+    let numbered = (1..).zip(events);
+    let tones =
+        numbered.filter(move |(n, event)| event.kind == EventKind::Tone || number == Some(*n));
+    tones.map(|(_, event)| event)
+}
+
 /// Band of the events that sound in an interval, Hz: from a third of the lowest fundamental, so that a
 /// subharmonic is kept, to half a harmonic above the highest one. `n` harmonics may be the odd ones only.
-fn pass_band(events: &[TonalEvent], span: Span, rate: f64) -> [f64; 2] {
-    let sounding = events.iter().filter(|event| overlap(event.span(), span));
+fn pass_band<'a>(events: impl Iterator<Item = &'a TonalEvent>, span: Span, rate: f64) -> [f64; 2] {
+    let sounding = events.filter(|event| overlap(event.span(), span));
     let edges = sounding.map(|event| {
         let order = 2.0 * event.harmonics.max(1) as f64 - 0.5;
         [
@@ -215,14 +223,14 @@ fn filtered(signal: &Signal, span: Span, band: [f64; 2]) -> (Signal, Option<[f64
     (part, is_needed.then_some(band))
 }
 
-/// Power of a recording in a band (Hz; `None` for all frequencies) in the longest interval without events, in the
-/// square of the unit of the signal; `None` if there is no event, or no such interval.
+/// Power of a recording in the band of a stretch in the longest interval without tones, in the square of the unit of
+/// the signal; `None` if there is no event, or no such interval.
 pub(super) fn background_power(
     signal: &Signal,
     events: &[TonalEvent],
-    band: Option<[f64; 2]>,
+    stretch: &AnalysedStretch,
 ) -> Option<f64> {
-    let near = events.iter().map(|event| Span {
+    let near = tones(events, stretch.event).map(|event| Span {
         start_s: event.start_s - MARGIN_S,
         end_s: event.end_s + MARGIN_S,
     });
@@ -230,7 +238,7 @@ pub(super) fn background_power(
     let gap = gap.filter(|gap| gap.length_s() >= SHORTEST_S)?;
     let samples = &signal.samples[index_range(signal, gap)];
     let samples = &samples[..samples.len().min(MAX_SAMPLES)];
-    let deviation = match band {
+    let deviation = match stretch.band_hz {
         Some(band) => deviation(&band_pass(samples, signal.rate, band).samples),
         None => deviation(samples),
     };

@@ -18,7 +18,7 @@ fn event(start_s: f64, end_s: f64, drift: f64) -> TonalEvent {
         }
     });
     TonalEvent {
-        kind: crate::analysis::events::EventKind::Tone,
+        kind: EventKind::Tone,
         probability: 0.99,
         start_s,
         end_s,
@@ -81,6 +81,24 @@ fn a_part_of_the_signal_is_filtered_only_where_needed() {
             assert!((sample - expected).abs() < 0.011, "{sample}, {expected}");
         }
     }
+}
+
+#[test]
+fn noise_beside_a_tone_is_background_and_not_in_its_band() {
+    let mut rumble = event(10.0, 14.0, 0.0);
+    rumble.kind = EventKind::NarrowBandNoise;
+    rumble.frequency_low_hz = 60.0;
+    let sound = sound(vec![rumble, event(11.0, 13.0, 0.0)]);
+    let signal = signal(&[TONE, (60.0, 0.5, 0.0)]);
+    let chosen = |number| select(&signal, Some(&sound), Some(number)).unwrap().0;
+    let [noise, tone] = [1, 2].map(chosen);
+    assert_eq!(tone.band_hz, Some([1000.0 / 3.0, 3500.0]));
+    // An event is in its own band, and the tone with it.
+    assert_eq!(noise.band_hz.unwrap_or([20.0, 3500.0]), [20.0, 3500.0]);
+    // Before 10.9 s there is the rumble only, which the band leaves out.
+    let background = |stretch| background_power(&signal, &sound.tonal.events, stretch);
+    assert!(background(&tone).is_some());
+    assert_eq!(background(&noise), None);
 }
 
 #[test]
