@@ -29,9 +29,9 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let mut points = compute_points(&plan, &args.work, &files, &watch)?;
-    points.sort_by_key(|point| point.place.index);
-    let basins = Basins::new(&plan, &points);
+    let points = compute_points(&plan, &args.work, &files, &watch)?;
+    let tilt = plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0));
+    let basins = Basins::new(tilt, plan.size(), &points);
     files.finish(watch, Some(&plan.scene.name), &basins, |files| {
         write_points(&plan, &points, files, !basins.interrupted)?;
         let title = title(&plan.scene.name, basins.tilt);

@@ -141,11 +141,10 @@ fn simulated(
     };
     let [table, growing] = names.map(|name| args.out.join(name));
     let paths = [table.clone(), growing.clone()];
-    let mut points = compute_missing(plan, &work, paths, watch)?;
-    if points.len() < plan.grid().len() {
+    let points = compute_missing(plan, &work, paths, watch)?;
+    if points.len() < plan.size() {
         return Err(CliError::Interrupted);
     }
-    points.sort_by_key(|point| point.place.index);
     write_table(&table, plan, &points)?;
     // A table that was complete had none.
     let _ = std::fs::remove_file(growing);

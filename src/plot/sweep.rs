@@ -109,8 +109,7 @@ fn found(
 
 /// The axis of a parameter.
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
-    let parameter = axis.parameter();
-    Axis::cells(readable(parameter.path(), parameter.unit()), axis.values())
+    Axis::cells(readable(&axis.path, axis.unit()), axis.values())
 }
 
 impl<'a> ParameterPanels<'a> {

@@ -80,14 +80,14 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
 
 fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
     let point = |index| {
-        let place = plan.grid().place(index);
+        let place = plan.place(index);
         let outcome = match index % 17 {
             5 => Err("the solution diverged".to_owned()),
             _ => Ok(response(place.values[0], index)),
         };
         SweepPoint { place, outcome }
     };
-    (0..plan.grid().len()).map(point).collect()
+    (0..plan.size()).map(point).collect()
 }
 
 #[test]

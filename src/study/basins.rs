@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::lyapunov::title;
 use super::response::SettledResponse;
-use super::sweep::{SweepPlan, SweepPoint};
+use super::sweep::SweepPoint;
 use crate::analysis::regime::Regime;
 use crate::number::fixed;
 use crate::report::{Block, Report, Table};
@@ -70,20 +70,13 @@ pub struct Basins {
 }
 
 impl Basins {
-    /// Collects the attractors from the points so far of a sweep over the seed of the kick.
-    pub fn new(plan: &SweepPlan, points: &[SweepPoint]) -> Self {
-        Self {
-            tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
-            ..Self::of(plan.grid().len(), points)
-        }
-    }
-
-    /// Collects the attractors from the points so far of a sweep over `kicks` seeds.
-    pub fn of(kicks: usize, points: &[SweepPoint]) -> Self {
+    /// Collects the attractors from the points so far of a sweep over the seeds of `kicks` kicks, at a tilt (rad) of the
+    /// load.
+    pub fn new(tilt: Option<f64>, kicks: usize, points: &[SweepPoint]) -> Self {
         let attractors = attractors(points);
         let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
         Self {
-            tilt: None,
+            tilt,
             kicks,
             simulated: points.len(),
             undecided: points.len() - decided,
@@ -206,7 +199,7 @@ mod tests {
     use crate::scene::{Parameter, Scene};
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::tests::run;
-    use crate::study::sweep::{Axis, Shard, Start};
+    use crate::study::sweep::{Axis, Shard, Start, SweepPlan};
 
     #[test]
     fn shares_have_the_wilson_interval() {
@@ -246,10 +239,10 @@ mod tests {
                 max_rhs_evals: None,
             },
         };
-        let mut points = run(&plan, Shard::WHOLE, &[], 2);
+        let mut points = run(&plan, Shard::WHOLE, Vec::new(), 2);
         let found = attractors(&points);
         // 95 % intervals.
-        crate::report::agreement::check(&Basins::new(&plan, &points), &[95.0]);
+        crate::report::agreement::check(&Basins::new(None, 6, &points), &[95.0]);
         assert!(found.len() >= 2, "{found:?}");
         let members: usize = found.iter().map(|attractor| attractor.members.len()).sum();
         assert!(members <= 6 && found[0].members.len() >= found[1].members.len());

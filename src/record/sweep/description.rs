@@ -5,25 +5,25 @@ use crate::{
     plot,
     record::{style::capitalize, text},
     report::Table,
+    scene::Parameter,
     study::sweep::{Shard, Start, SweepPoint},
     text::sweep as words,
 };
 
 /// Name of the swept parameter without the unit, so `load.tilt_deg` is `tilt`.
 pub fn parameter(sweep: &SweepStudy<'_>) -> String {
-    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
-    parameter.map_or_else(String::new, |parameter| parameter.label())
+    let parameter = sweep.plan.axes[0].parameter();
+    parameter.map_or_else(|_| String::new(), Parameter::label)
 }
 
 /// The unit of the swept parameter; empty for a dimensionless number.
 pub fn unit(sweep: &SweepStudy<'_>) -> &'static str {
-    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
-    parameter.map_or("", |parameter| parameter.unit())
+    sweep.plan.axes[0].unit()
 }
 
 /// The parameter value whose steady state is the initial state of a point; `None` for the scene's kick.
 fn origin(sweep: &SweepStudy<'_>, point: &SweepPoint) -> Option<f64> {
-    let chains = sweep.plan.grid().chains(Shard::WHOLE);
+    let chains = sweep.plan.chains(Shard::WHOLE);
     let mut pairs = chains.iter().flat_map(|chain| chain.windows(2));
     let before = pairs.find(|pair| pair[1] == point.place.index)?[0];
     // A failed run has no state to continue from.

@@ -24,7 +24,7 @@ pub fn hysteresis_ends(
     else {
         return Ok(Vec::new());
     };
-    let (values, parameter) = (axis.values(), axis.parameter());
+    let (values, parameter) = (axis.values(), axis.parameter()?);
     let [Some(from), Some(to)] = [values.first(), values.last()] else {
         return Ok(Vec::new());
     };

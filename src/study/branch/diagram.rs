@@ -187,28 +187,13 @@ pub(super) fn settled_responses(
         (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
         (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
     ];
-    let mut settled: Vec<SweepPoint> = Vec::new();
+    let mut settled = Vec::new();
     for (starts, lowest, [before, part]) in parts {
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
-        let mut points = Vec::new();
-        let sweep_plan = sweep_plan(scene, interval, starts, lowest);
-        let ended = sweep(
-            &sweep_plan,
-            Shard::WHOLE,
-            &[],
-            threads,
-            &mut progress,
-            |point| {
-                points.push(point);
-                Ok(())
-            },
-        );
-        points.sort_by_key(|point: &SweepPoint| point.place.index);
-        settled.append(&mut points);
-        match ended {
-            Err(StudyError::Stopped(_)) => break,
-            ended => ended?,
-        }
+        let plan = sweep_plan(scene, interval, starts, lowest);
+        let (all, known) = (Shard::WHOLE, Vec::new());
+        let points = sweep(&plan, all, known, threads, &mut progress, |_| Ok(()));
+        settled.extend(points.map_err(|error: StudyError| error)?);
     }
     Ok(settled)
 }
@@ -444,7 +429,7 @@ mod tests {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
             ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
         };
-        let points = run(&responses, Shard::WHOLE, &[], 1);
+        let points = run(&responses, Shard::WHOLE, Vec::new(), 1);
         let mut branch = Branch::new(&plan);
         add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
         let starts = OrbitStarts::Settled(&points);
@@ -509,7 +494,7 @@ mod tests {
                     starts: vec![start],
                     response: ResponsePlan::default(),
                 };
-                let points = run(&plan, Shard::WHOLE, &[], 1);
+                let points = run(&plan, Shard::WHOLE, Vec::new(), 1);
                 let found = responses(start, &points);
                 let row = stored
                     .responses

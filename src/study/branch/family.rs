@@ -11,9 +11,9 @@ use crate::dynamics::equilibrium::{Eigenmode, Linearised};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
-use crate::scene::{Parameter, Scene};
+use crate::scene::Scene;
 use crate::study::StudyError;
-use crate::study::subject::{SceneSubject, Subject, Trial};
+use crate::study::subject::{Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
 pub(super) const STEP: f64 = 0.02;
@@ -23,6 +23,8 @@ const PORTRAIT: usize = 240;
 /// Systems over some parameters, for example those of a scene.
 pub struct SubjectFamily {
     subject: Arc<dyn Subject>,
+    /// Names of the parameters.
+    names: Vec<String>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
     /// The last value of the first parameter, and the period of the drive there, s: both are asked for at each orbit.
@@ -42,15 +44,11 @@ pub struct SteadyState {
 }
 
 impl SubjectFamily {
-    /// A scene over some parameters.
-    pub fn new(scene: Scene, parameters: Vec<Parameter>) -> Self {
-        Self::of(Arc::new(SceneSubject { scene, parameters }))
-    }
-
-    /// Any systems.
-    pub fn of(subject: Arc<dyn Subject>) -> Self {
+    /// Systems over the parameters of these names.
+    pub fn new(subject: Arc<dyn Subject>, names: Vec<String>) -> Self {
         Self {
             subject,
+            names,
             guess: RefCell::default(),
             drive: Cell::new((f64::NAN, None)),
         }
@@ -61,7 +59,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the values are invalid, or the system cannot be built.
     pub fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
-        self.subject.trial(values)
+        self.subject.trial(&self.names, values)
     }
 
     /// Builds the system for some values of the parameters and linearises it at its equilibrium.

@@ -4,6 +4,8 @@
 //! changes with a parameter `p` as `d lambda/dp = y* (dA/dp) x`, without solving another eigenvalue problem. `dA/dp`
 //! comes from extrapolated differences of the assembled matrix, which have an error estimate.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -148,7 +150,7 @@ pub fn sensitivities(
     scene: &Scene,
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
-    let family = SubjectFamily::new(scene.clone(), Vec::new());
+    let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
     let state = family.at_scene(scene)?;
     let numbers = Number::all(scene)?;
     let mut modes = state.modes()?;

@@ -19,12 +19,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::pool::{Emit, run_jobs};
-use super::response::{InitialState, ResponsePlan, SettledResponse};
-use super::subject::{SceneSubject, Subject};
+use super::response::{InitialState, SettledResponse};
+use super::subject::Subject;
 use super::{OnProgress, StudyError};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
-pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
+pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
 pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
@@ -60,45 +60,26 @@ impl SweepPoint {
 }
 
 /// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
-/// one). The results do not depend on the number of threads, on the shard or on the known points. A failed
+/// one), and returns all points in ascending order of index; some are missing if `progress` stops the sweep.
+/// The results do not depend on the number of threads, on the shard or on the known points. A failed
 /// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
+/// Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)) for systems of a caller.
 ///
 /// `on_point` takes each point as soon as it is computed, on the thread of the caller; they arrive in any order.
 ///
 /// # Errors
-/// [`StudyError::Stopped`] and [`StudyError::Threads`]; the error of `on_point`, which ends the sweep.
-pub fn sweep<E: From<StudyError>>(
-    plan: &SweepPlan,
+/// [`StudyError::Threads`]; the error of `on_point`, which ends the sweep.
+pub fn sweep<S: Subject, E: From<StudyError>>(
+    plan: &SweepPlan<S>,
     shard: Shard,
-    known: &[SweepPoint],
+    mut points: Vec<SweepPoint>,
     threads: usize,
     progress: OnProgress<'_>,
-    on_point: impl FnMut(SweepPoint) -> Result<(), E>,
-) -> Result<(), E> {
-    let subject = SceneSubject {
-        scene: plan.scene.clone(),
-        parameters: plan.axes.iter().map(Axis::parameter).collect(),
-    };
-    let (grid, response) = (plan.grid(), &plan.response);
-    let work = (shard, known, threads);
-    sweep_subject(&subject, &grid, response, work, progress, on_point)
-}
-
-/// [`sweep`] of any systems. Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)).
-///
-/// # Errors
-/// As [`sweep`].
-pub fn sweep_subject<E: From<StudyError>>(
-    subject: &dyn Subject,
-    grid: &Grid<'_>,
-    plan: &ResponsePlan,
-    (shard, known, threads): (Shard, &[SweepPoint], usize),
-    progress: OnProgress<'_>,
-    mut on_point: impl FnMut(SweepPoint) -> Result<(), E>,
-) -> Result<(), E> {
-    let chains = grid.chains(shard);
+    mut on_point: impl FnMut(&SweepPoint) -> Result<(), E>,
+) -> Result<Vec<SweepPoint>, E> {
+    let (chains, names) = (plan.chains(shard), plan.names());
     let all: usize = chains.iter().map(Vec::len).sum();
-    let known = known.iter().map(|point| (point.place.index, point));
+    let known = points.iter().map(|point| (point.place.index, point));
     let known: HashMap<usize, &SweepPoint> = known.collect();
     let planned = chains.iter().flatten();
     let mut done = planned.filter(|k| known.contains_key(k)).count();
@@ -109,12 +90,14 @@ pub fn sweep_subject<E: From<StudyError>>(
                 before = known.outcome.as_ref().ok().cloned();
                 continue;
             }
-            let place = grid.place(index);
+            let place = plan.place(index);
             let from = before
                 .as_ref()
                 .map_or(InitialState::Fresh, InitialState::After);
             let mut check = |_: f64, _: &str| emit(None);
-            let found = subject.response(&place.values, from, plan, &mut check);
+            let found =
+                plan.scene
+                    .response(&names, &place.values, from, &plan.response, &mut check);
             let outcome = match found {
                 Err(StudyError::Stopped(_)) => return,
                 // A failed run is kept as a point.
@@ -127,17 +110,26 @@ pub fn sweep_subject<E: From<StudyError>>(
         }
     };
     let job = |chain: usize, emit: Emit<'_, _>| {
-        subject.enter(&mut || run(&chains[chain], emit));
+        plan.scene.enter(&mut || run(&chains[chain], emit));
     };
-    run_jobs(chains.len(), threads, job, |event| {
+    let (mut computed, mut is_stopped) = (Vec::new(), false);
+    let ended: Result<(), E> = run_jobs(chains.len(), threads, job, |event| {
         if let Some(point) = event {
             done += 1;
-            on_point(point)?;
+            on_point(&point)?;
+            computed.push(point);
         }
         let share = done as f64 / all.max(1) as f64;
-        let task = format!("{done} of {all} points");
-        Ok(progress(share, &task).map_err(StudyError::from)?)
-    })
+        let go_on = progress(share, &format!("{done} of {all} points"));
+        is_stopped = go_on.is_err();
+        go_on.map_err(|stopped| StudyError::from(stopped).into())
+    });
+    if !is_stopped {
+        ended?;
+    }
+    points.extend(computed);
+    points.sort_by_key(|point| point.place.index);
+    Ok(points)
 }
 
 /// A transition between two neighbouring values of the parameter.
@@ -240,7 +232,7 @@ mod transition_tests {
                 index,
                 start: Start::Downward,
                 values: vec![2.0 + 0.5 * index as f64],
-                names: Default::default(),
+                named: Default::default(),
             },
             outcome: Ok(found),
         }
