@@ -146,8 +146,7 @@ fn branch(
         )));
     }
     if let Some(start) = args.start {
-        plan.check_start(start)
-            .map_err(|error| CliError::Input(error.to_string()))?;
+        plan.check_start(start)?;
     }
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--out", Kind::TABLE, args.out.as_ref())

@@ -15,7 +15,7 @@ use super::output::{Kind, Overwrite, check_file};
 use super::paper_figures::{self, FIGURES};
 use super::resources;
 use super::study_args::{PaperArgs, WorkArgs};
-use super::sweep::{compute_missing, record};
+use super::sweep::{compute_points, record};
 use crate::export::replace_file;
 use crate::joint::BallJoint;
 use crate::plot::Format;
@@ -141,7 +141,7 @@ fn simulated(
     };
     let [table, growing] = names.map(|name| args.out.join(name));
     let paths = [table.clone(), growing.clone()];
-    let points = compute_missing(plan, &work, paths, watch)?;
+    let points = compute_points(plan, &work, paths, watch)?;
     if points.len() < plan.size() {
         return Err(CliError::Interrupted);
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::console;
@@ -46,7 +46,7 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     );
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let points = compute_points(&plan, &args.work, &files, &watch)?;
+    let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     let result = result(SweepResult::new(&plan, points, shard), &plan, &watch);
     files.finish(watch, Some(&plan.scene.name), &result, |files| {
@@ -72,23 +72,17 @@ pub(super) fn outputs<'a>(
         .figures(&args.figures, STUDY, stems)
 }
 
+/// The paths of the table of a study over parameters, complete and growing.
+pub(super) fn tables(files: &Files<'_>) -> [PathBuf; 2] {
+    ["--out", GROWING].map(|option| files.path(option).expect("is always written"))
+}
+
 /// Computes the points that the table lacks and adds them to it. Returns all known points; some are missing after an
 /// interrupt.
 pub(super) fn compute_points(
     plan: &SweepPlan,
     work: &WorkArgs,
-    files: &Files<'_>,
-    watch: &Watch<'_>,
-) -> Result<Vec<SweepPoint>, CliError> {
-    let paths = ["--out", GROWING].map(|option| files.path(option).expect("is always written"));
-    compute_missing(plan, work, paths, watch)
-}
-
-/// As [`compute_points`], with the paths of the table, complete and growing.
-pub(super) fn compute_missing(
-    plan: &SweepPlan,
-    work: &WorkArgs,
-    [table, growing]: [std::path::PathBuf; 2],
+    [table, growing]: [PathBuf; 2],
     watch: &Watch<'_>,
 ) -> Result<Vec<SweepPoint>, CliError> {
     let known = if work.resume {
@@ -286,7 +280,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     };
     // Refuse invalid values before the sweep starts.
     for axis in &plan.axes {
-        for value in axis.values() {
+        for value in &axis.values {
             plan.scene.with_values(&[(axis.parameter()?, *value)])?;
         }
     }

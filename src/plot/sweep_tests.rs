@@ -136,7 +136,7 @@ fn starts_are_offset_and_have_different_markers() {
     let plan = plan(false);
     let points = points(&plan);
     let shared = ParameterPanels::new(&plan, &points, &plan.starts);
-    let panel = shared.exponents(EXPONENTS);
+    let panel = shared.exponents(EXPONENTS).unwrap();
     // The legend lists the exponents first, then the starts.
     let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let legend: Vec<&str> = legend.map(|layer| &*layer.label).collect();

@@ -14,7 +14,7 @@ use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
 use crate::number::{quantity, significant, to_digits};
 use crate::scene::{Parameter, Scene, preset};
-use crate::study::response::ResponsePlan;
+use crate::study::response::{ResponsePlan, SettledResponse};
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
 use crate::study::{OnProgress, StudyError};
 use crate::text::capitalize;
@@ -263,23 +263,17 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
 }
 
 fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
-    let mut columns = DiagramResponses {
+    let settled = settled.iter().filter(|point| point.place.start == start);
+    let found = settled.filter_map(|point| Some((point.place.values[0], point.found()?)));
+    let tilts = found.clone().map(|(tilt, _)| to_digits(tilt, DIGITS[0]));
+    let regimes = found.clone().map(|(_, found)| found.regime);
+    let line = |found: &SettledResponse| Some(to_digits(found.lines.first()?.frequency, DIGITS[0]));
+    DiagramResponses {
         start,
-        tilt_deg: Vec::new(),
-        regime: Vec::new(),
-        frequency_hz: Vec::new(),
-    };
-    for point in settled.iter().filter(|point| point.place.start == start) {
-        let (Ok(found), [tilt]) = (&point.outcome, &point.place.values[..]) else {
-            continue;
-        };
-        columns.tilt_deg.push(to_digits(*tilt, DIGITS[0]));
-        columns.regime.push(found.regime);
-        let line = found.lines.first();
-        let hz = line.map(|line| to_digits(line.frequency, DIGITS[0]));
-        columns.frequency_hz.push(hz);
+        tilt_deg: tilts.collect(),
+        regime: regimes.collect(),
+        frequency_hz: found.map(|(_, found)| line(found)).collect(),
     }
-    columns
 }
 
 macro_rules! shipped {

@@ -11,7 +11,7 @@ use super::result::{At, Branch, BranchBifurcation, name_of};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
-use crate::scene::{Parameter, Scene};
+use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::subject::Subject;
 use crate::study::{OnProgress, StudyError};
 
@@ -96,16 +96,16 @@ impl BranchPlan {
     ///
     /// # Errors
     /// If it is outside the interval: branches end at its ends.
-    pub fn check_start(&self, value: f64) -> Result<(), StudyError> {
+    pub fn check_start(&self, value: f64) -> Result<(), SceneError> {
         let [from, to] = self.interval;
         if (from..=to).contains(&value) {
             return Ok(());
         }
-        Err(StudyError::StartOutside {
-            name: self.name().to_owned(),
-            value,
-            interval: self.interval,
-        })
+        Err(SceneError::whole(format!(
+            "the start at {} = {value} is outside the interval from {from} to {to}; choose a start within it, or widen \
+             the interval",
+            self.name()
+        )))
     }
 }
 

@@ -1,9 +1,11 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::differences::{Differences, difference};
+use faer::Mat;
+
+use super::differences::difference;
 use super::equilibria::BranchPlan;
 use super::result::Branch;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
@@ -27,8 +29,6 @@ pub struct SubjectFamily {
     names: Vec<String>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
-    /// The last value of the first parameter, and the period of the drive there, s: both are asked for at each orbit.
-    drive: Cell<(f64, Option<f64>)>,
 }
 
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
@@ -50,7 +50,6 @@ impl SubjectFamily {
             subject,
             names,
             guess: RefCell::default(),
-            drive: Cell::new((f64::NAN, None)),
         }
     }
 
@@ -108,15 +107,16 @@ impl SubjectFamily {
     ///
     /// # Errors
     /// If the matrix cannot be computed on either side of the value.
-    pub fn slope(&self, value: f64, scale: f64) -> Result<Differences, StudyError> {
+    pub fn slope(&self, value: f64, scale: f64) -> Result<Mat<f64>, StudyError> {
         let size = match value.abs() {
             0.0 => scale,
             size => size.min(scale),
         };
-        difference(STEP * size, |step| {
+        let (slope, _) = difference(STEP * size, |step| {
             self.at(&[value + step])
                 .map(|state| state.linearised.matrix)
-        })
+        })?;
+        Ok(slope)
     }
 
     /// Options of the continuation over an interval of the parameter, with the maximum step of the systems.
@@ -129,15 +129,11 @@ impl SubjectFamily {
 impl Family for SubjectFamily {
     fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
         let trial = self.trial(&[parameter])?;
-        self.drive.set((parameter, trial.drive_period));
         Ok(Box::new(trial.prepared.integrator.into_system()))
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        match self.drive.get() {
-            (last, period) if last == parameter => period,
-            _ => self.trial(&[parameter]).ok()?.drive_period,
-        }
+        self.trial(&[parameter]).ok()?.drive_period
     }
 
     /// The displacement of the probe, m.

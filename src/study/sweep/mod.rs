@@ -47,23 +47,22 @@ impl SweepPoint {
 
     /// Name of the regime with its doubling ([`SettledResponse::motion`]), or "no response".
     pub fn regime_name(&self) -> String {
-        match &self.outcome {
-            Ok(found) => found.motion(),
-            Err(_) => "no response".to_owned(),
-        }
+        let found = self.found();
+        found.map_or_else(|| "no response".to_owned(), SettledResponse::motion)
     }
 
     /// Whether the motion still changed when it was measured.
     pub fn is_unsettled(&self) -> bool {
-        self.outcome.as_ref().is_ok_and(|found| !found.settled)
+        self.found().is_some_and(|found| !found.settled)
     }
 }
 
-/// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
-/// one), and returns all points in ascending order of index; some are missing if `progress` stops the sweep.
+/// Computes the response at each point of a shard that is not among the known `points`, on `threads` threads (at
+/// least one), and returns all points in ascending order of index; some are missing if `progress` stops the sweep.
 /// The results do not depend on the number of threads, on the shard or on the known points. A failed
 /// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
-/// Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)) for systems of a caller.
+/// For systems of a caller, times of the plan are in periods of the slowest motion
+/// ([`Trial::period`](super::Trial::period)).
 ///
 /// `on_point` takes each point as soon as it is computed, on the thread of the caller; they arrive in any order.
 ///
@@ -87,7 +86,7 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
         let mut before: Option<SettledResponse> = None;
         for &index in chain {
             if let Some(known) = known.get(&index) {
-                before = known.outcome.as_ref().ok().cloned();
+                before = known.found().cloned();
                 continue;
             }
             let place = plan.place(index);
@@ -170,8 +169,7 @@ pub fn transitions(points: &[SweepPoint]) -> Vec<Transition> {
 
 /// Description of a doubling, or of its reverse, between two points of the same regime.
 fn doubling(below: &SweepPoint, above: &SweepPoint) -> Option<String> {
-    let [below, above] = [below, above].map(|point| point.outcome.as_ref().ok());
-    let (below, above) = (below?, above?);
+    let (below, above) = (below.found()?, above.found()?);
     if below.regime != above.regime || below.doubling == above.doubling {
         return None;
     }

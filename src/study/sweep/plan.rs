@@ -14,8 +14,8 @@ use crate::study::subject::scene_at;
 pub struct Axis {
     /// Path of the key in the scene file, or name of the parameter of a caller's systems.
     pub path: String,
-    /// In the unit of the scene file, ascending.
-    values: Vec<f64>,
+    /// The values in the unit of the scene file, ascending.
+    pub values: Vec<f64>,
 }
 
 impl Axis {
@@ -37,11 +37,6 @@ impl Axis {
     /// If no scene has such a number.
     pub fn parameter(&self) -> Result<Parameter, SceneError> {
         Parameter::named(&self.path)
-    }
-
-    /// The values in the unit of the scene file, ascending.
-    pub fn values(&self) -> &[f64] {
-        &self.values
     }
 
     /// Unit of the values; empty for a number without one.

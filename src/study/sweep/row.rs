@@ -1,6 +1,7 @@
 //! A sweep point as a row of a table and as an object in JSON.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
 
@@ -197,17 +198,18 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
         table::measured_in(&Arc::new(field), axis.unit())
     });
     fields.splice(2..2, parameters);
-    let identity = table::note(IDENTITY, &plan.identity());
+    let identity = HashMap::from([(IDENTITY.to_owned(), plan.identity())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, identity)))
 }
 
-/// Points as a record batch.
-pub(super) fn batch(plan: &SweepPlan, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
+/// Points as a record batch with the columns of a plan.
+pub(super) fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
     let rows = points.iter().map(|point| Row::new((*point).clone()));
-    let schema = schema(plan)?;
     let batch = serde_arrow::to_record_batch(schema.fields(), &rows.collect::<Vec<_>>());
     let batch = batch.map_err(io::Error::other)?;
-    batch.with_schema(schema).map_err(io::Error::other)
+    batch
+        .with_schema(Arc::clone(schema))
+        .map_err(io::Error::other)
 }
 
 /// The points of a record batch of a plan, or the reason why it has none.

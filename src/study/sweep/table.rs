@@ -11,6 +11,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use arrow_ipc::writer::StreamWriter;
+use arrow_schema::SchemaRef;
 use serde_json::Value;
 
 use super::plan::PlanRecord;
@@ -62,7 +63,7 @@ impl TableError {
 /// Writer of a table that grows: an Arrow stream, point by point.
 pub struct TableWriter {
     path: PathBuf,
-    plan: SweepPlan,
+    schema: SchemaRef,
     stream: StreamWriter<File>,
 }
 
@@ -92,7 +93,7 @@ impl TableWriter {
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
                 stream
-                    .write(&batch(plan, &[point])?)
+                    .write(&batch(&schema, &[point])?)
                     .map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
@@ -103,7 +104,7 @@ impl TableWriter {
         let stream = kept.ok_or_else(|| failed(io::Error::other("no file was made")))?;
         Ok(Self {
             path: path.to_owned(),
-            plan: plan.clone(),
+            schema,
             stream,
         })
     }
@@ -113,7 +114,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.plan, &[point]).and_then(|batch| {
+        let written = batch(&self.schema, &[point]).and_then(|batch| {
             self.stream.write(&batch).map_err(table::unwrapped)?;
             self.stream.flush().map_err(table::unwrapped)
         });
@@ -134,9 +135,10 @@ pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Resu
     let mut points: Vec<&SweepPoint> = points.iter().collect();
     points.sort_by_key(|point| point.place.index);
     let write = || {
-        let batches = points.chunks(BATCH).map(|points| batch(plan, points));
+        let schema = schema(plan)?;
+        let batches = points.chunks(BATCH).map(|points| batch(&schema, points));
         let batches = batches.collect::<io::Result<Vec<_>>>()?;
-        table::write(path, &schema(plan)?, &batches).map_err(|error| error.source)
+        table::write(path, &schema, &batches).map_err(|error| error.source)
     };
     write().map_err(|source| TableError::Write(path.to_owned(), source))
 }
