@@ -118,9 +118,8 @@
 //!         ..ResponsePlan::default()
 //!     },
 //! };
-//! let mut points = Vec::new();
-//! sweep(&plan, Shard::WHOLE, &[], 1, &mut |_, _| Ok(()), |point| {
-//!     points.push(point);
+//! let points = sweep(&plan, Shard::WHOLE, Vec::new(), 1, &mut |_, _| Ok(()), |point| {
+//!     println!("computed: {:?}", point.place.values);
 //!     Ok::<_, StudyError>(())
 //! })?;
 //! for point in &points {

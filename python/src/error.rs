@@ -8,7 +8,6 @@ use pyo3::prelude::*;
 use squeakscope::analysis::AnalysisError;
 use squeakscope::chain_of_causes;
 use squeakscope::scene::SceneError;
-use squeakscope::study::StudyError;
 use squeakscope::study::signal::SignalError;
 
 use crate::recording::FileError;
@@ -26,7 +25,6 @@ pub fn raise(error: &(dyn Error + 'static)) -> PyErr {
             || cause.is::<AnalysisError>()
             || cause.is::<SignalError>()
             || cause.is::<FileError>()
-            || matches!(cause.downcast_ref(), Some(StudyError::StartOutside { .. }))
     };
     let text = chain_of_causes(error);
     if causes().any(is_input) {

@@ -35,16 +35,14 @@ pub enum Studied {
     Systems(Py<PyAny>),
 }
 
-/// Systems that a function of the caller returns for values of parameters.
+/// Systems that a function of the caller returns for values of parameters, its keyword arguments.
 pub struct OwnSystems {
     function: Py<PyAny>,
-    /// Names of the parameters: keyword arguments of the function.
-    pub names: Vec<String>,
     calls: Arc<Calls>,
 }
 
 impl OwnSystems {
-    pub fn new(py: Python<'_>, function: Py<PyAny>, names: Vec<String>) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, function: Py<PyAny>) -> PyResult<Self> {
         if !function.bind(py).is_callable() {
             return Err(input(
                 "scene: give a scene, its name, or a function of the parameters that returns a squeakscope.System",
@@ -52,7 +50,6 @@ impl OwnSystems {
         }
         Ok(Self {
             function,
-            names,
             calls: Arc::default(),
         })
     }
@@ -74,9 +71,9 @@ impl OwnSystems {
         self.calls.take_fault().map_or(done, Err)
     }
 
-    fn built(&self, py: Python<'_>, values: &[f64]) -> PyResult<Trial> {
+    fn built(&self, py: Python<'_>, names: &[String], values: &[f64]) -> PyResult<Trial> {
         let arguments = PyDict::new(py);
-        for (name, value) in self.names.iter().zip(values) {
+        for (name, value) in names.iter().zip(values) {
             if name == SEED {
                 arguments.set_item(name, *value as u64)?;
             } else {
@@ -123,8 +120,8 @@ fn size(state: &[f64]) -> f64 {
 }
 
 impl Subject for OwnSystems {
-    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
-        Python::attach(|py| self.built(py, values)).map_err(|error| {
+    fn trial(&self, names: &[String], values: &[f64]) -> Result<Trial, PipelineError> {
+        Python::attach(|py| self.built(py, names, values)).map_err(|error| {
             self.calls.fail(error);
             // The study ends with the exception.
             PipelineError::Dynamics(DynamicsError::MissingCapability {

@@ -147,7 +147,7 @@ pub fn branch<'py>(
     let scene = match scene {
         Studied::Scene(scene) => scene.load(None)?,
         Studied::Systems(function) => {
-            let systems = Arc::new(OwnSystems::new(py, function, vec![parameter.to_owned()])?);
+            let systems = Arc::new(OwnSystems::new(py, function)?);
             let plan = BranchPlan {
                 subject: Arc::clone(&systems) as Arc<dyn Subject>,
                 parameter: parameter.to_owned(),
@@ -160,7 +160,7 @@ pub fn branch<'py>(
                 plan.follow(starts, &mut |share, _| watch.report(share), &mut |_| ())
             })?;
             return Fields::of(py, &found)?
-                .unitless(&systems.names)?
+                .unitless(&[plan.parameter])?
                 .finish::<Branch>();
         }
     };

@@ -4,18 +4,16 @@ use std::num::NonZero;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use squeakscope::plot::{Figure, basins_figure, sweep_figures};
-use squeakscope::scene::Scene;
+use squeakscope::plot::{basins_figure, sweep_figures};
 use squeakscope::study::basins::Basins;
 use squeakscope::study::response::ResponsePlan;
 use squeakscope::study::sweep::{
-    Axis, Grid, Shard, Start, SweepPlan, SweepPoint, SweepResult, sweep as sweep_scene,
-    sweep_subject,
+    Axis, Shard, Start, SweepPlan, SweepPoint, SweepResult, sweep as compute,
 };
-use squeakscope::study::{StudyError, threads};
+use squeakscope::study::{StudyError, Subject, threads};
 
 use crate::array::{check_names, choice, optional, options, positive, vector, whole};
-use crate::call::long_call;
+use crate::call::{Watch, long_call};
 use crate::error::{input, raise};
 use crate::own::{OwnSystems, SEED, Studied};
 use crate::result::Fields;
@@ -51,78 +49,43 @@ impl Options {
     }
 }
 
-/// The points of a sweep in ascending order of index.
-fn collected(
-    sweep: impl FnOnce(&mut dyn FnMut(SweepPoint) -> Result<(), StudyError>) -> Result<(), StudyError>,
-) -> Result<Vec<SweepPoint>, StudyError> {
-    let mut points = Vec::new();
-    sweep(&mut |point| {
-        points.push(point);
-        Ok(())
-    })?;
-    points.sort_by_key(|point: &SweepPoint| point.place.index);
-    Ok(points)
-}
-
-/// What is swept over one or two parameters.
-struct Swept {
-    names: Vec<String>,
-    labels: Vec<String>,
-    /// Values of each parameter, ascending.
-    values: Vec<Vec<f64>>,
-    of: Of,
-}
-
-enum Of {
-    Scene(Box<Scene>, Vec<Axis>),
-    Systems(OwnSystems),
+/// A sweep of a scene, or of a caller's systems.
+enum Swept {
+    Scene(Box<SweepPlan>),
+    Systems(SweepPlan<OwnSystems>),
 }
 
 impl Swept {
-    fn new(py: Python<'_>, studied: Studied, given: Vec<(String, Vec<f64>)>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        studied: Studied,
+        given: Vec<(String, Vec<f64>)>,
+        starts: Vec<Start>,
+        options: &Options,
+    ) -> PyResult<Self> {
+        let given = given.into_iter();
         match studied {
             Studied::Scene(scene) => {
                 let scene = scene.load(None)?;
-                let axes = given.into_iter().map(|(key, values)| {
+                let axes = given.map(|(key, values)| {
                     let parameter = scene.parameter(&key).map_err(|error| raise(&error))?;
                     Ok(Axis::new(parameter, values))
                 });
-                let axes = axes.collect::<PyResult<Vec<_>>>()?;
-                Ok(Self {
-                    names: axes
-                        .iter()
-                        .map(|axis| axis.parameter().path().to_owned())
-                        .collect(),
-                    labels: axes.iter().map(Axis::label).collect(),
-                    values: axes.iter().map(|axis| axis.values().to_vec()).collect(),
-                    of: Of::Scene(Box::new(scene), axes),
-                })
+                Ok(Self::Scene(Box::new(SweepPlan {
+                    axes: axes.collect::<PyResult<_>>()?,
+                    scene,
+                    starts,
+                    response: options.response(false)?,
+                })))
             }
-            Studied::Systems(function) => {
-                let (names, mut values): (Vec<_>, Vec<_>) = given.into_iter().unzip();
-                for values in &mut values {
-                    values.sort_by(f64::total_cmp);
-                    values.dedup();
-                }
-                Ok(Self {
-                    labels: names.clone(),
-                    of: Of::Systems(OwnSystems::new(py, function, names.clone())?),
-                    names,
-                    values,
-                })
-            }
-        }
-    }
-
-    fn is_own(&self) -> bool {
-        matches!(self.of, Of::Systems(_))
-    }
-
-    fn grid<'a>(&'a self, starts: &'a [Start]) -> Grid<'a> {
-        Grid {
-            names: self.names.as_slice().into(),
-            axes: self.values.iter().map(Vec::as_slice).collect(),
-            starts,
+            Studied::Systems(function) => Ok(Self::Systems(SweepPlan {
+                scene: OwnSystems::new(py, function)?,
+                axes: given
+                    .map(|(name, values)| Axis::new(name, values))
+                    .collect(),
+                starts,
+                response: options.response(true)?,
+            })),
         }
     }
 
@@ -130,50 +93,31 @@ impl Swept {
     fn points(
         &self,
         py: Python<'_>,
-        (starts, shard): (&[Start], Shard),
+        shard: Shard,
         options: &Options,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<SweepPoint>> {
         let number = optional("threads", options.threads, 1)?.and_then(NonZero::new);
-        let response = options.response(self.is_own())?;
-        match &self.of {
-            Of::Scene(scene, axes) => {
-                let plan = SweepPlan {
-                    scene: (**scene).clone(),
-                    axes: axes.clone(),
-                    starts: starts.to_vec(),
-                    response,
-                };
-                long_call(py, progress, |watch| {
-                    let threads = threads(number);
-                    let mut report = |share, _: &str| watch.report(share);
-                    collected(|add| sweep_scene(&plan, shard, &[], threads, &mut report, add))
-                })
-            }
-            Of::Systems(systems) => {
-                let (grid, number) = (self.grid(starts), number.map_or(1, NonZero::get));
-                systems.call(py, progress, |watch| {
-                    let work = (shard, &[][..], number);
-                    let mut report = |share, _: &str| watch.report(share);
-                    collected(|add| {
-                        sweep_subject(systems, &grid, &response, work, &mut report, add)
-                    })
-                })
-            }
+        match self {
+            Self::Scene(plan) => long_call(py, progress, |watch| {
+                computed(plan, shard, threads(number), watch)
+            }),
+            Self::Systems(plan) => plan.scene.call(py, progress, |watch| {
+                computed(plan, shard, number.map_or(1, NonZero::get), watch)
+            }),
         }
     }
+}
 
-    /// A result, with its figures. Those of own systems have no units, and no figures.
-    fn answer<'py>(
-        self,
-        fields: Fields<'py>,
-        figures: impl Fn(&Scene, &[Axis]) -> Vec<Figure> + Send + Sync + 'static,
-    ) -> PyResult<Fields<'py>> {
-        match self.of {
-            Of::Systems(_) => fields.unitless(&self.names),
-            Of::Scene(scene, axes) => fields.drawn(move || figures(&scene, &axes)),
-        }
-    }
+/// The points of a shard, computed on a number of threads.
+fn computed<S: Subject>(
+    plan: &SweepPlan<S>,
+    shard: Shard,
+    threads: usize,
+    watch: &Watch,
+) -> Result<Vec<SweepPoint>, StudyError> {
+    let mut report = |share, _: &str| watch.report(share);
+    compute(plan, shard, Vec::new(), threads, &mut report, |_| Ok(()))
 }
 
 /// Compute the settled response over one or two parameters.
@@ -227,8 +171,8 @@ pub fn sweep<'py>(
         let name = format!("values of {key}");
         Ok((key, vector(&name, &values)?.as_slice()?.to_vec()))
     });
-    let swept = Swept::new(py, scene, given.collect::<PyResult<_>>()?)?;
-    if !(1..=2).contains(&swept.names.len()) {
+    let given = given.collect::<PyResult<Vec<_>>>()?;
+    if !(1..=2).contains(&given.len()) {
         return Err(input("values: give one or two keys"));
     }
     let known = Start::ALL.map(|start| (start.to_string(), start));
@@ -243,8 +187,7 @@ pub fn sweep<'py>(
             chosen.push(start);
         }
     }
-    let grid = swept.grid(&chosen);
-    if grid.is_empty() {
+    if chosen.is_empty() || given.iter().any(|(_, values)| values.is_empty()) {
         return Err(input("values, starts: there is no point to compute"));
     }
     let (number, of) = shard.unwrap_or((1, 1));
@@ -256,19 +199,20 @@ pub fn sweep<'py>(
     let shard = Shard { number, of };
     check_names(options, &[Options::NAMES])?;
     let options = Options::of(options)?;
-    let found = swept.points(py, (&chosen, shard), &options, progress.as_ref())?;
-    let all = SweepResult::of(swept.labels.clone(), &grid, found, shard);
-    let fields = Fields::of(py, &all)?;
-    let figures = move |scene: &Scene, axes: &[Axis]| {
-        let plan = SweepPlan {
-            scene: scene.clone(),
-            axes: axes.to_vec(),
-            starts: chosen.clone(),
-            response: ResponsePlan::default(),
-        };
-        sweep_figures(&plan, &all.points)
+    let swept = Swept::new(py, scene, given, chosen, &options)?;
+    let points = swept.points(py, shard, &options, progress.as_ref())?;
+    // Those of own systems have no units, and no figures.
+    let fields = match swept {
+        Swept::Systems(plan) => {
+            let all = SweepResult::new(&plan, points, shard);
+            Fields::of(py, &all)?.unitless(&plan.names())
+        }
+        Swept::Scene(plan) => {
+            let all = SweepResult::new(&plan, points, shard);
+            Fields::of(py, &all)?.drawn(move || sweep_figures(&plan, &all.points))
+        }
     };
-    swept.answer(fields, figures)?.finish::<SweepResult>()
+    fields?.finish::<SweepResult>()
 }
 
 /// Find coexisting attractors, and the share of random kicks that reach each.
@@ -306,18 +250,23 @@ pub fn basins<'py>(
         Studied::Scene(_) => "start.seed",
         Studied::Systems(_) => SEED,
     };
-    let swept = Swept::new(py, scene, vec![(key.to_owned(), seeds)])?;
     check_names(options, &[Options::NAMES])?;
     let options = Options::of(options)?;
-    let starts = (&[Start::Fresh][..], Shard::WHOLE);
-    let points = swept.points(py, starts, &options, progress.as_ref())?;
-    let mut found = Basins::of(kicks, &points);
-    if let Of::Scene(scene, _) = &swept.of {
-        found.tilt = scene.joint().ok().map(|joint| joint.tilt.at(0.0));
-    }
-    let fields = Fields::of(py, &found)?;
-    let figures = move |scene: &Scene, _: &[Axis]| {
-        vec![basins_figure(&scene.name, &points, &found.attractors)]
+    let given = vec![(key.to_owned(), seeds)];
+    let swept = Swept::new(py, scene, given, vec![Start::Fresh], &options)?;
+    let points = swept.points(py, Shard::WHOLE, &options, progress.as_ref())?;
+    let fields = match swept {
+        Swept::Systems(plan) => {
+            Fields::of(py, &Basins::new(None, kicks, &points))?.unitless(&plan.names())
+        }
+        Swept::Scene(plan) => {
+            let tilt = plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0));
+            let found = Basins::new(tilt, kicks, &points);
+            Fields::of(py, &found)?.drawn(move || {
+                let attractors = &found.attractors;
+                vec![basins_figure(&plan.scene.name, &points, attractors)]
+            })
+        }
     };
-    swept.answer(fields, figures)?.finish::<Basins>()
+    fields?.finish::<Basins>()
 }

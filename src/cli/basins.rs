@@ -8,7 +8,7 @@ use super::harness::Watch;
 use super::output::Kind;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    check_transient, compute_points, outputs, response_plan, write_points, write_recording,
+    check_transient, compute_points, outputs, response_plan, tables, write_points, write_recording,
 };
 use crate::plot::basins_figure;
 use crate::scene::Parameter;
@@ -29,9 +29,9 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let mut points = compute_points(&plan, &args.work, &files, &watch)?;
-    points.sort_by_key(|point| point.place.index);
-    let basins = Basins::new(&plan, &points);
+    let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
+    let tilt = plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0));
+    let basins = Basins::new(tilt, plan.size(), &points);
     files.finish(watch, Some(&plan.scene.name), &basins, |files| {
         write_points(&plan, &points, files, !basins.interrupted)?;
         let title = title(&plan.scene.name, basins.tilt);

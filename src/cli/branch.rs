@@ -146,8 +146,7 @@ fn branch(
         )));
     }
     if let Some(start) = args.start {
-        plan.check_start(start)
-            .map_err(|error| CliError::Input(error.to_string()))?;
+        plan.check_start(start)?;
     }
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--out", Kind::TABLE, args.out.as_ref())
@@ -225,7 +224,7 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
     let plan = SweepPlan::from_identity(&table.identity)
         .map_err(|reason| TableError::invalid(path, reason))?;
     match &plan.axes[..] {
-        [axis] if axis.parameter() == parameter => Ok(table.points),
+        [axis] if axis.path == parameter.path() => Ok(table.points),
         _ => Err(CliError::Input(format!(
             "`{}` (--sweep) is not a sweep over `{}` alone; give the table of one",
             path.display(),

@@ -15,7 +15,7 @@ use super::output::{Kind, Overwrite, check_file};
 use super::paper_figures::{self, FIGURES};
 use super::resources;
 use super::study_args::{PaperArgs, WorkArgs};
-use super::sweep::{compute_missing, record};
+use super::sweep::{compute_points, record};
 use crate::export::replace_file;
 use crate::joint::BallJoint;
 use crate::plot::Format;
@@ -141,11 +141,10 @@ fn simulated(
     };
     let [table, growing] = names.map(|name| args.out.join(name));
     let paths = [table.clone(), growing.clone()];
-    let mut points = compute_missing(plan, &work, paths, watch)?;
-    if points.len() < plan.grid().len() {
+    let points = compute_points(plan, &work, paths, watch)?;
+    if points.len() < plan.size() {
         return Err(CliError::Interrupted);
     }
-    points.sort_by_key(|point| point.place.index);
     write_table(&table, plan, &points)?;
     // A table that was complete had none.
     let _ = std::fs::remove_file(growing);

@@ -24,6 +24,10 @@ pub(super) fn figures(
     only: Option<u8>,
 ) -> Result<Vec<Figure>, Cause> {
     let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
+    let [first, last] = RECURRENCE_TILTS_DEG;
+    // Multiples of 0.2 degrees; the sweep also has 3.5 degrees.
+    let mut succession = evidence.between(first, last);
+    succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
     let numbers = (1..=FIGURES).filter(|n| only.is_none_or(|only| only == *n));
     let mut figures = Vec::new();
     for number in numbers {
@@ -31,13 +35,29 @@ pub(super) fn figures(
             .checked_sub(4)
             .and_then(|k| FIGURE_TILTS_DEG.get(usize::from(k)));
         let motion = tilt.and_then(|tilt| Some((*tilt, evidence.at(*tilt)?)));
-        let figure = match (number, motion) {
-            (4..=7, Some((tilt, response))) => {
+        let figure = match (number, &ball.spec().friction, motion) {
+            (1, ..) => {
+                let tilt = FIGURE_TILTS_DEG[2].to_radians();
+                Some(configuration(&ball, &ball.model(tilt)?, tilt)?)
+            }
+            (2, ..) => Some(mode_shapes(&ball)?),
+            (3, Friction::Stribeck { law, .. }, _) if law.mu_s != law.mu_d => {
+                let velocity = ball.sliding_velocity(FIGURE_TILTS_DEG[2].to_radians());
+                let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+                Some(friction_curves(law, sliding))
+            }
+            (4..=7, _, Some((tilt, response))) => {
                 let modes = ball.model(tilt.to_radians())?.explained_modes()?;
                 Some(self::motion(number.into(), tilt, response, &modes))
             }
-            (1..=3, _) => joint_figure(number, &ball)?,
-            _ => sweep_figure(number, plan, points, evidence),
+            (8, ..) => {
+                let chosen = evidence.embedding.as_ref();
+                chosen.map(|(choice, dt)| embedding(EMBEDDING_TILT_DEG, choice, *dt))
+            }
+            (9, ..) => Some(recurrence_plots(&succession)),
+            (10, ..) => Some(sections(&succession)),
+            (11, ..) => Some(bifurcation(plan, points)),
+            _ => None,
         };
         figures.extend(figure.map(|figure| Figure {
             caption: caption(number, motion, findings),
@@ -45,42 +65,4 @@ pub(super) fn figures(
         }));
     }
     Ok(figures)
-}
-
-/// Fig. 1 to 3, which need no simulation.
-fn joint_figure(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
-    let tilt = FIGURE_TILTS_DEG[2].to_radians();
-    Ok(match (number, &ball.spec().friction) {
-        (1, _) => Some(configuration(ball, &ball.model(tilt)?, tilt)?),
-        (2, _) => Some(mode_shapes(ball)?),
-        (_, Friction::Stribeck { law, .. }) if law.mu_s != law.mu_d => {
-            let velocity = ball.sliding_velocity(tilt);
-            let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-            Some(friction_curves(law, sliding))
-        }
-        _ => None,
-    })
-}
-
-/// Fig. 8 to 11.
-fn sweep_figure(
-    number: u8,
-    plan: &SweepPlan,
-    points: &[SweepPoint],
-    evidence: &Evidence,
-) -> Option<Figure> {
-    let [first, last] = RECURRENCE_TILTS_DEG;
-    // Multiples of 0.2 degrees; the sweep also has 3.5 degrees.
-    let mut succession = evidence.between(first, last);
-    succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
-    match number {
-        8 => evidence
-            .embedding
-            .as_ref()
-            .map(|(choice, dt)| embedding(EMBEDDING_TILT_DEG, choice, *dt)),
-        9 => Some(recurrence_plots(&succession)),
-        10 => Some(sections(&succession)),
-        11 => Some(bifurcation(plan, points)),
-        _ => None,
-    }
 }

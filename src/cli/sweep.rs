@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::console;
@@ -23,7 +23,7 @@ use crate::study::sweep::{
     Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
     read_table, sweep, write_table,
 };
-use crate::study::{StudyError, threads};
+use crate::study::threads;
 
 /// The table while it grows: an Arrow stream, which is removed when the table is complete.
 const GROWING: &str = "--out, while it grows";
@@ -37,7 +37,7 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
     console::print_study_warnings(&plan.scene);
-    console::print_fixed(&plan.scene, plan.axes.iter().map(Axis::parameter));
+    console::print_fixed(&plan.scene, plan.axes.iter().flat_map(Axis::parameter));
     let outputs = outputs(
         args.scene.input(),
         &args.outputs,
@@ -46,7 +46,7 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     );
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
-    let points = compute_points(&plan, &args.work, &files, &watch)?;
+    let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     let result = result(SweepResult::new(&plan, points, shard), &plan, &watch);
     files.finish(watch, Some(&plan.scene.name), &result, |files| {
@@ -72,23 +72,17 @@ pub(super) fn outputs<'a>(
         .figures(&args.figures, STUDY, stems)
 }
 
+/// The paths of the table of a study over parameters, complete and growing.
+pub(super) fn tables(files: &Files<'_>) -> [PathBuf; 2] {
+    ["--out", GROWING].map(|option| files.path(option).expect("is always written"))
+}
+
 /// Computes the points that the table lacks and adds them to it. Returns all known points; some are missing after an
 /// interrupt.
 pub(super) fn compute_points(
     plan: &SweepPlan,
     work: &WorkArgs,
-    files: &Files<'_>,
-    watch: &Watch<'_>,
-) -> Result<Vec<SweepPoint>, CliError> {
-    let paths = ["--out", GROWING].map(|option| files.path(option).expect("is always written"));
-    compute_missing(plan, work, paths, watch)
-}
-
-/// As [`compute_points`], with the paths of the table, complete and growing.
-pub(super) fn compute_missing(
-    plan: &SweepPlan,
-    work: &WorkArgs,
-    [table, growing]: [std::path::PathBuf; 2],
+    [table, growing]: [PathBuf; 2],
     watch: &Watch<'_>,
 ) -> Result<Vec<SweepPoint>, CliError> {
     let known = if work.resume {
@@ -99,19 +93,13 @@ pub(super) fn compute_missing(
     resources::start_thread_pool()?;
     super::interrupt::start_work();
     let mut table = TableWriter::new(&growing, plan, &known)?;
-    let mut points = known.clone();
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
     let mut progress = |share: f64, task: &str| watch.update(share, task);
-    let ended = sweep(plan, shard, &known, threads, &mut progress, |point| {
-        table.add(&point)?;
-        points.push(point);
-        Ok(())
+    let points = sweep(plan, shard, known, threads, &mut progress, |point| {
+        table.add(point)
     });
-    match ended {
-        Ok(()) | Err(TableError::Study(StudyError::Stopped(_))) => Ok(points),
-        Err(error) => Err(error.into()),
-    }
+    Ok(points?)
 }
 
 /// Runs `squeakscope merge`.
@@ -172,8 +160,7 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
         ([first, second, ..], Some(_)) => Err(CliError::Input(format!(
             "--save records a sweep over one parameter, which becomes the timeline; sweep over `{}` or `{}` alone, or \
              omit --save",
-            first.parameter().path(),
-            second.parameter().path()
+            first.path, second.path
         ))),
         _ => Ok(()),
     }
@@ -293,12 +280,12 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     };
     // Refuse invalid values before the sweep starts.
     for axis in &plan.axes {
-        for value in axis.values() {
-            plan.scene.with_values(&[(axis.parameter(), *value)])?;
+        for value in &axis.values {
+            plan.scene.with_values(&[(axis.parameter()?, *value)])?;
         }
     }
-    for index in [0, plan.grid().len() - 1] {
-        plan.scene_at(&plan.grid().place(index))?;
+    for index in [0, plan.size() - 1] {
+        plan.scene_at(&plan.place(index))?;
     }
     check_transient(&args.response)?;
     Ok(plan)

@@ -13,7 +13,7 @@ const MOST: usize = 4;
 /// Bars with the share of each attractor, and phase portraits of the most frequent. `title` names the scene.
 pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor]) -> Figure {
     let shown = &attractors[..attractors.len().min(MOST)];
-    let count = |some: &[Attractor]| some.iter().map(|a| a.members.len()).sum::<usize>();
+    let count = |some: &[Attractor]| some.iter().map(|a| a.seeds.len()).sum::<usize>();
     let share = |count: usize| 100.0 * count as f64 / points.len() as f64;
     let others = [
         (count(&attractors[shown.len()..]), "other attractors"),
@@ -59,8 +59,8 @@ fn name(attractor: &Attractor) -> String {
 }
 
 fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
-    let member = attractor.members.first().and_then(|&k| points.get(k));
-    let response = member.and_then(SweepPoint::found);
+    let is_first = |point: &&SweepPoint| point.place.values[0] as u64 == attractor.seeds[0];
+    let response = points.iter().find(is_first).and_then(SweepPoint::found);
     let portrait = response.and_then(|response| response.portrait.as_ref());
     let trail = portrait.map_or_else(Vec::new, response::samples);
     let color = Color::Regime(attractor.regime);

@@ -45,13 +45,9 @@ fn swept(
             ..ResponsePlan::default()
         },
     };
-    let mut points = Vec::new();
+    let (known, ignore) = (Vec::new(), |_: &SweepPoint| Ok::<_, StudyError>(()));
     let mut progress = |_: f64, _: &str| Ok(());
-    sweep(&plan, Shard::WHOLE, &[], 2, &mut progress, |point| {
-        points.push(point);
-        Ok::<_, StudyError>(())
-    })
-    .unwrap();
+    let points = sweep(&plan, Shard::WHOLE, known, 2, &mut progress, ignore).unwrap();
     (plan, points)
 }
 

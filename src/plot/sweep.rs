@@ -43,9 +43,7 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
         let shared = ParameterPanels::new(plan, points, &plan.starts);
         let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
-        if shared.has_exponents() {
-            rows.push(vec![shared.exponents(EXPONENTS)]);
-        }
+        rows.extend(shared.exponents(EXPONENTS).map(|panel| vec![panel]));
         let starts: Vec<String> = plan.starts.iter().map(Start::to_string).collect();
         let starts = match plan.starts[..] {
             [start] => start_label(start).to_owned(),
@@ -56,16 +54,15 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         return vec![Figure::new("bifurcation", title, height, rows)];
     }
     let starts = plan.starts.iter();
-    starts
-        .map(|&start| map(plan, start, &found(points, start).collect::<Vec<_>>()))
-        .collect()
+    starts.map(|start| map(plan, *start, points)).collect()
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let shared = ParameterPanels::new(plan, points, &plan.starts);
-    let panels = [shared.exponents(EXPONENTS), shared.maxima(), shared.lines()];
-    let rows = panels.into_iter().zip(["a", "b", "c"]);
+    let exponents = shared.exponents(EXPONENTS).into_iter();
+    let panels = exponents.chain([shared.maxima(), shared.lines()]);
+    let rows = panels.zip(["a", "b", "c"]);
     let rows = rows.map(|(panel, letter)| {
         let title = format!("{letter}: {}", panel.title);
         vec![Panel { title, ..panel }]
@@ -83,8 +80,7 @@ pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
 
 /// The exponents of one start, on axes that are the same for all starts; `None` without any. Recordings use it.
 pub fn exponents(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Option<Panel> {
-    let panels = ParameterPanels::new(plan, points, &[start]);
-    panels.has_exponents().then(|| panels.exponents(usize::MAX))
+    ParameterPanels::new(plan, points, &[start]).exponents(usize::MAX)
 }
 
 /// Name of the way in which points are started.
@@ -104,13 +100,12 @@ fn found(
     let of_start = points
         .iter()
         .filter(move |point| point.place.start == start);
-    of_start.filter_map(|point| Some((&point.place.values[..], point.outcome.as_ref().ok()?)))
+    of_start.filter_map(|point| Some((&point.place.values[..], point.found()?)))
 }
 
 /// The axis of a parameter.
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
-    let parameter = axis.parameter();
-    Axis::cells(readable(parameter.path(), parameter.unit()), axis.values())
+    Axis::cells(readable(&axis.path, axis.unit()), &axis.values)
 }
 
 impl<'a> ParameterPanels<'a> {
@@ -118,7 +113,7 @@ impl<'a> ParameterPanels<'a> {
     fn new(plan: &SweepPlan, points: &'a [SweepPoint], starts: &[Start]) -> Self {
         let axis = parameter_axis(&plan.axes[0]);
         let [low, high] = axis.range;
-        let step = (high - low) / plan.axes[0].values().len().max(1) as f64;
+        let step = (high - low) / plan.axes[0].values.len().max(1) as f64;
         let apart = OFFSET * step / starts.len() as f64;
         let middle = 0.5 * (starts.len() as f64 - 1.0);
         let found = plan.starts.iter().flat_map(|&start| {
@@ -211,13 +206,8 @@ impl<'a> ParameterPanels<'a> {
         Panel::new(title, self.axis.clone(), y, layers)
     }
 
-    fn has_exponents(&self) -> bool {
-        let mut found = self.found.iter();
-        found.any(|(.., response)| response.exponents.is_some())
-    }
-
-    /// The largest exponents, at most `most`, with their intervals.
-    fn exponents(&self, most: usize) -> Panel {
+    /// The largest exponents, at most `most`, with their intervals; `None` without any.
+    fn exponents(&self, most: usize) -> Option<Panel> {
         let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
             response.exponents.as_ref()?.exponents.get(k).copied()
         };
@@ -225,6 +215,7 @@ impl<'a> ParameterPanels<'a> {
             let found = self.found.iter();
             found.filter_map(move |(start, x, response)| Some((*start, *x, kth(response, k)?)))
         };
+        all(0).next()?;
         let mut layers = vec![Layer::horizontal_line(0.0)];
         let numbers = || (0..most).take_while(|k| all(*k).next().is_some());
         let entry = |k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(k));
@@ -245,7 +236,7 @@ impl<'a> ParameterPanels<'a> {
         let shown = numbers().flat_map(all).map(|(.., exponent)| exponent);
         let y = Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0]));
         let title = "largest Lyapunov exponents with 95 % intervals";
-        Panel::new(title, self.axis.clone(), y, layers)
+        Some(Panel::new(title, self.axis.clone(), y, layers))
     }
 
     /// The frequencies of the spectral lines; stronger lines have larger points.
@@ -300,28 +291,25 @@ fn maxima_or_zero(response: &SettledResponse) -> impl Iterator<Item = f64> + '_ 
 
 /// Whether the maxima take only a few distinct values.
 fn has_few(maxima: &[f64]) -> bool {
-    const FEW: usize = 6;
     let [low, high] = range(maxima.iter().copied());
     let size = high.abs().max(low.abs());
     let mut sorted = maxima.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let gaps = || sorted.windows(2).map(|pair| pair[1] - pair[0]);
-    let spread: f64 = gaps().map(|gap| gap.min(0.01 * size)).sum();
-    gaps().filter(|gap| *gap > 0.01 * size).count() < FEW && spread < 0.05 * size
+    let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+    gaps.map(|gap| gap.min(0.01 * size)).sum::<f64>() < 0.05 * size
 }
 
 /// Maps of the regime and of the largest exponent over two parameters.
-fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> Figure {
+fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let axes = [&plan.axes[0], &plan.axes[1]];
-    let [columns, rows] = axes.map(|axis| axis.values().len());
+    let [columns, rows] = axes.map(|axis| axis.values.len());
     let [x, y] = axes.map(parameter_axis);
+    let points = points.iter().filter(|point| point.place.start == start);
+    let found = points.filter_map(|point| Some((&point.place, point.found()?)));
     let image = |palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
         let mut cells = vec![None; columns * rows];
-        for (values, response) in found {
-            let place = |k: usize| axes[k].values().iter().position(|v| *v == values[k]);
-            if let (Some(column), Some(row)) = (place(0), place(1)) {
-                cells[row * columns + column] = color(response);
-            }
+        for (place, response) in found.clone() {
+            cells[place.index % (columns * rows)] = color(response);
         }
         Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
     };
@@ -330,15 +318,11 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
     let colors: Vec<_> = colors
         .map(|regime| Color::Regime(*regime).on_light())
         .collect();
-    let regimes = image(&colors, &|response| {
-        let place = Regime::VARIANTS
-            .iter()
-            .position(|one| *one == response.regime);
-        Some(place? as u8)
-    });
-    let keys = regime_legend(|regime| found.iter().any(|(_, found)| found.regime == regime));
-    let unsettled = found.iter().filter(|(_, response)| !response.settled);
-    let unsettled = unsettled.map(|(values, _)| [values[0], values[1]]);
+    // The variants are in the order of their list.
+    let regimes = image(&colors, &|response| Some(response.regime as u8));
+    let keys = regime_legend(|regime| found.clone().any(|(_, found)| found.regime == regime));
+    let unsettled = found.clone().filter(|(_, response)| !response.settled);
+    let unsettled = unsettled.map(|(place, _)| [place.values[0], place.values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
     let crosses = Some(crosses).filter(Layer::has_points);
@@ -348,7 +332,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[(&[f64], &SettledResponse)]) -> 
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
     };
-    let values = || found.iter().filter_map(|(_, response)| largest(response));
+    let values = || found.clone().filter_map(|(_, response)| largest(response));
     let [_, most] = range(values().chain([1.0]));
     if values().next().is_some() {
         let image = image(&colormap()[..255], &|response| {

@@ -80,14 +80,14 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
 
 fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
     let point = |index| {
-        let place = plan.grid().place(index);
+        let place = plan.place(index);
         let outcome = match index % 17 {
             5 => Err("the solution diverged".to_owned()),
             _ => Ok(response(place.values[0], index)),
         };
         SweepPoint { place, outcome }
     };
-    (0..plan.grid().len()).map(point).collect()
+    (0..plan.size()).map(point).collect()
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn starts_are_offset_and_have_different_markers() {
     let plan = plan(false);
     let points = points(&plan);
     let shared = ParameterPanels::new(&plan, &points, &plan.starts);
-    let panel = shared.exponents(EXPONENTS);
+    let panel = shared.exponents(EXPONENTS).unwrap();
     // The legend lists the exponents first, then the starts.
     let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let legend: Vec<&str> = legend.map(|layer| &*layer.label).collect();

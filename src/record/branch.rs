@@ -7,13 +7,12 @@
 use std::path::Path;
 
 use super::{
-    blueprint,
     error::RecordError,
     file,
-    panel_view::PanelViews,
     paths::{self, Root},
     sdk::TimelineName,
-    stream::{Moment, RecordingStream, STATIC},
+    series::{self, Series},
+    stream::{Moment, RecordingStream},
     sweep::TimelineTicks,
     text,
 };
@@ -39,17 +38,31 @@ pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordErr
 /// Logs all branches.
 fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let courses = courses(study);
-    blueprint::send_branch(rec, study, &courses);
+    let Some(first) = courses.first() else {
+        return;
+    };
+    let diagram = diagram(study);
+    let series = courses.iter().map(|course| {
+        let titles = [&format!("Branch {}", course.number), "Orbit", ""].map(str::to_owned);
+        let diagrams = vec![("branch-diagram", diagram.clone())];
+        Series::new(Root::of_branch(course.number), titles, diagrams)
+    });
+    let mut series: Vec<Series> = series.collect();
+    let tabs = (&[][..], "branch");
+    let all: Vec<&Series> = series.iter().collect();
+    series::send(rec, &all, tabs, None, (&first.timeline, PLAYS));
     let scene = study.scene;
     let name = format!("{} over {}", scene.name, study.branch.parameter);
     text::send_properties(rec, &name, [&scene.name, &scene.text, study.command]);
     let about = words::about(study.branch) + &text::study_about(scene, study.command);
     rec.log_static(paths::ABOUT, &text::document(about));
-    for course in &courses {
-        course.draw(rec, study);
+    for (course, series) in courses.iter().zip(&mut series) {
+        course.draw(rec, study.branch, series);
     }
 }
 
+/// Orbits per second during playback.
+const PLAYS: f64 = 8.0;
 /// Number of ticks over the interval of the parameter, at least.
 const TICKS: f64 = 1e3;
 
@@ -67,12 +80,10 @@ pub struct BranchStudy<'a> {
 }
 
 /// A branch with the ticks of its orbits.
-pub(super) struct Course<'a> {
-    /// Number of the branch.
-    pub number: usize,
+struct Course<'a> {
+    number: usize,
     orbits: Vec<(&'a OrbitPoint, &'a [[f64; 2]])>,
-    /// Timeline and ticks.
-    pub timeline: TimelineTicks,
+    timeline: TimelineTicks,
 }
 
 /// The branches with their timelines.
@@ -115,30 +126,28 @@ fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
 
 impl Course<'_> {
     /// Draws the orbits of the branch.
-    pub fn draw(&self, rec: &RecordingStream, study: &BranchStudy<'_>) {
-        let root = Root::of_branch(self.number);
-        let mut views = PanelViews::new(root.clone());
-        let diagram = diagram(study);
-        views.of("branch-diagram").draw(rec, STATIC, &diagram);
+    fn draw(&self, rec: &RecordingStream, branch: &Branch, series: &mut Series) {
+        series.draw_diagrams(rec);
         let reach = self.reach();
         let Some(timeline) = rec.check(TimelineName::try_new(&self.timeline.name)) else {
             return;
         };
         for (&(point, trail), &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
-            let at = Moment::tick(timeline, tick);
-            let view = views.of("branch-diagram");
-            view.draw_cursor(rec, at, &diagram, point.at.value);
             let color = if point.orbit.stable {
                 Color::Series(0)
             } else {
                 Color::Accent
             };
-            let portrait = response::phase_portrait(trail, Some(reach), color);
-            views.of("portrait").draw(rec, at, &portrait);
-            let multipliers = multipliers_panel(study.branch, Some(point));
-            views.of("multipliers").draw(rec, at, &multipliers);
-            let document = text::document(words::orbit(study.branch, point));
-            rec.log(root.at(paths::POINT_TEXT), at, &document);
+            let panels = [
+                (
+                    "portrait",
+                    response::phase_portrait(trail, Some(reach), color),
+                ),
+                ("multipliers", multipliers_panel(branch, Some(point))),
+            ];
+            let at = Moment::tick(timeline, tick);
+            let text = words::orbit(branch, point);
+            series.draw_point(rec, (at, point.at.value), panels, text);
         }
     }
 
@@ -153,7 +162,7 @@ impl Course<'_> {
 }
 
 /// The branch diagram: the first panel of its figure.
-pub(super) fn diagram(study: &BranchStudy<'_>) -> Panel {
+fn diagram(study: &BranchStudy<'_>) -> Panel {
     let figure = branch_figure(&study.scene.name, study.branch);
     let mut panels = figure.rows.into_iter().flatten();
     panels.next().expect("the figure has panels")

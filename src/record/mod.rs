@@ -56,6 +56,7 @@ mod quantification;
 mod read;
 mod regime;
 mod samples;
+mod series;
 mod sink;
 mod small;
 mod spectrogram;

@@ -110,6 +110,12 @@ impl Parameter {
     }
 }
 
+impl From<Parameter> for String {
+    fn from(parameter: Parameter) -> Self {
+        parameter.path.to_owned()
+    }
+}
+
 /// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only of those that
 /// concern the scene.
 ///

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::lyapunov::title;
 use super::response::SettledResponse;
-use super::sweep::{SweepPlan, SweepPoint};
+use super::sweep::SweepPoint;
 use crate::analysis::regime::Regime;
 use crate::number::fixed;
 use crate::report::{Block, Report, Table};
@@ -38,10 +38,8 @@ pub struct Attractor {
     /// Mean displacement of the probe, m.
     #[serde(rename = "mean_m")]
     pub mean: f64,
-    /// Indices of the sweep points that reached this attractor; the first represents it.
-    #[serde(skip)]
-    pub members: Vec<usize>,
     /// Seeds of the kicks that led to this attractor.
+    // The motion of the first one represents it.
     pub seeds: Vec<u64>,
     /// Share of all kicks that led to this attractor, 0 to 1 (an estimate of its basin stability).
     pub share: f64,
@@ -70,20 +68,13 @@ pub struct Basins {
 }
 
 impl Basins {
-    /// Collects the attractors from the points so far of a sweep over the seed of the kick.
-    pub fn new(plan: &SweepPlan, points: &[SweepPoint]) -> Self {
-        Self {
-            tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
-            ..Self::of(plan.grid().len(), points)
-        }
-    }
-
-    /// Collects the attractors from the points so far of a sweep over `kicks` seeds.
-    pub fn of(kicks: usize, points: &[SweepPoint]) -> Self {
+    /// Collects the attractors from the points so far of a sweep over the seeds of `kicks` kicks, at a tilt (rad) of the
+    /// load.
+    pub fn new(tilt: Option<f64>, kicks: usize, points: &[SweepPoint]) -> Self {
         let attractors = attractors(points);
-        let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
+        let decided: usize = attractors.iter().map(|a| a.seeds.len()).sum();
         Self {
-            tilt: None,
+            tilt,
             kicks,
             simulated: points.len(),
             undecided: points.len() - decided,
@@ -142,7 +133,7 @@ impl Report for Basins {
 /// without a settled response belong to no attractor but count in the total.
 pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
     let mut found: Vec<Attractor> = Vec::new();
-    for (place, point) in points.iter().enumerate() {
+    for point in points {
         let Some(response) = point.found().filter(|response| response.settled) else {
             continue;
         };
@@ -153,20 +144,18 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
                 frequency: response.lines.first().map(|line| line.frequency),
                 amplitude: response.amplitude,
                 mean: response.mean,
-                members: Vec::new(),
                 seeds: Vec::new(),
                 share: 0.0,
                 interval: [0.0, 1.0],
             });
             found.len() - 1
         });
-        found[known].members.push(place);
         found[known].seeds.push(point.place.values[0] as u64);
     }
     for attractor in &mut found {
-        (attractor.share, attractor.interval) = share(attractor.members.len(), points.len());
+        (attractor.share, attractor.interval) = share(attractor.seeds.len(), points.len());
     }
-    found.sort_by_key(|attractor| std::cmp::Reverse(attractor.members.len()));
+    found.sort_by_key(|attractor| std::cmp::Reverse(attractor.seeds.len()));
     found
 }
 
@@ -206,7 +195,7 @@ mod tests {
     use crate::scene::{Parameter, Scene};
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::tests::run;
-    use crate::study::sweep::{Axis, Shard, Start};
+    use crate::study::sweep::{Axis, Shard, Start, SweepPlan};
 
     #[test]
     fn shares_have_the_wilson_interval() {
@@ -246,23 +235,20 @@ mod tests {
                 max_rhs_evals: None,
             },
         };
-        let mut points = run(&plan, Shard::WHOLE, &[], 2);
+        let mut points = run(&plan, Shard::WHOLE, Vec::new(), 2);
         let found = attractors(&points);
         // 95 % intervals.
-        crate::report::agreement::check(&Basins::new(&plan, &points), &[95.0]);
+        crate::report::agreement::check(&Basins::new(None, 6, &points), &[95.0]);
         assert!(found.len() >= 2, "{found:?}");
-        let members: usize = found.iter().map(|attractor| attractor.members.len()).sum();
-        assert!(members <= 6 && found[0].members.len() >= found[1].members.len());
+        let members: usize = found.iter().map(|attractor| attractor.seeds.len()).sum();
+        assert!(members <= 6 && found[0].seeds.len() >= found[1].seeds.len());
         let shares: f64 = found.iter().map(|attractor| attractor.share).sum();
         assert!((shares - members as f64 / 6.0).abs() < 1e-12);
         // The order of the points only selects the representative.
         points.reverse();
-        let mut backwards: Vec<usize> = attractors(&points)
-            .iter()
-            .map(|a| a.members.len())
-            .collect();
+        let mut backwards: Vec<usize> = attractors(&points).iter().map(|a| a.seeds.len()).collect();
         backwards.sort_unstable();
-        let mut forwards: Vec<usize> = found.iter().map(|a| a.members.len()).collect();
+        let mut forwards: Vec<usize> = found.iter().map(|a| a.seeds.len()).collect();
         forwards.sort_unstable();
         assert_eq!(forwards, backwards);
     }

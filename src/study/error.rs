@@ -30,19 +30,6 @@ pub enum StudyError {
     /// An analysis rejected the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
-    /// The periodic orbits should start outside the interval of a plan.
-    #[error(
-        "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \
-         interval", interval[0], interval[1]
-    )]
-    StartOutside {
-        /// Name of the parameter.
-        name: String,
-        /// Value of the parameter at the start.
-        value: f64,
-        /// The ends of the interval.
-        interval: [f64; 2],
-    },
     /// No periodic orbit can be found at a start; why.
     #[error("{0}")]
     NoOrbit(String),

@@ -1,7 +1,7 @@
 //! What studies vary: a scene over its keys, or systems of a caller over parameters of their own.
 
 use crate::pipeline::{PipelineError, Prepared, prepare};
-use crate::scene::{Parameter, Scene, SystemSpec};
+use crate::scene::{Parameter, Scene, SceneError, SystemSpec};
 
 use super::response::{
     InitialState, ResponsePlan, SettledResponse, respond, response, section_lag,
@@ -10,24 +10,25 @@ use super::{OnProgress, StudyError};
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
-    /// The system at some values of the parameters.
+    /// The system at some values of the parameters of these names.
     ///
     /// # Errors
     /// If there is no system.
-    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError>;
+    fn trial(&self, names: &[String], values: &[f64]) -> Result<Trial, PipelineError>;
 
-    /// The settled response at some values of the parameters.
+    /// The settled response at some values of the parameters of these names.
     ///
     /// # Errors
     /// If there is no system, or its motion cannot be computed or analysed; [`StudyError::Stopped`].
     fn response(
         &self,
+        names: &[String],
         values: &[f64],
         from: InitialState<'_>,
         plan: &ResponsePlan,
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        let trial = self.trial(values)?;
+        let trial = self.trial(names, values)?;
         let plan = plan.scaled(trial.period.unwrap_or(1.0));
         respond(trial, from, &plan, |_| None, progress)
     }
@@ -88,43 +89,45 @@ impl Trial {
     }
 }
 
-/// A scene over some of its keys, in the units of the scene file.
-pub(super) struct SceneSubject {
-    pub scene: Scene,
-    pub parameters: Vec<Parameter>,
-}
-
-impl SceneSubject {
-    fn scene_at(&self, values: &[f64]) -> Result<Scene, PipelineError> {
-        if self.parameters.is_empty() {
-            return Ok(self.scene.clone());
-        }
-        let pairs = self.parameters.iter().copied().zip(values.iter().copied());
-        Ok(self.scene.with_values(&pairs.collect::<Vec<_>>())?)
+/// A scene with other values of some keys, in the units of the scene file.
+pub(super) fn scene_at(
+    scene: &Scene,
+    names: &[String],
+    values: &[f64],
+) -> Result<Scene, SceneError> {
+    if names.is_empty() {
+        return Ok(scene.clone());
     }
+    let parameters = names.iter().map(|name| Parameter::named(name));
+    let pairs = parameters
+        .zip(values)
+        .map(|(key, value)| Ok((key?, *value)));
+    scene.with_values(&pairs.collect::<Result<Vec<_>, _>>()?)
 }
 
-impl Subject for SceneSubject {
-    fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
-        Trial::of_scene(&self.scene_at(values)?)
+/// A scene over some of its keys, in the units of the scene file.
+impl Subject for Scene {
+    fn trial(&self, names: &[String], values: &[f64]) -> Result<Trial, PipelineError> {
+        Trial::of_scene(&scene_at(self, names, values)?)
     }
 
     fn response(
         &self,
+        names: &[String],
         values: &[f64],
         from: InitialState<'_>,
         plan: &ResponsePlan,
         progress: OnProgress<'_>,
     ) -> Result<SettledResponse, StudyError> {
-        response(&self.scene_at(values)?, from, plan, progress)
+        response(&scene_at(self, names, values)?, from, plan, progress)
     }
 
     /// The displacement at which the sliding speed reverses, or 50 um for a system without sliding.
     fn hopf_size(&self, omega: f64, _state: &[f64]) -> f64 {
-        let speed = match &self.scene.subject {
+        let speed = match &self.subject {
             SystemSpec::Joint(joint) => {
                 let turns = joint.spec.rotation.iter().map(|w| w * w).sum::<f64>();
-                let ball = self.scene.ball_on_beam().ok();
+                let ball = self.ball_on_beam().ok();
                 ball.map(|ball| 0.5 * turns.sqrt() * ball.geometry.ball_diameter)
             }
             SystemSpec::Small(system) => system.belt_speed(),

@@ -3,7 +3,6 @@
 //! Each column has its unit in its name and in the metadata of its field (`unit`). Columns of one value come first,
 //! lists and structs after them; a CSV table has the columns of one value only.
 
-use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -145,9 +144,4 @@ pub(super) fn unwrapped(error: ArrowError) -> io::Error {
         ArrowError::IoError(_, source) => source,
         other => io::Error::other(other),
     }
-}
-
-/// Metadata of a field with one entry.
-pub(super) fn note(key: &str, value: &str) -> HashMap<String, String> {
-    HashMap::from([(key.to_owned(), value.to_owned())])
 }

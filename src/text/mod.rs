@@ -8,8 +8,6 @@
 pub mod branch;
 #[cfg(feature = "record")]
 pub mod paper;
-#[cfg(feature = "record")]
-pub mod sweep;
 mod template;
 #[cfg(test)]
 mod tests;
@@ -89,6 +87,12 @@ fn view_values(header: &Header) -> Value {
 /// The text, or the error message of its template: a template error must not stop a run.
 fn or_error_text(text: Result<String, Error>) -> String {
     text.unwrap_or_else(|error| format!("## Text missing\n\n{error:#}; please report this.\n"))
+}
+
+/// The text of a template with its values.
+#[cfg(feature = "record")]
+pub(crate) fn filled(name: &str, values: Value) -> String {
+    or_error_text(fill(name, values))
 }
 
 fn fill_narration(observation: &Observation) -> Result<String, Error> {

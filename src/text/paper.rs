@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use minijinja::context;
 use minijinja::value::{Serde, Value};
 
-use super::or_error_text;
-use super::template::fill;
+use super::filled;
 use crate::report::Table;
 use crate::study::paper::{Comparison, Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
@@ -33,7 +32,7 @@ pub fn caption(
         differing => differing.map(words).collect::<Vec<_>>(),
         ..motion.unwrap_or_default()
     };
-    or_error_text(fill("paper/caption", values))
+    filled("paper/caption", values)
 }
 
 /// Template variables of the caption of a response.
@@ -97,12 +96,12 @@ pub fn page(
         score => score_text(score),
         claims => table.markdown(),
     };
-    or_error_text(fill("paper/page", values))
+    filled("paper/page", values)
 }
 
 /// The strict score, the numbers of claims by verdict, and the score with partial credit.
 pub fn score_text(score: &Score) -> String {
-    or_error_text(fill("paper/score", Value::from(Serde(score))))
+    filled("paper/score", Value::from(Serde(score)))
 }
 
 /// The description of a scene that is compared with the paper, from the findings and their score: lines of at most 88
@@ -112,7 +111,7 @@ pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> Stri
     let claims = claims.map(|finding| (&*finding.claim.id, &finding.comparison));
     let claims: BTreeMap<_, _> = claims.collect();
     let values = context! { start, claims => Serde(claims), ..Value::from(Serde(score)) };
-    let text = or_error_text(fill("paper/scene", values));
+    let text = filled("paper/scene", values);
     let paragraphs = text.trim().lines().map(|line| wrapped(line, 88));
     paragraphs.collect::<Vec<_>>().join("\n") + "\n"
 }

@@ -39,8 +39,8 @@ const EXAMPLES: &[&str] = &[
 /// Writes what the examples read: the table of a sweep whose runs have failed, a sound and points of a friction law.
 fn prepare(folder: &Path) {
     let plan = paper_plan(Scene::load("paper").unwrap(), Start::Fresh);
-    let points = (0..plan.grid().len()).map(|index| SweepPoint {
-        place: plan.grid().place(index),
+    let points = (0..plan.size()).map(|index| SweepPoint {
+        place: plan.place(index),
         outcome: Err("not simulated".to_owned()),
     });
     let points: Vec<SweepPoint> = points.collect();

@@ -85,14 +85,17 @@ impl Row {
 
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
 pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
-    let (title, screen) = section(key)?;
-    Some(Part::tab(title, vec![self::screen(screen, view)?]))
+    let (title, screen) = screen_of(key, view)?;
+    Some(Part::tab(title, vec![screen]))
 }
 
-/// The screen of a tab without its title, as [`tab`].
-pub fn screen_of(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
-    let (_, screen) = section(key)?;
-    self::screen(screen, view)
+/// The title and the screen of a tab, as [`tab`].
+pub fn screen_of(
+    key: &str,
+    view: &mut dyn FnMut(&str) -> Option<View>,
+) -> Option<(&'static str, Part)> {
+    let (title, lines) = section(key)?;
+    Some((title, screen(lines, view)?))
 }
 
 /// Title and lines of a section.

@@ -1,29 +1,42 @@
 //! The text next to the plots of a sweep.
 
+use minijinja::context;
+use minijinja::value::{Serde, Value};
+
 use super::SweepStudy;
 use crate::{
+    analysis::regime::Regime,
+    dynamics::{Exponent, LyapunovSpectrum},
+    escape,
+    number::with_error,
     plot,
-    record::{style::capitalize, text},
+    record::text,
     report::Table,
-    study::sweep::{Shard, Start, SweepPoint},
-    text::sweep as words,
+    scene::Parameter,
+    study::{
+        response::{SettledResponse, section_lag},
+        sweep::{Shard, Start, SweepPoint},
+    },
+    text::filled,
 };
+
+/// Maximum number of spectral lines listed.
+const LINES: usize = 8;
 
 /// Name of the swept parameter without the unit, so `load.tilt_deg` is `tilt`.
 pub fn parameter(sweep: &SweepStudy<'_>) -> String {
-    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
-    parameter.map_or_else(String::new, |parameter| parameter.label())
+    let parameter = sweep.plan.axes[0].parameter();
+    parameter.map_or_else(|_| String::new(), Parameter::label)
 }
 
 /// The unit of the swept parameter; empty for a dimensionless number.
 pub fn unit(sweep: &SweepStudy<'_>) -> &'static str {
-    let parameter = sweep.plan.axes.first().map(|axis| axis.parameter());
-    parameter.map_or("", |parameter| parameter.unit())
+    sweep.plan.axes[0].unit()
 }
 
 /// The parameter value whose steady state is the initial state of a point; `None` for the scene's kick.
 fn origin(sweep: &SweepStudy<'_>, point: &SweepPoint) -> Option<f64> {
-    let chains = sweep.plan.grid().chains(Shard::WHOLE);
+    let chains = sweep.plan.chains(Shard::WHOLE);
     let mut pairs = chains.iter().flat_map(|chain| chain.windows(2));
     let before = pairs.find(|pair| pair[1] == point.place.index)?[0];
     // A failed run has no state to continue from.
@@ -43,11 +56,6 @@ fn with_unit(sweep: &SweepStudy<'_>, value: f64) -> String {
     format!("{value} {unit}").trim_end().to_owned()
 }
 
-/// Name of a start as a title.
-pub fn title(start: Start) -> String {
-    capitalize(plot::start_label(start))
-}
-
 /// Description of the point at a parameter value.
 pub fn point(
     sweep: &SweepStudy<'_>,
@@ -56,31 +64,71 @@ pub fn point(
     point: Option<&SweepPoint>,
 ) -> String {
     let origin = point.and_then(|point| origin(sweep, point));
-    let place = words::PointPlace {
-        parameter: &parameter(sweep),
-        value: with_unit(sweep, value),
-        start: plot::start_label(start),
-        origin: origin.map(|value| with_unit(sweep, value)),
+    filled(
+        "sweep/point",
+        context! {
+            parameter => parameter(sweep),
+            value => with_unit(sweep, value),
+            start => plot::start_label(start),
+            origin => origin.map(|value| with_unit(sweep, value)),
+            failure => point.and_then(|point| point.outcome.as_ref().err()),
+            found => point.and_then(SweepPoint::found).map(response),
+        },
+    )
+}
+
+/// Template variables of a response.
+fn response(found: &SettledResponse) -> Value {
+    let shown = &found.lines[..found.lines.len().min(LINES)];
+    let linear = found.linear.as_ref();
+    let unstable = linear.map(|linear| linear.unstable().collect::<Vec<_>>());
+    let periods = found.recurrence_periods.0.iter();
+    let period = |kind: String, period_s: f64| context! { kind, period_s };
+    context! {
+        motion => found.motion(),
+        confidence => (found.regime != Regime::Undetermined).then_some(100.0 * found.confidence),
+        settled => found.settled,
+        transient => found.transient,
+        amplitude => found.amplitude,
+        rms_velocity => found.rms_velocity,
+        lines => Serde(shown),
+        weaker_lines => found.lines.len() - shown.len(),
+        exponents => found.exponents.as_ref().map(exponents),
+        attractor => found.exponents.as_ref().map(|spectrum| spectrum.attractor().to_string()),
+        unstable => Serde(unstable),
+        recurrence => Serde(&found.recurrence),
+        periods => periods.map(|p| period(p.kind.to_string(), p.period)).collect::<Vec<_>>(),
+    }
+}
+
+/// Template variables of the exponents: values with their intervals, and signs.
+fn exponents(spectrum: &LyapunovSpectrum) -> Vec<Value> {
+    let value = |k: usize| {
+        let Exponent { value, half_width } = spectrum.exponents[k];
+        let value = with_error(value, half_width);
+        context! { value, sign => spectrum.sign(k).to_string() }
     };
-    words::point(&place, point)
+    (0..spectrum.exponents.len()).map(value).collect()
 }
 
 /// Description of the whole sweep.
 pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     let scene = &sweep.plan.scene;
-    let axis = sweep.plan.axes.first();
-    let label = axis.map_or_else(String::new, |axis| axis.label());
+    let label = sweep.plan.axes[0].label();
     let points = Table::of(sweep.values()).right(label, |value| value.to_string());
     let points = sweep.starts().fold(points, |points, start| {
         points.left(start.to_string(), |value| kind(sweep.at(start, **value)))
     });
-    let origin = text::study_about(scene, sweep.command);
-    words::about(
-        scene,
-        &parameter(sweep),
-        timeline,
-        &points.markdown(),
-        &origin,
+    filled(
+        "sweep/about",
+        context! {
+            scene => escape::code(&scene.name),
+            parameter => parameter(sweep),
+            timeline,
+            points => points.markdown(),
+            lag => section_lag(scene),
+            origin => text::study_about(scene, sweep.command),
+        },
     )
 }
 

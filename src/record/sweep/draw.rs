@@ -9,16 +9,15 @@ use crate::{
         response::{self, recurrence_caption, samples, section},
     },
     record::{
-        blueprint::{layout::Row, tree::View},
-        panel_view::{PanelView, PanelViews},
         paths::{self, Root},
         portrait,
-        stream::{Moment, RecordingStream, STATIC},
-        style, text,
+        series::Series,
+        stream::{Moment, RecordingStream},
+        style::{self, capitalize},
     },
     study::{
         response::{SettledResponse, section_lag},
-        sweep::Start,
+        sweep::{Start, SweepPoint},
     },
 };
 
@@ -32,64 +31,29 @@ const NOT_DONE: &str = "not computed yet";
 const NOT_KEPT: &str = "motion not stored";
 const TOO_SHORT: &str = "motion too short";
 
-/// The view of a plot of a start; `None` for another name. The diagrams over the parameter have legends of their own height.
-pub fn picture(sweep: &SweepStudy<'_>, start: Start, name: &str) -> Option<View> {
-    let root = Root::of_start(&start.to_string());
-    let titled = |title| format!("{title}: {}", plot::start_label(start));
-    let with_legend = |panel: Panel, title| {
-        let panel = panel.with_title(titled(title));
-        PanelView::of(name, &root).view(&panel)
-    };
-    let title = match name {
-        "diagram" => return Some(with_legend(diagram(sweep, start), "Bifurcation diagram")),
-        "exponents" => {
-            let panel = plot::exponents(sweep.plan, sweep.points, start)?;
-            return Some(with_legend(panel, "Lyapunov exponents"));
-        }
-        "portrait" => "Phase portrait",
-        "recurrence" => "Recurrence plot",
-        "spectrum" => "Spectrum (lines in kHz)",
-        "section" => "Poincaré section",
-        _ => return None,
-    };
-    Row::of(name)?.picture(titled(title), &root)
-}
-
 /// Writer of the points of one start.
 pub struct StartWriter<'a> {
     sweep: &'a SweepStudy<'a>,
     start: Start,
     scales: &'a SharedScales,
-    root: Root,
-    views: PanelViews,
-    /// The diagrams over the parameter, by their names in the layout.
-    diagrams: Vec<(&'static str, Panel)>,
+    pub series: Series,
 }
 
 impl<'a> StartWriter<'a> {
-    /// Draws the static entities.
-    pub fn new(
-        rec: &RecordingStream,
-        sweep: &'a SweepStudy<'a>,
-        start: Start,
-        scales: &'a SharedScales,
-    ) -> Self {
-        let root = Root::of_start(&start.to_string());
+    /// The writer of a start.
+    pub fn new(sweep: &'a SweepStudy<'a>, start: Start, scales: &'a SharedScales) -> Self {
         let exponents = plot::exponents(sweep.plan, sweep.points, start);
         let exponents = exponents.map(|panel| ("exponents", panel));
         let diagrams = [("diagram", diagram(sweep, start))];
-        let mut draw = Self {
+        let diagrams = diagrams.into_iter().chain(exponents).collect();
+        let label = plot::start_label(start);
+        let titles = [capitalize(label), capitalize(label), format!(": {label}")];
+        Self {
             sweep,
             start,
             scales,
-            views: PanelViews::new(root.clone()),
-            root,
-            diagrams: diagrams.into_iter().chain(exponents).collect(),
-        };
-        for (name, panel) in &draw.diagrams {
-            draw.views.of(name).draw(rec, STATIC, panel);
+            series: Series::new(Root::of_start(&start.to_string()), titles, diagrams),
         }
-        draw
     }
 
     /// Draws the point at a parameter value.
@@ -101,13 +65,7 @@ impl<'a> StartWriter<'a> {
         (reach, axes): &([f64; 2], SectionAxes),
     ) {
         let point = self.sweep.at(self.start, value);
-        let document = description::point(self.sweep, self.start, value, point);
-        let document = text::document(document);
-        rec.log(self.root.at(paths::POINT_TEXT), at, &document);
-        for (name, panel) in &self.diagrams {
-            self.views.of(name).draw_cursor(rec, at, panel, value);
-        }
-        let found = point.and_then(|point| point.outcome.as_ref().ok());
+        let found = point.and_then(SweepPoint::found);
         let missing = match (point, found) {
             (None, _) => NOT_DONE,
             (Some(_), None) => NO_RESPONSE,
@@ -119,25 +77,21 @@ impl<'a> StartWriter<'a> {
             _ => missing,
         };
         let still = match found {
-            Some(found) if found.maxima.is_empty() => NOTHING_MOVES,
-            _ => "",
+            Some(found) if found.maxima.is_empty() && unkept.is_empty() => NOTHING_MOVES,
+            _ => unkept,
         };
         let unmoved = match found {
             Some(found) if found.section.is_empty() => NOTHING_MOVES,
             _ => missing,
         };
-        let portrait = phase(found, *reach);
-        let portrait_note = if unkept.is_empty() { still } else { unkept };
-        let crossings = section(axes, found);
         let panels = [
-            ("portrait", portrait.with_note(portrait_note)),
-            ("section", crossings.with_note(unmoved)),
+            ("portrait", phase(found, *reach).with_note(still)),
+            ("section", section(axes, found).with_note(unmoved)),
             ("spectrum", spectrum(self.scales, found).with_note(unkept)),
-            ("recurrence", recurrence(rec, found, missing)),
+            ("recurrence", recurrence(rec, found, still)),
         ];
-        for (name, panel) in panels {
-            self.views.of(name).draw(rec, at, &panel);
-        }
+        let text = description::point(self.sweep, self.start, value, point);
+        self.series.draw_point(rec, (at, value), panels, text);
         self.embedding(rec, at, reach[0], found);
     }
 
@@ -151,7 +105,7 @@ impl<'a> StartWriter<'a> {
     ) {
         let range = format!("±{}", Unit::write(reach, "m"));
         let names = portrait::delay_names(self.sweep.letter(), &range);
-        portrait::draw_cube(rec, &self.root, at, &names);
+        portrait::draw_cube(rec, &self.series.root, at, &names);
         let lag = section_lag(&self.sweep.plan.scene);
         let trail = found.and_then(|found| {
             let motion = found.portrait.as_ref()?;
@@ -166,7 +120,7 @@ impl<'a> StartWriter<'a> {
         let lines = LineStrips3D::new(strips)
             .with_colors(trail.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.7)]);
-        rec.log(self.root.at(paths::EMBEDDING_TRAIL), at, &lines);
+        rec.log(self.series.root.at(paths::EMBEDDING_TRAIL), at, &lines);
     }
 }
 
@@ -214,17 +168,15 @@ fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
 }
 
 /// The recurrence plot of a response, or the reason why there is none.
-fn recurrence(rec: &RecordingStream, found: Option<&SettledResponse>, missing: &str) -> Panel {
+fn recurrence(rec: &RecordingStream, found: Option<&SettledResponse>, note: &str) -> Panel {
     // The recurrence plot of a constant signal would show rounding errors.
-    let moving = found.filter(|found| !found.maxima.is_empty());
+    let moving = found.filter(|_| note.is_empty());
     let moving = moving.and_then(|found| found.portrait.as_ref());
     let plot = moving.and_then(|motion| rec.check(motion.recurrence())?);
-    let caption = match (&plot, found) {
-        (Some(plot), _) => recurrence_caption(plot, "m"),
-        (None, None) => missing.to_owned(),
-        (None, Some(found)) if found.portrait.is_none() => NOT_KEPT.to_owned(),
-        (None, Some(found)) if found.maxima.is_empty() => NOTHING_MOVES.to_owned(),
-        (None, Some(_)) => TOO_SHORT.to_owned(),
+    let caption = match &plot {
+        Some(plot) => recurrence_caption(plot, "m"),
+        None if note.is_empty() => TOO_SHORT.to_owned(),
+        None => note.to_owned(),
     };
     response::recurrence(plot.as_ref(), true).with_caption(caption)
 }
@@ -237,15 +189,12 @@ fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f32>) {
         return (bin, amplitude.to_vec());
     }
     let pairs = amplitude.chunks(many).flat_map(|bins| {
-        let place = |better: fn(f32, f32) -> bool| {
-            (1..bins.len()).fold(
-                0,
-                |best, k| if better(bins[k], bins[best]) { k } else { best },
-            )
-        };
-        let (least, largest) = (place(|a, b| a < b), place(|a, b| a > b));
-        let [first, second] = [least.min(largest), least.max(largest)];
-        [bins[first], bins[second]]
+        let by_size = |a: &usize, b: &usize| bins[*a].total_cmp(&bins[*b]);
+        let places = || 0..bins.len();
+        // The first of equal ones counts.
+        let mut ends = [places().min_by(by_size), places().rev().max_by(by_size)];
+        ends.sort_unstable();
+        ends.into_iter().flatten().map(|place| bins[place])
     });
     (0.5 * many as f64 * bin, pairs.collect())
 }

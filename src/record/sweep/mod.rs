@@ -19,22 +19,25 @@ use std::path::Path;
 use crate::record::sdk::TimelineName;
 
 use super::{
-    blueprint,
     error::RecordError,
     file, paths,
+    series::{self, Series},
     stream::{Moment, RecordingStream},
     text,
 };
 use crate::joint::BallJoint;
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
-pub(super) use description::title;
 use draw::StartWriter;
-pub(super) use draw::picture;
-pub(super) use scales::SharedScales;
+use scales::SharedScales;
 pub(super) use timeline::TimelineTicks;
 
 /// Application id, different from that of runs because the layout differs.
 pub const APPLICATION: &str = "squeakscope-sweep";
+
+/// The tabs that compare the starts, and that of a start.
+const TABS: (&[&str], &str) = (&["starts-in-phase-space", "starts-in-frequency"], "start");
+/// Parameter values per second during playback.
+const PLAYS: f64 = 1.5;
 
 /// A complete or partial sweep over one parameter.
 #[derive(Clone, Copy)]
@@ -59,7 +62,7 @@ impl<'a> SweepStudy<'a> {
 
     /// The values of the parameter, in its unit.
     pub fn values(&self) -> &'a [f64] {
-        self.plan.axes.first().map_or(&[], |axis| axis.values())
+        &self.plan.axes[0].values
     }
 
     /// The point of a start at a parameter value.
@@ -92,16 +95,21 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) {
     let scales = SharedScales::new(sweep);
     let scene = &sweep.plan.scene;
     let name = format!("{} over {}", scene.name, description::parameter(sweep));
-    blueprint::send_sweep(rec, sweep, &scales);
+    let starts = sweep.starts();
+    let writers = starts.map(|start| StartWriter::new(sweep, start, &scales));
+    let mut writers: Vec<StartWriter<'_>> = writers.collect();
+    let all: Vec<&Series> = writers.iter().map(|writer| &writer.series).collect();
+    let shapes = sweep.ball.and_then(mode_shapes::tab);
+    series::send(rec, &all, TABS, shapes, (&scales.timeline, PLAYS));
     text::send_properties(rec, &name, [&scene.name, &scene.text, sweep.command]);
     let about = description::about(sweep, &scales.timeline.name);
     rec.log_static(paths::ABOUT, &text::document(about));
     if let Some(ball) = sweep.ball {
         mode_shapes::draw(rec, ball);
     }
-    let starts = sweep.starts();
-    let writers = starts.map(|start| StartWriter::new(rec, sweep, start, &scales));
-    let mut writers: Vec<StartWriter<'_>> = writers.collect();
+    for writer in &mut writers {
+        writer.series.draw_diagrams(rec);
+    }
     let Some(timeline) = rec.check(TimelineName::try_new(&scales.timeline.name)) else {
         return;
     };
@@ -111,10 +119,10 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) {
         if points.is_empty() {
             continue;
         }
-        let found = points.iter().filter_map(|p| p.outcome.as_ref().ok());
+        let found = points.iter().filter_map(|point| point.found());
         let point_scales = scales.point_scales(&found.collect::<Vec<_>>());
-        for draw in &mut writers {
-            draw.draw(rec, Moment::tick(timeline, tick), value, &point_scales);
+        for writer in &mut writers {
+            writer.draw(rec, Moment::tick(timeline, tick), value, &point_scales);
         }
     }
 }

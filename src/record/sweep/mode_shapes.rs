@@ -8,6 +8,7 @@ use crate::{
     joint::BallJoint,
     pipeline::message::vertex_normals,
     record::{
+        blueprint::tree::{Part, View},
         body::in_single,
         paths,
         stream::RecordingStream,
@@ -23,6 +24,18 @@ const LARGEST: f64 = 15.0;
 const LARGEST_TURN: f64 = 6.0;
 /// Distance between modes, mm.
 const APART: f64 = 75.0;
+
+/// The tab of the modes, from the front and slightly from above.
+pub fn tab(ball: &BallJoint) -> Option<Part> {
+    let distance = 60.0 * ball.body().ok()?.families().len().max(6) as f64;
+    let middle = [0.0, 0.0, -95.0];
+    let eye = [0.0, -0.98, 0.2].map(|c: f64| c * distance);
+    let from = [eye[0], eye[1], eye[2] + middle[2]];
+    let view = View::in_3d("Natural modes (yellow: largest displacement)")
+        .with_origin(paths::MODE_SHAPES)
+        .with_eye(from, middle, [0.0, 0.0, 1.0]);
+    Some(Part::tab("Mode shapes", vec![Part::View(view)]))
+}
 
 /// Draws all modes; they do not depend on the parameter.
 pub fn draw(rec: &RecordingStream, ball: &BallJoint) {

@@ -7,7 +7,7 @@ use crate::{
         SectionAxes,
         response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes},
     },
-    study::response::SettledResponse,
+    study::{response::SettledResponse, sweep::SweepPoint},
 };
 
 /// Decades of the amplitude axis of a spectrum.
@@ -36,11 +36,7 @@ pub struct SharedScales {
 impl SharedScales {
     /// The scales of a sweep.
     pub fn new(sweep: &SweepStudy<'_>) -> Self {
-        let found = sweep
-            .points
-            .iter()
-            .filter_map(|point| point.outcome.as_ref().ok());
-        let found: Vec<&SettledResponse> = found.collect();
+        let found: Vec<_> = sweep.points.iter().filter_map(SweepPoint::found).collect();
         let sizes = found.iter().map(|response| largest(response));
         let largest = sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)]);
         Self {

@@ -105,7 +105,7 @@ fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
         (Start::Downward, 2.5) => Some(Ok(response(Regime::Chaotic, 1e-6))),
         _ => None,
     };
-    let places = (0..plan.grid().len()).map(|index| plan.grid().place(index));
+    let places = (0..plan.size()).map(|index| plan.place(index));
     let points = places.filter_map(|place| {
         let outcome = of(place.start, place.values[0])?;
         Some(SweepPoint { place, outcome })
@@ -230,7 +230,8 @@ fn points_at_a_value_have_common_scales() {
     // An empty sweep has valid axes, too.
     let nothing = study(&plan, &[]);
     let empty = SharedScales::new(&nothing);
-    assert!(picture(&nothing, Start::Upward, "diagram").is_some());
+    let series = StartWriter::new(&nothing, Start::Upward, &empty).series;
+    assert!(series.view("diagram").is_some() && series.view("exponents").is_none());
     let shown = section(&empty.point_scales(&[]).1, None);
     assert!(shown.x.range[0] < 0.0);
 }
@@ -282,7 +283,7 @@ fn starts_without_points_are_omitted() {
     assert!(text.contains("steady state at 1.5 deg"));
     // If the neighbouring run failed, the point starts from the scene's kick.
     let failed = |index: usize| SweepPoint {
-        place: plan.grid().place(index),
+        place: plan.place(index),
         outcome: Err("the solution diverged".to_owned()),
     };
     let failed = [failed(0), failed(1)];

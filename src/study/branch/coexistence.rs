@@ -20,15 +20,14 @@ pub fn hysteresis_ends(
     differing: &[f64],
     progress: OnProgress<'_>,
 ) -> Result<Vec<HysteresisEnd>, StudyError> {
-    let ([axis], Some(first), Some(last)) = (&plan.axes[..], differing.first(), differing.last())
-    else {
+    let ([axis], [first, ..], [.., last]) = (&plan.axes[..], differing, differing) else {
         return Ok(Vec::new());
     };
-    let (values, parameter) = (axis.values(), axis.parameter());
-    let [Some(from), Some(to)] = [values.first(), values.last()] else {
+    let (values, parameter) = (&axis.values[..], axis.parameter()?);
+    let [from, .., to] = values else {
         return Ok(Vec::new());
     };
-    if !parameter.is_continuous() || from >= to {
+    if !parameter.is_continuous() {
         return Ok(Vec::new());
     }
     let branches = BranchPlan::new(plan.scene.clone(), parameter, [*from, *to], 2);

@@ -14,7 +14,7 @@ use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
 use crate::number::{quantity, significant, to_digits};
 use crate::scene::{Parameter, Scene, preset};
-use crate::study::response::ResponsePlan;
+use crate::study::response::{ResponsePlan, SettledResponse};
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
 use crate::study::{OnProgress, StudyError};
 use crate::text::capitalize;
@@ -187,28 +187,13 @@ pub(super) fn settled_responses(
         (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
         (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
     ];
-    let mut settled: Vec<SweepPoint> = Vec::new();
+    let mut settled = Vec::new();
     for (starts, lowest, [before, part]) in parts {
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
-        let mut points = Vec::new();
-        let sweep_plan = sweep_plan(scene, interval, starts, lowest);
-        let ended = sweep(
-            &sweep_plan,
-            Shard::WHOLE,
-            &[],
-            threads,
-            &mut progress,
-            |point| {
-                points.push(point);
-                Ok(())
-            },
-        );
-        points.sort_by_key(|point: &SweepPoint| point.place.index);
-        settled.append(&mut points);
-        match ended {
-            Err(StudyError::Stopped(_)) => break,
-            ended => ended?,
-        }
+        let plan = sweep_plan(scene, interval, starts, lowest);
+        let (all, known) = (Shard::WHOLE, Vec::new());
+        let points = sweep(&plan, all, known, threads, &mut progress, |_| Ok(()));
+        settled.extend(points.map_err(|error: StudyError| error)?);
     }
     Ok(settled)
 }
@@ -278,23 +263,17 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
 }
 
 fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
-    let mut columns = DiagramResponses {
+    let settled = settled.iter().filter(|point| point.place.start == start);
+    let found = settled.filter_map(|point| Some((point.place.values[0], point.found()?)));
+    let tilts = found.clone().map(|(tilt, _)| to_digits(tilt, DIGITS[0]));
+    let regimes = found.clone().map(|(_, found)| found.regime);
+    let line = |found: &SettledResponse| Some(to_digits(found.lines.first()?.frequency, DIGITS[0]));
+    DiagramResponses {
         start,
-        tilt_deg: Vec::new(),
-        regime: Vec::new(),
-        frequency_hz: Vec::new(),
-    };
-    for point in settled.iter().filter(|point| point.place.start == start) {
-        let (Ok(found), [tilt]) = (&point.outcome, &point.place.values[..]) else {
-            continue;
-        };
-        columns.tilt_deg.push(to_digits(*tilt, DIGITS[0]));
-        columns.regime.push(found.regime);
-        let line = found.lines.first();
-        let hz = line.map(|line| to_digits(line.frequency, DIGITS[0]));
-        columns.frequency_hz.push(hz);
+        tilt_deg: tilts.collect(),
+        regime: regimes.collect(),
+        frequency_hz: found.map(|(_, found)| line(found)).collect(),
     }
-    columns
 }
 
 macro_rules! shipped {
@@ -444,7 +423,7 @@ mod tests {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
             ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
         };
-        let points = run(&responses, Shard::WHOLE, &[], 1);
+        let points = run(&responses, Shard::WHOLE, Vec::new(), 1);
         let mut branch = Branch::new(&plan);
         add_equilibria(&plan, &mut branch, &mut |_, _| Ok(())).unwrap();
         let starts = OrbitStarts::Settled(&points);
@@ -509,7 +488,7 @@ mod tests {
                     starts: vec![start],
                     response: ResponsePlan::default(),
                 };
-                let points = run(&plan, Shard::WHOLE, &[], 1);
+                let points = run(&plan, Shard::WHOLE, Vec::new(), 1);
                 let found = responses(start, &points);
                 let row = stored
                     .responses

@@ -7,16 +7,7 @@ const LEVELS: usize = 6;
 /// Ratio of successive steps.
 const RATIO: f64 = 2.0;
 
-/// A derivative from differences, and its error estimate.
-#[derive(Clone, Debug)]
-pub struct Differences {
-    /// The derivative.
-    pub value: Mat<f64>,
-    /// Largest error of an entry, by the change between the two best extrapolations.
-    pub error: f64,
-}
-
-/// The derivative of a matrix at zero. The steps halve from `first` on, and the differences are extrapolated to step
+/// The derivative of a matrix at zero, and the largest error of an entry, by the change between the two best extrapolations. The steps halve from `first` on, and the differences are extrapolated to step
 /// zero (Ridders, Adv. Eng. Software 4 (1982) 75); the extrapolation with the smallest error estimate is the result.
 /// Where `of` fails on one side only, at the end of a range, one-sided differences take over.
 ///
@@ -25,10 +16,10 @@ pub struct Differences {
 pub fn difference<E>(
     first: f64,
     mut of: impl FnMut(f64) -> Result<Mat<f64>, E>,
-) -> Result<Differences, E> {
+) -> Result<(Mat<f64>, f64), E> {
     let here = of(0.0)?;
     let mut table: Vec<Mat<f64>> = Vec::new();
-    let mut best: Option<Differences> = None;
+    let mut best: Option<(Mat<f64>, f64)> = None;
     for level in 0..LEVELS {
         let step = first / RATIO.powi(level as i32);
         let (start, order) = match (of(step), of(-step)) {
@@ -49,17 +40,13 @@ pub fn difference<E>(
         for k in 1..row.len() {
             let change = |other: &Mat<f64>| (&row[k] - other).norm_max();
             let error = change(&row[k - 1]).max(change(&table[k - 1]));
-            if best.as_ref().is_none_or(|best| error < best.error) {
-                let value = row[k].clone();
-                best = Some(Differences { value, error });
+            if best.as_ref().is_none_or(|(_, least)| error < *least) {
+                best = Some((row[k].clone(), error));
             }
         }
         table = row;
     }
-    Ok(best.unwrap_or(Differences {
-        value: table.remove(0),
-        error: f64::INFINITY,
-    }))
+    Ok(best.unwrap_or_else(|| (table.remove(0), f64::INFINITY)))
 }
 
 #[cfg(test)]
@@ -69,14 +56,11 @@ mod tests {
     #[test]
     fn the_derivative_of_smooth_entries_has_ten_digits() {
         let of = |x: f64| Ok::<_, ()>(Mat::from_fn(1, 2, |_, j| [(3.0 + x).exp(), x.sin()][j]));
-        let found = difference(0.1, of).unwrap();
+        let (found, error) = difference(0.1, of).unwrap();
         let exact = 3.0_f64.exp();
-        assert!(
-            (found.value[(0, 0)] - exact).abs() < 1e-10 * exact,
-            "{found:?}"
-        );
-        assert!((found.value[(0, 1)] - 1.0).abs() < 1e-10);
-        assert!(found.error < 1e-8 * exact);
+        assert!((found[(0, 0)] - exact).abs() < 1e-10 * exact, "{found:?}");
+        assert!((found[(0, 1)] - 1.0).abs() < 1e-10);
+        assert!(error < 1e-8 * exact);
     }
 
     #[test]
@@ -88,8 +72,8 @@ mod tests {
                 Ok(Mat::from_fn(1, 1, |_, _| (1.0 + x).powi(3)))
             }
         };
-        let found = difference(0.1, of).unwrap();
-        assert!((found.value[(0, 0)] - 3.0).abs() < 1e-9, "{found:?}");
+        let (found, _) = difference(0.1, of).unwrap();
+        assert!((found[(0, 0)] - 3.0).abs() < 1e-9, "{found:?}");
         assert!(difference(0.1, |_| Err::<Mat<f64>, _>("nowhere")).is_err());
     }
 }

@@ -11,8 +11,8 @@ use super::result::{At, Branch, BranchBifurcation, name_of};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
-use crate::scene::{Parameter, Scene};
-use crate::study::subject::{SceneSubject, Subject};
+use crate::scene::{Parameter, Scene, SceneError};
+use crate::study::subject::Subject;
 use crate::study::{OnProgress, StudyError};
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
@@ -72,7 +72,7 @@ pub struct BranchPlan {
 impl BranchPlan {
     /// The systems that are studied.
     pub fn family(&self) -> SubjectFamily {
-        SubjectFamily::of(Arc::clone(&self.subject))
+        SubjectFamily::new(Arc::clone(&self.subject), vec![self.parameter.clone()])
     }
 
     /// The plan of a scene over one of its keys.
@@ -81,10 +81,7 @@ impl BranchPlan {
             parameter: parameter.path().to_owned(),
             unit: parameter.unit().to_owned(),
             own: scene.value_of(parameter),
-            subject: Arc::new(SceneSubject {
-                scene,
-                parameters: vec![parameter],
-            }),
+            subject: Arc::new(scene),
             interval,
             points,
         }
@@ -99,16 +96,16 @@ impl BranchPlan {
     ///
     /// # Errors
     /// If it is outside the interval: branches end at its ends.
-    pub fn check_start(&self, value: f64) -> Result<(), StudyError> {
+    pub fn check_start(&self, value: f64) -> Result<(), SceneError> {
         let [from, to] = self.interval;
         if (from..=to).contains(&value) {
             return Ok(());
         }
-        Err(StudyError::StartOutside {
-            name: self.name().to_owned(),
-            value,
-            interval: self.interval,
-        })
+        Err(SceneError::whole(format!(
+            "the start at {} = {value} is outside the interval from {from} to {to}; choose a start within it, or widen \
+             the interval",
+            self.name()
+        )))
     }
 }
 

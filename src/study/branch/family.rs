@@ -1,9 +1,11 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::differences::{Differences, difference};
+use faer::Mat;
+
+use super::differences::difference;
 use super::equilibria::BranchPlan;
 use super::result::Branch;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
@@ -11,9 +13,9 @@ use crate::dynamics::equilibrium::{Eigenmode, Linearised};
 use crate::dynamics::{Integrator, System};
 use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
-use crate::scene::{Parameter, Scene};
+use crate::scene::Scene;
 use crate::study::StudyError;
-use crate::study::subject::{SceneSubject, Subject, Trial};
+use crate::study::subject::{Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
 pub(super) const STEP: f64 = 0.02;
@@ -23,10 +25,10 @@ const PORTRAIT: usize = 240;
 /// Systems over some parameters, for example those of a scene.
 pub struct SubjectFamily {
     subject: Arc<dyn Subject>,
+    /// Names of the parameters.
+    names: Vec<String>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
-    /// The last value of the first parameter, and the period of the drive there, s: both are asked for at each orbit.
-    drive: Cell<(f64, Option<f64>)>,
 }
 
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
@@ -42,17 +44,12 @@ pub struct SteadyState {
 }
 
 impl SubjectFamily {
-    /// A scene over some parameters.
-    pub fn new(scene: Scene, parameters: Vec<Parameter>) -> Self {
-        Self::of(Arc::new(SceneSubject { scene, parameters }))
-    }
-
-    /// Any systems.
-    pub fn of(subject: Arc<dyn Subject>) -> Self {
+    /// Systems over the parameters of these names.
+    pub fn new(subject: Arc<dyn Subject>, names: Vec<String>) -> Self {
         Self {
             subject,
+            names,
             guess: RefCell::default(),
-            drive: Cell::new((f64::NAN, None)),
         }
     }
 
@@ -61,7 +58,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the values are invalid, or the system cannot be built.
     pub fn trial(&self, values: &[f64]) -> Result<Trial, PipelineError> {
-        self.subject.trial(values)
+        self.subject.trial(&self.names, values)
     }
 
     /// Builds the system for some values of the parameters and linearises it at its equilibrium.
@@ -110,15 +107,16 @@ impl SubjectFamily {
     ///
     /// # Errors
     /// If the matrix cannot be computed on either side of the value.
-    pub fn slope(&self, value: f64, scale: f64) -> Result<Differences, StudyError> {
+    pub fn slope(&self, value: f64, scale: f64) -> Result<Mat<f64>, StudyError> {
         let size = match value.abs() {
             0.0 => scale,
             size => size.min(scale),
         };
-        difference(STEP * size, |step| {
+        let (slope, _) = difference(STEP * size, |step| {
             self.at(&[value + step])
                 .map(|state| state.linearised.matrix)
-        })
+        })?;
+        Ok(slope)
     }
 
     /// Options of the continuation over an interval of the parameter, with the maximum step of the systems.
@@ -131,15 +129,11 @@ impl SubjectFamily {
 impl Family for SubjectFamily {
     fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
         let trial = self.trial(&[parameter])?;
-        self.drive.set((parameter, trial.drive_period));
         Ok(Box::new(trial.prepared.integrator.into_system()))
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        match self.drive.get() {
-            (last, period) if last == parameter => period,
-            _ => self.trial(&[parameter]).ok()?.drive_period,
-        }
+        self.trial(&[parameter]).ok()?.drive_period
     }
 
     /// The displacement of the probe, m.

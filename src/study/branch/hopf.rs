@@ -162,7 +162,7 @@ pub(super) fn locate(
         _ => {
             let slope = family.slope(value, plan.interval[1] - plan.interval[0])?;
             let left = state.linearised.left(&mode);
-            Some(eigenvalue_derivative(&left, &slope.value, &mode.vector))
+            Some(eigenvalue_derivative(&left, &slope, &mode.vector))
         }
     };
     let cycle = match (kind, speed) {

@@ -1,6 +1,8 @@
 //! Stability over two parameters: the number of unstable modes and the largest growth rate on a grid, and the curves on
 //! which a mode changes its stability.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -76,7 +78,8 @@ impl MapPlan {
     }
 
     fn family(&self) -> SubjectFamily {
-        SubjectFamily::new(self.scene.clone(), self.parameters.to_vec())
+        let names = self.parameters.map(|parameter| parameter.path().to_owned());
+        SubjectFamily::new(Arc::new(self.scene.clone()), names.to_vec())
     }
 }
 

@@ -27,7 +27,6 @@ pub use diagram::{
     DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramResponses, TiltDiagram,
     UnstableModes, shipped_diagram, tilt_diagram,
 };
-pub use differences::Differences;
 pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint};
 pub use family::{SteadyState, SubjectFamily, portraits};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};

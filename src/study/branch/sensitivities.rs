@@ -4,6 +4,8 @@
 //! changes with a parameter `p` as `d lambda/dp = y* (dA/dp) x`, without solving another eigenvalue problem. `dA/dp`
 //! comes from extrapolated differences of the assembled matrix, which have an error estimate.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -148,7 +150,7 @@ pub fn sensitivities(
     scene: &Scene,
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
-    let family = SubjectFamily::new(scene.clone(), Vec::new());
+    let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
     let state = family.at_scene(scene)?;
     let numbers = Number::all(scene)?;
     let mut modes = state.modes()?;
@@ -167,16 +169,16 @@ pub fn sensitivities(
         .collect();
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
-        let slope = difference(STEP * number.size(), |step| {
+        let (slope, error) = difference(STEP * number.size(), |step| {
             let moved = (number.changed)(step)?;
             let state = family.at_scene(&moved)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;
-        if slope.value.norm_max() <= ZERO * slope.error {
+        if slope.norm_max() <= ZERO * error {
             continue;
         }
         for ((mode, left), found) in modes.iter().zip(&lefts).zip(&mut found) {
-            let derivative = eigenvalue_derivative(left, &slope.value, &mode.vector);
+            let derivative = eigenvalue_derivative(left, &slope, &mode.vector);
             let frequency = derivative.im / std::f64::consts::TAU;
             found.parameters.push(ParameterSensitivity {
                 parameter: number.name.to_owned(),
@@ -186,7 +188,7 @@ pub fn sensitivities(
                 growth_per_percent: number.percent() * derivative.re,
                 frequency_per_unit: frequency,
                 frequency_per_percent: number.percent() * frequency,
-                error_per_unit: slope.error * condition(left, &mode.vector),
+                error_per_unit: error * condition(left, &mode.vector),
             });
         }
     }

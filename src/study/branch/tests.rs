@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::equilibria::add_equilibria;
 use super::orbits::add_orbits;
 use super::*;
@@ -178,7 +180,7 @@ fn joint() -> Scene {
 fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
     let parameter = Parameter::named(key).unwrap();
     let value = scene.value_of(parameter).unwrap();
-    let family = SubjectFamily::new(scene.clone(), vec![parameter]);
+    let family = SubjectFamily::new(Arc::new(scene.clone()), vec![parameter.path().to_owned()]);
     let at = |value: f64| {
         let modes = family.at(&[value]).unwrap().modes().unwrap();
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
@@ -354,7 +356,7 @@ fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
     let hopf: Vec<_> = found.steady_bifurcations().collect();
     assert!(!hopf.is_empty());
     let parameter = Parameter::named(key).unwrap();
-    let family = SubjectFamily::new(scene, vec![parameter]);
+    let family = SubjectFamily::new(Arc::new(scene), vec![parameter.path().to_owned()]);
     for hopf in hopf {
         assert_eq!(hopf.kind, SteadyBifurcationKind::Hopf);
         assert!(hopf.location_error < 1e-9 * hopf.at.value, "{hopf:?}");

@@ -332,8 +332,8 @@ pub fn choose(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyErro
         // Finer settings do not reduce the scatter of the averages.
         let reachable = target.max(2.0 * scatter);
         let mut settings = cheapest(scene, &study.settings, SHARE * reachable);
-        let mut found = loop {
-            let choice = verified(runner, target, Origin::Cheapest, &settings)?;
+        let found = loop {
+            let choice = verified(runner, [target, scatter], Origin::Cheapest, &settings)?;
             match settings.finer(scene) {
                 Some(finer) if choice.error > reachable && finer.finer(scene).is_some() => {
                     settings = finer;
@@ -342,10 +342,7 @@ pub fn choose(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyErro
             }
         };
         let rule = by_rule(scene, target);
-        let mut of_rule = verified(runner, target, Origin::Accuracy, &rule)?;
-        for choice in [&mut found, &mut of_rule] {
-            choice.is_met &= scatter <= target;
-        }
+        let of_rule = verified(runner, [target, scatter], Origin::Accuracy, &rule)?;
         study.choices.extend([found, of_rule]);
     }
     Ok(())
@@ -354,12 +351,12 @@ pub fn choose(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyErro
 /// The settings of `--accuracy`.
 pub fn by_rule(scene: &Scene, target: f64) -> Settings {
     let rule = AccuracySettings::for_error(target);
-    let mut settings = Settings {
+    let own = Settings::of(scene);
+    Settings {
         tolerance: rule.tolerance,
-        ..Settings::of(scene)
-    };
-    settings.nodes = settings.nodes.and(Some(rule.nodes));
-    settings
+        nodes: own.nodes.and(Some(rule.nodes)),
+        ..own
+    }
 }
 
 /// The coarsest level of each setting whose error is at most `error`, of the fastest method.
@@ -382,10 +379,10 @@ fn cheapest(scene: &Scene, sets: &[WorkPrecision], error: f64) -> Settings {
     settings
 }
 
-/// Runs settings, and the next finer level of everything, and compares them.
+/// Runs settings, and the next finer level of everything, and compares them. `scatter` is that of a chaotic motion.
 pub fn verified(
     runner: &mut Runner<'_>,
-    target: f64,
+    [target, scatter]: [f64; 2],
     origin: Origin,
     settings: &Settings,
 ) -> Result<Choice, StudyError> {
@@ -402,7 +399,7 @@ pub fn verified(
         settings: settings.clone(),
         cpu_s_per_s,
         error,
-        is_met: error <= target,
+        is_met: error <= target && scatter <= target,
         exponents_agree: motion.exponents_agree(&reference),
     })
 }

@@ -68,7 +68,7 @@ fn the_verified_error_is_that_of_a_finer_run() {
         tolerance: 1e-6,
         ..Settings::of(&scene)
     };
-    let choice = verified(&mut runner, 1e-2, Origin::Cheapest, &settings).unwrap();
+    let choice = verified(&mut runner, [1e-2, 0.0], Origin::Cheapest, &settings).unwrap();
     let measure = |tolerance: &str| {
         let set = [("time.tolerance", tolerance)];
         let scene = scene.with_overrides(&set).unwrap().without_analyses();
@@ -188,7 +188,7 @@ fn the_accuracy_rule_holds_in_every_scene() {
         for target in TARGETS {
             let settings = by_rule(&scene, target);
             let origin = Origin::Accuracy;
-            let choice = verified(&mut runner, target, origin, &settings).unwrap();
+            let choice = verified(&mut runner, [target, 0.0], origin, &settings).unwrap();
             let bound = if reference.has_lines() {
                 target
             } else {

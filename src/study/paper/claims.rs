@@ -179,9 +179,8 @@ impl Evidence {
 
     /// The response at a tilt in degrees.
     pub fn at(&self, tilt: f64) -> Option<&SettledResponse> {
-        let mut all = self.responses.iter();
-        let found = all.find(|(at, _)| (at - tilt).abs() < SAME);
-        found.map(|(_, response)| response)
+        let found = self.between(tilt, tilt);
+        found.first().map(|(_, response)| *response)
     }
 
     /// The responses within a range of tilts in degrees, ends included.
@@ -259,15 +258,12 @@ impl Score {
 
 /// Weighted mean over the claims that can be compared.
 fn weighted_mean(findings: &[Finding], value: impl Fn(Verdict) -> f64) -> f64 {
-    let (mut sum, mut weights) = (0.0, f64::MIN_POSITIVE);
-    for Finding {
-        claim, comparison, ..
-    } in findings
-    {
-        if comparison.verdict != Verdict::NotComparable {
-            sum += claim.weight * value(comparison.verdict);
-            weights += claim.weight;
-        }
-    }
-    sum / weights
+    let verdicts = findings.iter();
+    let verdicts = verdicts.map(|finding| (finding.claim.weight, finding.comparison.verdict));
+    let comparable = verdicts.filter(|(_, verdict)| *verdict != Verdict::NotComparable);
+    let weights: f64 = comparable.clone().map(|(weight, _)| weight).sum();
+    let sum: f64 = comparable
+        .map(|(weight, verdict)| weight * value(verdict))
+        .sum();
+    sum / weights.max(f64::MIN_POSITIVE)
 }

@@ -394,21 +394,14 @@ fn order(regimes: &[String], points: &Points<'_>) -> Comparison {
     let seen: Vec<String> = points.iter().map(|(_, r)| regime(r).to_string()).collect();
     let mut successive = seen.clone();
     successive.dedup();
-    let verdict = if seen.is_empty() {
-        Verdict::NotComparable
-    } else if successive == regimes {
-        Verdict::Met
-    } else if seen.first() == regimes.first()
-        && seen.last() == regimes.last()
-        && regimes.iter().all(|regime| seen.contains(regime))
-    {
-        Verdict::Partly {
-            share: longest_in_order(regimes, &seen) as f64 / seen.len() as f64,
-        }
+    let has_ends = seen.first() == regimes.first() && seen.last() == regimes.last();
+    let holding = if has_ends && regimes.iter().all(|regime| seen.contains(regime)) {
+        longest_in_order(regimes, &seen)
     } else {
-        Verdict::NotMet
+        0
     };
     let measured = (!seen.is_empty()).then(|| successive.join(", "));
+    let verdict = Verdict::of(holding, seen.len());
     Comparison::new(regimes.join(", then "), measured, verdict)
 }
 

@@ -64,10 +64,9 @@ pub fn short_average_plan(plan: &SweepPlan) -> SweepPlan {
 /// # Errors
 /// If the body's modes cannot be computed.
 pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidence, AssemblyError> {
-    let responses = points.iter().filter_map(|point| {
-        let response = point.outcome.as_ref().ok()?;
-        Some((point.place.values[0], response.clone()))
-    });
+    let responses = points.iter();
+    let responses =
+        responses.filter_map(|point| Some((point.place.values[0], point.found()?.clone())));
     let mut evidence = Evidence::new(responses);
     let mut own = spec.clone();
     if let BodySpec::BallOnBeam(body) = &mut own.body {

@@ -3,6 +3,8 @@
 //! The exponents of a periodic orbit are the logarithms of its Floquet multipliers over its period. One period determines
 //! them, so that nothing has to be averaged.
 
+use std::sync::Arc;
+
 use super::Run;
 use crate::dynamics::continuation::{
     ContinuationOptions, Multiplier, PeriodicOrbit, ReturnSearch, settled_orbit,
@@ -32,7 +34,7 @@ pub(super) fn stable_orbit(scene: &Scene, run: &Run<'_>) -> Option<PeriodicOrbit
     }
     let (system, z) = (run.integrator.system(), &run.z[..]);
     system.differentiable()?;
-    let family = SubjectFamily::new(scene.clone(), Vec::new());
+    let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: LONGEST * run.period,

@@ -19,12 +19,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::pool::{Emit, run_jobs};
-use super::response::{InitialState, ResponsePlan, SettledResponse};
-use super::subject::{SceneSubject, Subject};
+use super::response::{InitialState, SettledResponse};
+use super::subject::Subject;
 use super::{OnProgress, StudyError};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
-pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
+pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
 pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
@@ -47,58 +47,38 @@ impl SweepPoint {
 
     /// Name of the regime with its doubling ([`SettledResponse::motion`]), or "no response".
     pub fn regime_name(&self) -> String {
-        match &self.outcome {
-            Ok(found) => found.motion(),
-            Err(_) => "no response".to_owned(),
-        }
+        let found = self.found();
+        found.map_or_else(|| "no response".to_owned(), SettledResponse::motion)
     }
 
     /// Whether the motion still changed when it was measured.
     pub fn is_unsettled(&self) -> bool {
-        self.outcome.as_ref().is_ok_and(|found| !found.settled)
+        self.found().is_some_and(|found| !found.settled)
     }
 }
 
-/// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
-/// one). The results do not depend on the number of threads, on the shard or on the known points. A failed
+/// Computes the response at each point of a shard that is not among the known `points`, on `threads` threads (at
+/// least one), and returns all points in ascending order of index; some are missing if `progress` stops the sweep.
+/// The results do not depend on the number of threads, on the shard or on the known points. A failed
 /// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
+/// For systems of a caller, times of the plan are in periods of the slowest motion
+/// ([`Trial::period`](super::Trial::period)).
 ///
 /// `on_point` takes each point as soon as it is computed, on the thread of the caller; they arrive in any order.
 ///
 /// # Errors
-/// [`StudyError::Stopped`] and [`StudyError::Threads`]; the error of `on_point`, which ends the sweep.
-pub fn sweep<E: From<StudyError>>(
-    plan: &SweepPlan,
+/// [`StudyError::Threads`]; the error of `on_point`, which ends the sweep.
+pub fn sweep<S: Subject, E: From<StudyError>>(
+    plan: &SweepPlan<S>,
     shard: Shard,
-    known: &[SweepPoint],
+    mut points: Vec<SweepPoint>,
     threads: usize,
     progress: OnProgress<'_>,
-    on_point: impl FnMut(SweepPoint) -> Result<(), E>,
-) -> Result<(), E> {
-    let subject = SceneSubject {
-        scene: plan.scene.clone(),
-        parameters: plan.axes.iter().map(Axis::parameter).collect(),
-    };
-    let (grid, response) = (plan.grid(), &plan.response);
-    let work = (shard, known, threads);
-    sweep_subject(&subject, &grid, response, work, progress, on_point)
-}
-
-/// [`sweep`] of any systems. Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)).
-///
-/// # Errors
-/// As [`sweep`].
-pub fn sweep_subject<E: From<StudyError>>(
-    subject: &dyn Subject,
-    grid: &Grid<'_>,
-    plan: &ResponsePlan,
-    (shard, known, threads): (Shard, &[SweepPoint], usize),
-    progress: OnProgress<'_>,
-    mut on_point: impl FnMut(SweepPoint) -> Result<(), E>,
-) -> Result<(), E> {
-    let chains = grid.chains(shard);
+    mut on_point: impl FnMut(&SweepPoint) -> Result<(), E>,
+) -> Result<Vec<SweepPoint>, E> {
+    let (chains, names) = (plan.chains(shard), plan.names());
     let all: usize = chains.iter().map(Vec::len).sum();
-    let known = known.iter().map(|point| (point.place.index, point));
+    let known = points.iter().map(|point| (point.place.index, point));
     let known: HashMap<usize, &SweepPoint> = known.collect();
     let planned = chains.iter().flatten();
     let mut done = planned.filter(|k| known.contains_key(k)).count();
@@ -106,15 +86,17 @@ pub fn sweep_subject<E: From<StudyError>>(
         let mut before: Option<SettledResponse> = None;
         for &index in chain {
             if let Some(known) = known.get(&index) {
-                before = known.outcome.as_ref().ok().cloned();
+                before = known.found().cloned();
                 continue;
             }
-            let place = grid.place(index);
+            let place = plan.place(index);
             let from = before
                 .as_ref()
                 .map_or(InitialState::Fresh, InitialState::After);
             let mut check = |_: f64, _: &str| emit(None);
-            let found = subject.response(&place.values, from, plan, &mut check);
+            let found =
+                plan.scene
+                    .response(&names, &place.values, from, &plan.response, &mut check);
             let outcome = match found {
                 Err(StudyError::Stopped(_)) => return,
                 // A failed run is kept as a point.
@@ -127,17 +109,26 @@ pub fn sweep_subject<E: From<StudyError>>(
         }
     };
     let job = |chain: usize, emit: Emit<'_, _>| {
-        subject.enter(&mut || run(&chains[chain], emit));
+        plan.scene.enter(&mut || run(&chains[chain], emit));
     };
-    run_jobs(chains.len(), threads, job, |event| {
+    let (mut computed, mut is_stopped) = (Vec::new(), false);
+    let ended: Result<(), E> = run_jobs(chains.len(), threads, job, |event| {
         if let Some(point) = event {
             done += 1;
-            on_point(point)?;
+            on_point(&point)?;
+            computed.push(point);
         }
         let share = done as f64 / all.max(1) as f64;
-        let task = format!("{done} of {all} points");
-        Ok(progress(share, &task).map_err(StudyError::from)?)
-    })
+        let go_on = progress(share, &format!("{done} of {all} points"));
+        is_stopped = go_on.is_err();
+        go_on.map_err(|stopped| StudyError::from(stopped).into())
+    });
+    if !is_stopped {
+        ended?;
+    }
+    points.extend(computed);
+    points.sort_by_key(|point| point.place.index);
+    Ok(points)
 }
 
 /// A transition between two neighbouring values of the parameter.
@@ -178,8 +169,7 @@ pub fn transitions(points: &[SweepPoint]) -> Vec<Transition> {
 
 /// Description of a doubling, or of its reverse, between two points of the same regime.
 fn doubling(below: &SweepPoint, above: &SweepPoint) -> Option<String> {
-    let [below, above] = [below, above].map(|point| point.outcome.as_ref().ok());
-    let (below, above) = (below?, above?);
+    let (below, above) = (below.found()?, above.found()?);
     if below.regime != above.regime || below.doubling == above.doubling {
         return None;
     }
@@ -240,7 +230,7 @@ mod transition_tests {
                 index,
                 start: Start::Downward,
                 values: vec![2.0 + 0.5 * index as f64],
-                names: Default::default(),
+                named: Default::default(),
             },
             outcome: Ok(found),
         }

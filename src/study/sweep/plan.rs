@@ -1,49 +1,59 @@
 //! Plan of a sweep: axes, starts, order of the points, and shards for several machines.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::response::ResponsePlan;
+use crate::study::subject::scene_at;
 
 /// An axis of a sweep: a parameter and its values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    parameter: Parameter,
-    /// In the unit of the scene file, ascending.
-    values: Vec<f64>,
+    /// Path of the key in the scene file, or name of the parameter of a caller's systems.
+    pub path: String,
+    /// The values in the unit of the scene file, ascending.
+    pub values: Vec<f64>,
 }
 
 impl Axis {
     /// Creates an axis from values in the unit of the scene file. The values are sorted in ascending order
     /// and duplicates are removed.
-    pub fn new(parameter: Parameter, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn new(path: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         values.dedup();
-        Self { parameter, values }
+        Self {
+            path: path.into(),
+            values,
+        }
     }
 
-    /// The parameter of this axis.
-    pub fn parameter(&self) -> Parameter {
-        self.parameter
+    /// The key of a scene.
+    ///
+    /// # Errors
+    /// If no scene has such a number.
+    pub fn parameter(&self) -> Result<Parameter, SceneError> {
+        Parameter::named(&self.path)
     }
 
-    /// The values in the unit of the scene file, ascending.
-    pub fn values(&self) -> &[f64] {
-        &self.values
+    /// Unit of the values; empty for a number without one.
+    pub fn unit(&self) -> &'static str {
+        // A caller's parameter may have the name of a key without its table.
+        let key = self.parameter().ok().filter(|key| key.path() == self.path);
+        key.map_or("", Parameter::unit)
     }
 
     /// Label of the axis: the parameter and its unit.
     pub fn label(&self) -> String {
-        if self.parameter == Parameter::tilt() {
+        if self.path == Parameter::tilt().path() {
             return "tilt of the load, deg".to_owned();
         }
-        match self.parameter.unit() {
-            "" => self.parameter.path().to_owned(),
-            unit => format!("{}, {unit}", self.parameter.path()),
+        match self.unit() {
+            "" => self.path.clone(),
+            unit => format!("{}, {unit}", self.path),
         }
     }
 }
@@ -71,9 +81,9 @@ impl Start {
 
 /// A plan of a sweep: every combination of the axes' values, for every start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SweepPlan {
-    /// The scene whose parameters are varied.
-    pub scene: Scene,
+pub struct SweepPlan<S = Scene> {
+    /// The scene whose parameters are varied, or systems of a caller.
+    pub scene: S,
     /// One or two axes; continuation follows the first.
     pub axes: Vec<Axis>,
     /// The starts, without duplicates.
@@ -82,57 +92,47 @@ pub struct SweepPlan {
     pub response: ResponsePlan,
 }
 
-/// The points of a sweep: every combination of values, for every start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grid<'a> {
-    /// Names of the parameters.
-    pub names: Arc<[String]>,
-    /// Values of one or two parameters; continuation follows the first.
-    pub axes: Vec<&'a [f64]>,
-    /// The starts, without duplicates.
-    pub starts: &'a [Start],
-}
-
-impl Grid<'_> {
+impl<S> SweepPlan<S> {
     /// Total number of points.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.starts.len() * self.points_per_start()
     }
 
-    /// Whether the sweep has no points.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
+    /// Names of the parameters.
+    pub fn names(&self) -> Vec<String> {
+        self.axes.iter().map(|axis| axis.path.clone()).collect()
     }
 
     /// Points per start.
     fn points_per_start(&self) -> usize {
-        self.axes.iter().map(|values| values.len()).product()
+        self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
     /// The place of the point with an index.
     ///
     /// # Panics
-    /// If `index` is not less than [`Grid::len`].
+    /// If `index` is not less than [`SweepPlan::size`].
     pub fn place(&self, index: usize) -> Place {
         let start = self.starts[index / self.points_per_start()];
         let mut left = index % self.points_per_start();
         let values = self.axes.iter().map(|axis| {
-            let value = axis[left % axis.len()];
-            left /= axis.len();
+            let value = axis.values[left % axis.values.len()];
+            left /= axis.values.len();
             value
         });
+        let values: Vec<f64> = values.collect();
         Place {
+            named: self.names().into_iter().zip(values.clone()).collect(),
             index,
             start,
-            values: values.collect(),
-            names: Arc::clone(&self.names),
+            values,
         }
     }
 
     /// The points of a shard as chains, the longest first. Within a chain each point continues from the one before
     /// it; chains are independent of each other. Of `n` shards, each has every `n`-th chain.
     pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
-        let Some(row) = self.axes.first().map(|values| values.len()) else {
+        let Some(row) = self.axes.first().map(|axis| axis.values.len()) else {
             return Vec::new();
         };
         let mut chains: Vec<Vec<usize>> = Vec::new();
@@ -156,16 +156,17 @@ impl Grid<'_> {
 }
 
 /// The place of a point in a sweep.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Place {
+    /// Values of the parameters by their names.
+    #[serde(flatten)]
+    pub named: BTreeMap<String, f64>,
     /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     pub index: usize,
     /// Start of the point.
     pub start: Start,
     /// Values of the axes, in the units of the scene file.
     pub values: Vec<f64>,
-    /// Names of the axes.
-    pub names: Arc<[String]>,
 }
 
 /// A shard: part `number` (from 1) of a sweep divided into `of` parts.
@@ -183,36 +184,17 @@ impl Shard {
 }
 
 impl SweepPlan {
-    /// The grid of the points.
-    pub fn grid(&self) -> Grid<'_> {
-        let names = self
-            .axes
-            .iter()
-            .map(|axis| axis.parameter.path().to_owned());
-        Grid {
-            names: names.collect(),
-            axes: self.axes.iter().map(Axis::values).collect(),
-            starts: &self.starts,
-        }
-    }
-
     /// The scene at a point.
     ///
     /// # Errors
     /// If a value is out of range, or the values are not consistent with each other.
     pub fn scene_at(&self, place: &Place) -> Result<Scene, SceneError> {
-        let parameters = self.axes.iter().map(Axis::parameter);
-        let values: Vec<_> = parameters.zip(place.values.iter().copied()).collect();
-        self.scene.with_values(&values)
+        scene_at(&self.scene, &self.names(), &place.values)
     }
 
     /// Everything that the results depend on, as TOML. Plans with equal text have equal results; the plan can
     /// be restored from the text ([`SweepPlan::from_identity`]).
     pub fn identity(&self) -> String {
-        let axes = self.axes.iter().map(|axis| AxisRecord {
-            path: axis.parameter.path().to_owned(),
-            values: axis.values.clone(),
-        });
         let record = PlanRecord {
             version: crate::VERSION.to_owned(),
             scene: self.scene.name.clone(),
@@ -220,7 +202,7 @@ impl SweepPlan {
             text: self.scene.text.clone(),
             modes: fingerprint(&self.scene),
             response: self.response,
-            axes: axes.collect(),
+            axes: self.axes.clone(),
         };
         // TOML can represent strings, numbers and lists of them without errors.
         toml_edit::ser::to_string_pretty(&record).unwrap_or_default()
@@ -231,24 +213,17 @@ impl SweepPlan {
     /// # Errors
     /// A description of the fault in the text.
     pub fn from_identity(identity: &str) -> Result<Self, String> {
-        let record: PlanRecord =
-            toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())?;
-        let scene = Scene::parse(&record.scene, record.text).map_err(|e| e.to_string())?;
+        let record = PlanRecord::of(identity)?;
+        for axis in &record.axes {
+            axis.parameter().map_err(|e| e.to_string())?;
+        }
+        let scene = Scene::parse(&record.scene, record.text.clone()).map_err(|e| e.to_string())?;
         if fingerprint(&scene) != record.modes {
             return Err(
                 "the modes file has changed since; restore it, or choose another --out".to_owned(),
             );
         }
-        let axes = record.axes.into_iter().map(|axis| {
-            let parameter = Parameter::named(&axis.path).map_err(|e| e.to_string())?;
-            Ok(Axis::new(parameter, axis.values))
-        });
-        Ok(Self {
-            axes: axes.collect::<Result<_, String>>()?,
-            starts: record.starts,
-            response: record.response,
-            scene,
-        })
+        Ok(record.plan(scene))
     }
 }
 
@@ -260,7 +235,7 @@ fn fingerprint(scene: &Scene) -> Option<String> {
 
 /// A plan in serialised form.
 #[derive(Serialize, Deserialize)]
-struct PlanRecord {
+pub(super) struct PlanRecord {
     /// Version of the program.
     version: String,
     /// Name of the scene.
@@ -275,16 +250,24 @@ struct PlanRecord {
     /// Plan of the response at each point.
     response: ResponsePlan,
     /// The axes.
-    axes: Vec<AxisRecord>,
+    axes: Vec<Axis>,
 }
 
-/// An axis in serialised form.
-#[derive(Serialize, Deserialize)]
-struct AxisRecord {
-    /// Path of the parameter in the scene.
-    path: String,
-    /// The values, in the unit of the scene file.
-    values: Vec<f64>,
+impl PlanRecord {
+    /// The plan of an identity text, or the fault in it.
+    pub fn of(identity: &str) -> Result<Self, String> {
+        toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())
+    }
+
+    /// The plan for a scene.
+    pub fn plan<S>(self, scene: S) -> SweepPlan<S> {
+        SweepPlan {
+            scene,
+            axes: self.axes,
+            starts: self.starts,
+            response: self.response,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -307,8 +290,8 @@ mod tests {
     #[test]
     fn places_count_the_first_axis_fastest_and_the_start_slowest() {
         let plan = plan(&[Start::Fresh, Start::Downward]);
-        assert_eq!(plan.grid().len(), 12);
-        let places: Vec<Place> = (0..12).map(|k| plan.grid().place(k)).collect();
+        assert_eq!(plan.size(), 12);
+        let places: Vec<Place> = (0..12).map(|k| plan.place(k)).collect();
         assert_eq!(places[1].values, [2.0, 2.0]);
         assert_eq!(places[3].values, [1.0, 4.0]);
         assert_eq!(
@@ -324,13 +307,11 @@ mod tests {
     #[test]
     fn chains_follow_the_direction_of_their_start() {
         let plan = plan(&[Start::Upward, Start::Downward, Start::Fresh]);
-        let chains = plan.grid().chains(Shard::WHOLE);
+        let chains = plan.chains(Shard::WHOLE);
         assert_eq!(chains[..4], [[0, 1, 2], [3, 4, 5], [8, 7, 6], [11, 10, 9]]);
         assert_eq!(chains[4..], [[12], [13], [14], [15], [16], [17]]);
         // The long chains come first whatever the order of the starts.
-        let chains = self::plan(&[Start::Fresh, Start::Upward])
-            .grid()
-            .chains(Shard::WHOLE);
+        let chains = self::plan(&[Start::Fresh, Start::Upward]).chains(Shard::WHOLE);
         assert_eq!(chains[..3], [vec![6, 7, 8], vec![9, 10, 11], vec![0]]);
     }
 
@@ -339,10 +320,10 @@ mod tests {
         let plan = plan(&Start::ALL);
         for of in 1..12 {
             let mut all: Vec<usize> = (1..=of)
-                .flat_map(|number| plan.grid().chains(Shard { number, of }).concat())
+                .flat_map(|number| plan.chains(Shard { number, of }).concat())
                 .collect();
             all.sort_unstable();
-            assert_eq!(all, (0..plan.grid().len()).collect::<Vec<_>>());
+            assert_eq!(all, (0..plan.size()).collect::<Vec<_>>());
         }
     }
 

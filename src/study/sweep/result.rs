@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::dynamics::continuation::BifurcationKind;
 
-use super::{Axis, Grid, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
+use super::{Axis, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 use crate::number::{fixed, quantity};
 use crate::report::{Block, Measured, Report, Table, Tone};
 
@@ -62,21 +62,15 @@ pub struct RegimeInterval {
 }
 
 impl SweepResult {
-    /// The result of the points of a plan.
-    pub fn new(plan: &SweepPlan, mut points: Vec<SweepPoint>, shard: Shard) -> Self {
-        points.sort_by_key(|point| point.place.index);
-        let labels = plan.axes.iter().map(Axis::label);
-        Self::of(labels.collect(), &plan.grid(), points, shard)
-    }
-
-    /// The result of points in ascending order of index, for parameters with these labels.
-    pub fn of(axes: Vec<String>, grid: &Grid<'_>, points: Vec<SweepPoint>, shard: Shard) -> Self {
-        let points_in_shard = grid.chains(shard).iter().map(Vec::len).sum();
-        let single_axis = if axes.len() == 1 { &points[..] } else { &[] };
+    /// The result of the points of a plan in ascending order of index.
+    pub fn new<S>(plan: &SweepPlan<S>, points: Vec<SweepPoint>, shard: Shard) -> Self {
+        let points_in_shard = plan.chains(shard).iter().map(Vec::len).sum();
+        let is_single = plan.axes.len() == 1;
+        let single_axis = if is_single { &points[..] } else { &[] };
         Self {
-            axes,
+            axes: plan.axes.iter().map(Axis::label).collect(),
             points_computed: points.len(),
-            points_total: grid.len(),
+            points_total: plan.size(),
             points_in_shard,
             interrupted: points.len() < points_in_shard,
             regime_intervals: regime_intervals(single_axis),

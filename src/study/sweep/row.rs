@@ -1,20 +1,18 @@
 //! A sweep point as a row of a table and as an object in JSON.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
-use arrow_array::cast::AsArray;
-use arrow_array::types::Float64Type;
 use arrow_schema::{DataType, Field, FieldRef, Schema, SchemaRef};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
 
-use super::{Place, Start, SweepPlan, SweepPoint};
+use super::{Place, SweepPlan, SweepPoint};
 use crate::analysis::recurrence::RecurrenceKind;
 use crate::dynamics::Exponent;
 use crate::number::degrees;
@@ -25,27 +23,26 @@ use crate::study::table;
 /// format.
 pub const IDENTITY: &str = "squeakscope sweep 3";
 
-/// Key of the metadata of a field that holds a parameter of the sweep.
-const PARAMETER: &str = "squeakscope parameter";
-
 /// A point; missing values are null.
-#[derive(Serialize, Deserialize, JsonSchema)]
+#[derive(Serialize, JsonSchema)]
 struct Row {
-    /// Values of the parameters by their names.
-    #[serde(flatten, skip_deserializing)]
-    named: BTreeMap<String, f64>,
-    /// Index of the point, from 0; the first axis varies fastest, the start slowest.
-    index: usize,
-    /// Start of the point.
-    start: Start,
-    /// Values of the axes, in the units of the scene file.
-    // A table has only the columns by the names.
-    #[schemars(with = "Vec<f64>")]
-    values: Option<Vec<f64>>,
+    #[serde(flatten)]
+    place: Place,
     /// Error message of a point without a response.
     error: Option<String>,
     #[serde(flatten)]
     leading: Leading,
+    #[serde(flatten)]
+    found: Option<SettledResponse>,
+}
+
+/// What is read of a row of a table: the plan has the place of the point.
+#[derive(Deserialize)]
+struct Stored {
+    index: usize,
+    error: Option<String>,
+    kaplan_yorke: Option<f64>,
+    kaplan_yorke_half_width: Option<f64>,
     #[serde(flatten)]
     found: Option<SettledResponse>,
 }
@@ -134,46 +131,12 @@ impl Row {
             Ok(found) => (Some(found), None),
             Err(error) => (None, Some(error)),
         };
-        let place = point.place;
-        let named = place.names.iter().cloned().zip(place.values.clone());
         Self {
-            named: named.collect(),
-            index: place.index,
-            start: place.start,
-            values: Some(place.values),
+            place: point.place,
             error,
             leading: found.as_ref().map(Leading::of).unwrap_or_default(),
             found,
         }
-    }
-
-    /// The point of a row with these values of the parameters, or the reason why the row is invalid.
-    fn into_point(self, names: &Arc<[String]>, values: Vec<f64>) -> Result<SweepPoint, String> {
-        let outcome = match (self.error, self.found) {
-            (Some(error), _) => Err(error),
-            (None, Some(mut found)) => {
-                let dimension = self.leading.kaplan_yorke;
-                let dimension = dimension.zip(self.leading.kaplan_yorke_half_width);
-                if let Some(exponents) = &mut found.exponents {
-                    exponents.kaplan_yorke =
-                        dimension.map(|(value, half_width)| Exponent { value, half_width });
-                }
-                Ok(found)
-            }
-            (None, None) => {
-                return Err(format!(
-                    "the response of point {} is incomplete",
-                    self.index
-                ));
-            }
-        };
-        let place = Place {
-            index: self.index,
-            start: self.start,
-            values,
-            names: Arc::clone(names),
-        };
-        Ok(SweepPoint { place, outcome })
     }
 
     /// The columns of all rows without the values of the axes. Those of a response are null for a failed point.
@@ -231,42 +194,46 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
     let mut fields = table::columns(Row::fields().map_err(io::Error::other)?);
     // After the index and the start.
     let parameters = plan.axes.iter().map(|axis| {
-        let path = axis.parameter().path();
-        let field = Field::new(path, DataType::Float64, false);
-        let field = field.with_metadata(table::note(PARAMETER, path));
-        table::measured_in(&Arc::new(field), axis.parameter().unit())
+        let field = Field::new(&axis.path, DataType::Float64, false);
+        table::measured_in(&Arc::new(field), axis.unit())
     });
     fields.splice(2..2, parameters);
-    let identity = table::note(IDENTITY, &plan.identity());
+    let identity = HashMap::from([(IDENTITY.to_owned(), plan.identity())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, identity)))
 }
 
-/// Points as a record batch.
-pub(super) fn batch(plan: &SweepPlan, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
+/// Points as a record batch with the columns of a plan.
+pub(super) fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
     let rows = points.iter().map(|point| Row::new((*point).clone()));
-    let schema = schema(plan)?;
     let batch = serde_arrow::to_record_batch(schema.fields(), &rows.collect::<Vec<_>>());
     let batch = batch.map_err(io::Error::other)?;
-    batch.with_schema(schema).map_err(io::Error::other)
+    batch
+        .with_schema(Arc::clone(schema))
+        .map_err(io::Error::other)
 }
 
-/// The points of a record batch, or the reason why it has none.
-pub(super) fn points(batch: &RecordBatch) -> Result<Vec<SweepPoint>, String> {
-    let rows: Vec<Row> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
-    let schema = batch.schema();
-    let columns = schema.fields().iter().zip(batch.columns());
-    let parameters = columns.filter(|(field, _)| field.metadata().contains_key(PARAMETER));
-    let axes = parameters.map(|(field, column)| {
-        let column = column.as_primitive_opt::<Float64Type>();
-        let column = column.ok_or_else(|| format!("the column `{}` has no numbers", field.name()));
-        Ok((field.name().clone(), column?))
+/// The points of a record batch of a plan, or the reason why it has none.
+pub(super) fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<SweepPoint>, String> {
+    let rows: Vec<Stored> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
+    let points = rows.into_iter().map(|row| {
+        let index = row.index;
+        if index >= plan.size() {
+            return Err(format!("its point {index} does not match the plan"));
+        }
+        let outcome = match (row.error, row.found) {
+            (Some(error), _) => Err(error),
+            (None, Some(mut found)) => {
+                let dimension = row.kaplan_yorke.zip(row.kaplan_yorke_half_width);
+                if let Some(exponents) = &mut found.exponents {
+                    exponents.kaplan_yorke =
+                        dimension.map(|(value, half_width)| Exponent { value, half_width });
+                }
+                Ok(found)
+            }
+            (None, None) => return Err(format!("the response of point {index} is incomplete")),
+        };
+        let place = plan.place(index);
+        Ok(SweepPoint { place, outcome })
     });
-    let axes: Vec<_> = axes.collect::<Result<_, String>>()?;
-    let names: Arc<[String]> = axes.iter().map(|(name, _)| name.clone()).collect();
-    let rows = rows.into_iter().enumerate();
-    rows.map(|(k, row)| {
-        let values = axes.iter().map(|(_, column)| column.value(k));
-        row.into_point(&names, values.collect())
-    })
-    .collect()
+    points.collect()
 }

@@ -11,8 +11,10 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use arrow_ipc::writer::StreamWriter;
+use arrow_schema::SchemaRef;
 use serde_json::Value;
 
+use super::plan::PlanRecord;
 use super::row::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
@@ -27,70 +29,41 @@ const BATCH: usize = 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// The file cannot be opened.
-    #[error("cannot read `{path}`")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
-    /// The file is not a valid table of a sweep.
-    #[error("`{path}` is not a sweep table: {reason}")]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with the file.
-        reason: String,
-    },
-    /// The file belongs to a sweep with another plan.
+    #[error("cannot read `{0}`")]
+    Read(PathBuf, #[source] io::Error),
+    /// The file is not a valid table of a sweep; what is wrong with it.
+    #[error("`{0}` is not a sweep table: {1}")]
+    Invalid(PathBuf, String),
+    /// The file belongs to a sweep with another plan; the first difference between the plans.
     #[error(
-        "`{path}` belongs to another sweep: {difference}; choose another --out, or use the same scene and \
-         options"
+        "`{0}` belongs to another sweep: {1}; choose another --out, or use the same scene and options"
     )]
-    OtherSweep {
-        /// The file.
-        path: PathBuf,
-        /// The first difference between the plans.
-        difference: String,
-    },
+    OtherSweep(PathBuf, String),
     /// Writing failed. Points written earlier are kept.
-    #[error("writing `{path}` failed; the points written before are kept: continue with --resume")]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
+    #[error("writing `{0}` failed; the points written before are kept: continue with --resume")]
+    Write(PathBuf, #[source] io::Error),
     /// The sweep was stopped, or no thread could be started.
     #[error(transparent)]
     Study(#[from] StudyError),
     /// The file was removed or moved during the sweep.
     #[error(
-        "`{path}` was removed or moved during the sweep, so further points would be lost; repeat the sweep \
-         with an --out folder that is not moved"
+        "`{0}` was removed or moved during the sweep, so further points would be lost; repeat the sweep with an --out \
+         folder that is not moved"
     )]
-    Removed {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
+    Removed(PathBuf, #[source] io::Error),
 }
 
 impl TableError {
     /// The file is not a valid table, for this reason.
     pub fn invalid(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Invalid {
-            path: path.to_owned(),
-            reason: reason.into(),
-        }
+        Self::Invalid(path.to_owned(), reason.into())
     }
 }
 
 /// Writer of a table that grows: an Arrow stream, point by point.
 pub struct TableWriter {
     path: PathBuf,
-    plan: SweepPlan,
+    schema: SchemaRef,
     stream: StreamWriter<File>,
 }
 
@@ -111,10 +84,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`].
     pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
-        let failed = |source| TableError::Write {
-            path: path.to_owned(),
-            source,
-        };
+        let failed = |source| TableError::Write(path.to_owned(), source);
         let schema = schema(plan).map_err(failed)?;
         // The old file is replaced only once the new one holds all its points.
         let mut kept = None;
@@ -123,7 +93,7 @@ impl TableWriter {
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
                 stream
-                    .write(&batch(plan, &[point])?)
+                    .write(&batch(&schema, &[point])?)
                     .map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
@@ -134,7 +104,7 @@ impl TableWriter {
         let stream = kept.ok_or_else(|| failed(io::Error::other("no file was made")))?;
         Ok(Self {
             path: path.to_owned(),
-            plan: plan.clone(),
+            schema,
             stream,
         })
     }
@@ -144,20 +114,15 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.plan, &[point]).and_then(|batch| {
+        let written = batch(&self.schema, &[point]).and_then(|batch| {
             self.stream.write(&batch).map_err(table::unwrapped)?;
             self.stream.flush().map_err(table::unwrapped)
         });
-        written.map_err(|source| TableError::Write {
-            path: self.path.clone(),
-            source,
-        })?;
+        written.map_err(|source| TableError::Write(self.path.clone(), source))?;
         // Writes to a removed file succeed, but the data are lost.
         let file = self.path.symlink_metadata();
-        file.map(drop).map_err(|source| TableError::Removed {
-            path: self.path.clone(),
-            source,
-        })
+        file.map(drop)
+            .map_err(|source| TableError::Removed(self.path.clone(), source))
     }
 }
 
@@ -170,14 +135,12 @@ pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Resu
     let mut points: Vec<&SweepPoint> = points.iter().collect();
     points.sort_by_key(|point| point.place.index);
     let write = || {
-        let batches = points.chunks(BATCH).map(|points| batch(plan, points));
+        let schema = schema(plan)?;
+        let batches = points.chunks(BATCH).map(|points| batch(&schema, points));
         let batches = batches.collect::<io::Result<Vec<_>>>()?;
-        table::write(path, &schema(plan)?, &batches).map_err(|error| error.source)
+        table::write(path, &schema, &batches).map_err(|error| error.source)
     };
-    write().map_err(|source| TableError::Write {
-        path: path.to_owned(),
-        source,
-    })
+    write().map_err(|source| TableError::Write(path.to_owned(), source))
 }
 
 /// Reads a table: an Arrow stream, an Arrow file or Parquet. A truncated stream, from a process that was killed, yields
@@ -195,10 +158,8 @@ pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
 
 fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let foreign = |reason: &str| TableError::invalid(path, reason);
-    let (file, length) = open_file(path).map_err(|source| TableError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let (file, length) =
+        open_file(path).map_err(|source| TableError::Read(path.to_owned(), source))?;
     if length == 0 {
         return Err(foreign("it is empty; remove it, or choose another --out"));
     }
@@ -207,6 +168,8 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let identity = identity.ok_or_else(|| {
         foreign("its metadata has no sweep plan of this version; choose another --out")
     })?;
+    let plan = PlanRecord::of(&identity).map_err(|reason| foreign(&reason))?;
+    let plan = plan.plan(());
     let mut found = SweepTable {
         identity,
         points: Vec::new(),
@@ -217,36 +180,24 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             found.truncated = true;
             break;
         };
-        let read = points(&batch).map_err(|reason| foreign(&one_line(reason)))?;
+        let read = points(&batch, &plan).map_err(|reason| foreign(&one_line(reason)))?;
         found.points.extend(read);
     }
     Ok(found)
 }
 
 impl SweepTable {
-    /// Checks that the table belongs to `plan` and that all its points are points of the plan.
+    /// Checks that the table belongs to `plan`.
     ///
     /// # Errors
-    /// [`TableError::OtherSweep`] or [`TableError::Invalid`]; they name `path`.
+    /// [`TableError::OtherSweep`]; it names `path`.
     pub fn check(&self, plan: &SweepPlan, path: &Path) -> Result<(), TableError> {
         let wanted = plan.identity();
-        if self.identity != wanted {
-            return Err(TableError::OtherSweep {
-                path: path.to_owned(),
-                difference: difference([&self.identity, &wanted]),
-            });
+        if self.identity == wanted {
+            return Ok(());
         }
-        let misplaced = self.points.iter().find(|point| {
-            let index = point.place.index;
-            index >= plan.grid().len() || plan.grid().place(index) != point.place
-        });
-        match misplaced {
-            None => Ok(()),
-            Some(point) => {
-                let reason = format!("its point {} does not match the plan", point.place.index);
-                Err(TableError::invalid(path, reason))
-            }
-        }
+        let difference = difference([&self.identity, &wanted]);
+        Err(TableError::OtherSweep(path.to_owned(), difference))
     }
 }
 

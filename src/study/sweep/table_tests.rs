@@ -29,7 +29,7 @@ fn swept() -> (SweepPlan, Vec<SweepPoint>) {
             max_rhs_evals: None,
         },
     };
-    let points = run(&plan, Shard::WHOLE, &[], 1);
+    let points = run(&plan, Shard::WHOLE, Vec::new(), 1);
     assert!(points[0].outcome.is_err() && points[2].outcome.is_ok());
     (plan, points)
 }
@@ -80,8 +80,16 @@ fn a_long_table_is_read_back() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let mut many: Vec<SweepPoint> = (0..2500).map(|k| points[k / 1200].clone()).collect();
+    let path = &plan.axes[0].path;
+    let plan = SweepPlan {
+        axes: vec![Axis::new(
+            path,
+            (0..2500).map(|k| 31.0 + 1e-3 * f64::from(k)),
+        )],
+        ..plan
+    };
     for (index, point) in many.iter_mut().enumerate() {
-        point.place.index = index;
+        point.place = plan.place(index);
         if let Ok(found) = &mut point.outcome {
             found.regime = [Regime::Silent, Regime::Chaotic, Regime::Noise][index / 1000];
         }

@@ -1,0 +1,122 @@
+//! A series of points of a study over a parameter: those of one start of a sweep, or the orbits of one branch. It has a
+//! folder of entities and a tab of its own.
+
+use re_sdk_types::blueprint::{
+    archetypes::TimePanelBlueprint,
+    components::{LoopMode, PlayState},
+};
+
+use super::{
+    blueprint::{
+        layout::{Row, screen_of},
+        tree::{self, Part, View},
+    },
+    panel_view::{PanelView, PanelViews},
+    paths::{self, Root},
+    stream::{Moment, RecordingStream, STATIC},
+    sweep::TimelineTicks,
+    text,
+};
+use crate::plot::Panel;
+
+/// Distance of the eye from the delay embedding.
+const EYE: f64 = 4.6;
+
+/// A series of points.
+pub struct Series {
+    pub root: Root,
+    /// Titles of the tab and of the text of a point, and the end of the titles of the pictures.
+    titles: [String; 3],
+    /// The diagrams over the parameter, by their names in the layout.
+    diagrams: Vec<(&'static str, Panel)>,
+    views: PanelViews,
+}
+
+impl Series {
+    /// A series with its titles and its diagrams over the parameter.
+    pub fn new(root: Root, titles: [String; 3], diagrams: Vec<(&'static str, Panel)>) -> Self {
+        Self {
+            views: PanelViews::new(root.clone()),
+            root,
+            titles,
+            diagrams,
+        }
+    }
+
+    /// A view by its name in the layout; `None` for a diagram without data.
+    pub fn view(&self, name: &str) -> Option<View> {
+        let [_, point, ending] = &self.titles;
+        let row = Row::of(name)?;
+        let title = row.title.replace("{velocity}", "");
+        let title = title.replace("{displacement}", "") + ending;
+        let title = title.replace("{frequency}", "kHz");
+        let path = self.root.at(row.paths[0]);
+        let mut diagrams = self.diagrams.iter();
+        if let Some((_, panel)) = diagrams.find(|(diagram, _)| *diagram == name) {
+            let panel = panel.clone().with_title(title);
+            return Some(PanelView::of(name, &self.root).view(&panel));
+        }
+        match (row.kind[0], row.needs) {
+            ("text", _) => Some(View::text(point.as_str(), &path)),
+            ("cube", _) => Some(View::cube(title, &path, EYE)),
+            (_, "diagram") => None,
+            _ => row.picture(title, &self.root),
+        }
+    }
+
+    /// Draws the diagrams.
+    pub fn draw_diagrams(&mut self, rec: &RecordingStream) {
+        for (name, panel) in &self.diagrams {
+            self.views.of(name).draw(rec, STATIC, panel);
+        }
+    }
+
+    /// Draws the point at a value of the parameter: its pictures, its text, and the cursor in the diagrams.
+    pub fn draw_point(
+        &mut self,
+        rec: &RecordingStream,
+        (at, value): (Moment, f64),
+        panels: impl IntoIterator<Item = (&'static str, Panel)>,
+        text: String,
+    ) {
+        for (name, panel) in &self.diagrams {
+            self.views.of(name).draw_cursor(rec, at, panel, value);
+        }
+        for (name, panel) in panels {
+            self.views.of(name).draw(rec, at, &panel);
+        }
+        let path = self.root.at(paths::POINT_TEXT);
+        rec.log(path, at, &text::document(text));
+    }
+}
+
+/// Sends the layout: the `compared` tabs, which have several series below each other; a tab for each series; one more tab;
+/// and the text about the recording. Playback shows so many points of the timeline per second.
+pub fn send(
+    rec: &RecordingStream,
+    all: &[&Series],
+    (compared, single): (&[&str], &str),
+    more: Option<Part>,
+    (timeline, plays): (&TimelineTicks, f64),
+) {
+    let screen = |key: &str, series: &Series| screen_of(key, &mut |name| series.view(name));
+    let mut tabs = Vec::new();
+    for key in compared.iter().filter(|_| all.len() > 1) {
+        let screens = all.iter().filter_map(|series| screen(key, series));
+        let (titles, screens): (Vec<&str>, Vec<Part>) = screens.unzip();
+        tabs.extend(titles.first().map(|title| Part::tab(title, screens)));
+    }
+    for series in all {
+        let screen = screen(single, series).map(|(_, screen)| screen);
+        tabs.extend(screen.map(|screen| Part::tab(&series.titles[0], vec![screen])));
+    }
+    tabs.extend(more);
+    let about = View::text("About this recording", paths::ABOUT);
+    tabs.push(Part::tab("About", vec![Part::View(about)]));
+    let time_panel = TimePanelBlueprint::new()
+        .with_timeline(timeline.name.as_str())
+        .with_fps(plays * timeline.gap().abs())
+        .with_loop_mode(LoopMode::All)
+        .with_play_state(PlayState::Paused);
+    tree::send(rec, tabs, time_panel);
+}
