@@ -39,9 +39,9 @@ impl Sink for Printer {
             Record::Summary(summary) => println!(
                 "{} steps for {:.0} ms, {:.2} of real time; energy audit {:.1e}",
                 summary.stats.steps,
-                1e3 * summary.simulated,
+                1e3 * summary.simulated_s,
                 summary.real_time_factor,
-                summary.audit.unwrap_or(f64::NAN),
+                summary.energy_residual.unwrap_or(f64::NAN),
             ),
             // Samples, pictures and health records are ignored.
             _ => {}

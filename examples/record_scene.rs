@@ -38,16 +38,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{} at {:.1} deg: {:.0} ms simulated in {:.2} s, {:.2} of real time while integrating",
         scene.name,
         scene.joint()?.tilt.at(0.0).to_degrees(),
-        1e3 * summary.simulated,
-        summary.wall,
+        1e3 * summary.simulated_s,
+        summary.wall_s,
         summary.real_time_factor,
     );
     println!(
         "displacement up to {:.3} um, velocity up to {:.2} mm/s",
-        1e6 * summary.amplitude,
-        1e3 * summary.peak_velocity,
+        1e6 * summary.amplitude_m,
+        1e3 * summary.peak_velocity_m_per_s,
     );
-    for peak in summary.peaks.iter().take(3) {
+    for peak in summary.lines.iter().take(3) {
         println!(
             "{:>8.1} Hz  {:>7.3} mm/s  {}",
             peak.frequency,
@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{} steps, {} evaluations of the right-hand side, energy audit {:.1e}",
         summary.stats.steps,
         summary.stats.rhs_evals,
-        summary.audit.unwrap_or(f64::NAN),
+        summary.energy_residual.unwrap_or(f64::NAN),
     );
     let megabytes = 1e-6 * std::fs::metadata(&path)?.len() as f64;
     println!("{}: {megabytes:.1} MB", path.display());

@@ -38,9 +38,9 @@ impl Options {
             [0.05, 1.0, 0.6]
         };
         Ok(ResponsePlan {
-            min_transient: positive("min_transient", self.min_transient.unwrap_or(least))?,
-            max_transient: positive("max_transient", self.max_transient.unwrap_or(most))?,
-            measurement_time: positive("measure", self.measure.unwrap_or(measure))?,
+            min_transient_s: positive("min_transient", self.min_transient.unwrap_or(least))?,
+            max_transient_s: positive("max_transient", self.max_transient.unwrap_or(most))?,
+            measurement_s: positive("measure", self.measure.unwrap_or(measure))?,
             exponents: whole("exponents", self.exponents, 0)?,
             orbits: true,
             portrait: false,

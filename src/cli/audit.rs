@@ -25,7 +25,7 @@ pub(super) struct Audit {
 impl Audit {
     /// The audit of a run; `None` if there was none.
     pub fn of(summary: &Summary) -> Option<Self> {
-        summary.audit.map(|residual| Self {
+        summary.energy_residual.map(|residual| Self {
             residual,
             limit: LIMIT,
             holds: residual <= LIMIT,

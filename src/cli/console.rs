@@ -55,7 +55,7 @@ pub fn print_fixed(scene: &Scene, varied: impl IntoIterator<Item = Parameter>) {
         .joint()
         .map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
     if varied.into_iter().any(|key| key == Parameter::tilt()) {
-        fixed.tilt = None;
+        fixed.tilt_rad = None;
     }
     if let Some(values) = fixed.description() {
         print_warning(&format!(

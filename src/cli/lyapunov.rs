@@ -51,7 +51,7 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
         files.write("--csv", |path| {
             replace_file(path, |out| out.write_all(csv.as_bytes()))
         })?;
-        let title = title(&scene.name, result.found.tilt);
+        let title = title(&scene.name, result.found.tilt_rad);
         files.draw(|| vec![lyapunov_figure(&title, &result.found)])
     })
 }

@@ -259,9 +259,9 @@ mod tests {
             axes: vec![Axis::new(Parameter::tilt(), [2.0, 5.0])],
             starts: vec![start],
             response: ResponsePlan {
-                min_transient: 0.02,
-                max_transient: 0.02,
-                measurement_time: 0.01,
+                min_transient_s: 0.02,
+                max_transient_s: 0.02,
+                measurement_s: 0.01,
                 exponents: 1,
                 orbits: false,
                 portrait: false,

@@ -260,8 +260,8 @@ impl Report for RunResult<'_> {
         let summary = self.summary;
         let rest = format!(
             ": {:.1} ms simulated in {:.2} s (simulation alone: {:.2} x real time)",
-            summary.simulated * 1e3,
-            summary.wall,
+            summary.simulated_s * 1e3,
+            summary.wall_s,
             summary.real_time_factor,
         );
         let place = if self.is_joint {
@@ -273,15 +273,15 @@ impl Report for RunResult<'_> {
             Block::heading(scene, rest),
             Block::text(format!(
                 "amplitude {:.4} um, peak velocity {:.3} mm/s{place}",
-                summary.amplitude * 1e6,
-                summary.peak_velocity * 1e3
+                summary.amplitude_m * 1e6,
+                summary.peak_velocity_m_per_s * 1e3
             )),
         ];
         if let Some(motion) = summary.describe_motion() {
             blocks.push(Block::text(format!("type of motion: {motion}")));
         }
         if !summary.at_rest {
-            blocks.push(lines(&summary.peaks));
+            blocks.push(lines(&summary.lines));
         }
         blocks.extend(self.integration());
         if let Some(exponents) = &self.exponents {
@@ -323,7 +323,8 @@ fn lines(lines: &[SpectralLine]) -> Block {
 /// The divergence of the perturbed trajectory.
 fn divergence_line(divergence: &TrajectoryDivergence) -> Block {
     let rate = divergence.line.map(|line| {
-        let rate = |sign: f64| Measured::new(sign * line.rate, line.half_width).unit("1/s");
+        let rate =
+            |sign: f64| Measured::new(sign * line.rate_per_s, line.half_width_per_s).unit("1/s");
         if line.grows() {
             format!(", growing at {}", rate(1.0))
         } else if line.shrinks() {
@@ -332,13 +333,13 @@ fn divergence_line(divergence: &TrajectoryDivergence) -> Block {
             format!(", no significant growth ({})", rate(1.0))
         }
     });
-    let saturation = match divergence.saturated {
+    let saturation = match divergence.saturated_s {
         Some(time) => format!("saturated at {:.0} ms", 1e3 * time),
         None => "not saturated".to_owned(),
     };
     Block::text(format!(
         "perturbed trajectory, started at {:.0} ms: relative distance {:.1e}{}, {saturation}",
-        1e3 * divergence.start,
+        1e3 * divergence.start_s,
         divergence.distance,
         rate.unwrap_or_default()
     ))
@@ -350,7 +351,7 @@ impl RunResult<'_> {
         let Summary {
             stats, transitions, ..
         } = self.summary;
-        let events = match (self.is_joint, self.summary.audit) {
+        let events = match (self.is_joint, self.summary.energy_residual) {
             (false, _) => format!("{transitions} events"),
             (true, Some(residual)) => {
                 format!(
@@ -501,10 +502,10 @@ mod tests {
     fn the_result_contains_the_summary() {
         let scene = Scene::load("chaos-5deg").expect("preset");
         let summary = Summary {
-            simulated: 0.1,
-            amplitude: 0.69e-6,
-            peak_velocity: f64::NAN,
-            peaks: vec![SpectralLine {
+            simulated_s: 0.1,
+            amplitude_m: 0.69e-6,
+            peak_velocity_m_per_s: f64::NAN,
+            lines: vec![SpectralLine {
                 frequency: 4117.0,
                 amplitude: 0.016,
                 label: "f1".to_owned(),
@@ -547,28 +548,29 @@ mod tests {
             crate::report::markdown(&[divergence_line(divergence)])
         };
         let mut divergence = TrajectoryDivergence {
-            time: 0.2,
-            start: 0.05,
+            time_s: 0.2,
+            start_s: 0.05,
             distance: 2e-3,
             line: None,
-            saturated: None,
+            saturated_s: None,
         };
         assert_eq!(
             line(&divergence),
             "perturbed trajectory, started at 50 ms: relative distance 2.0e-3, not saturated\n"
         );
         divergence.line = Some(DivergenceFit {
-            rate: 70.0,
-            half_width: 5.0,
-            since: 0.06,
+            rate_per_s: 70.0,
+            half_width_per_s: 5.0,
+            since_s: 0.06,
             intercept: 0.0,
         });
-        divergence.saturated = Some(0.18);
+        divergence.saturated_s = Some(0.18);
         let text = line(&divergence);
         assert!(text.ends_with("growing at 70.0 ± 5.0 1/s, saturated at 180 ms\n"));
-        divergence.line = divergence
-            .line
-            .map(|line| DivergenceFit { rate: 3.0, ..line });
+        divergence.line = divergence.line.map(|line| DivergenceFit {
+            rate_per_s: 3.0,
+            ..line
+        });
         let text = line(&divergence);
         assert!(
             text.contains("no significant growth (3.0 ± 5.0 1/s)"),

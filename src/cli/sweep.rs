@@ -305,9 +305,9 @@ pub(super) fn check_transient(args: &ResponseArgs) -> Result<(), CliError> {
 /// The transient and the measurement of each response.
 pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan {
     ResponsePlan {
-        min_transient: 1e-3 * args.min_transient,
-        max_transient: 1e-3 * args.max_transient,
-        measurement_time: 1e-3 * args.measure,
+        min_transient_s: 1e-3 * args.min_transient,
+        max_transient_s: 1e-3 * args.max_transient,
+        measurement_s: 1e-3 * args.measure,
         exponents: args.exponents,
         orbits: true,
         portrait,

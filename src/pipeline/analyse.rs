@@ -128,7 +128,7 @@ impl Analyser {
     /// and the distance of the perturbed trajectory. All other fields have default values.
     pub fn summary(&self) -> Summary {
         Summary {
-            simulated: self.clock.elapsed(),
+            simulated_s: self.clock.elapsed(),
             ..self.summary.summary()
         }
     }

@@ -159,8 +159,8 @@ mod tests {
         let (same, fewer, changes, limited) = results(&scene, AnalysisBudget::Realtime);
         assert!(motion == same, "the motion depends on the budget");
         assert_eq!(
-            (summary.stats, summary.peaks),
-            (limited.stats, limited.peaks)
+            (summary.stats, summary.lines),
+            (limited.stats, limited.lines)
         );
         assert!(
             changes > 0 && 4 * fewer.len() < 3 * plots.len(),

@@ -62,8 +62,8 @@ impl HealthMeter {
 
     /// Adds performance and accuracy to the summary of a run. The analyses add the results.
     pub fn complete_summary(&self, summary: &mut Summary) {
-        summary.real_time_factor = factor(summary.simulated, self.busy_seconds);
-        summary.audit = self.audit;
+        summary.real_time_factor = factor(summary.simulated_s, self.busy_seconds);
+        summary.energy_residual = self.audit;
     }
 }
 
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(meter.measure(&at(0.0, 0.0), 0, 0, 0).audit, None);
         let mut summary = Summary::default();
         meter.complete_summary(&mut summary);
-        assert_eq!(summary.audit, None);
+        assert_eq!(summary.energy_residual, None);
         let audit = meter.measure(&at(1e-3, 0.25), 0, 0, 0).audit;
         assert!((audit.unwrap() - 0.25).abs() < 1e-9);
         assert_eq!(meter.measure(&Frame::default(), 0, 0, 0).audit, audit);

@@ -209,7 +209,11 @@ impl InteractiveSource {
         for (size, seed) in kicks {
             self.source.kick(size, seed)?;
             let time = self.source.time();
-            self.kicks.push(Kick { time, size, seed });
+            self.kicks.push(Kick {
+                time_s: time,
+                size,
+                seed,
+            });
             self.done.push(format!(
                 "kick of {} mm/s, seed {seed}",
                 trimmed(1e3 * size, 4)

@@ -143,7 +143,7 @@ fn a_kick_changes_the_velocities_and_is_audited() {
             assert!(first > 1e-3 && first < 1e-2, "{first}");
             assert_eq!(frame.events, ["kick of 1 mm/s, seed 7"]);
             let kick = Kick {
-                time: frame.t0,
+                time_s: frame.t0,
                 size: 1e-3,
                 seed: 7,
             };

@@ -188,8 +188,8 @@ impl ChangeDetector {
             };
             let spectrum = integrator.exponents_between(from, to).unwrap_or_default();
             MotionSegment {
-                start,
-                end,
+                start_s: start,
+                end_s: end,
                 attractor: spectrum.attractor_of(motion),
                 spectrum,
             }

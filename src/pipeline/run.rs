@@ -109,7 +109,7 @@ pub fn drive(
         })
     });
     let mut summary = outcome?;
-    summary.wall = began.elapsed().as_secs_f64();
+    summary.wall_s = began.elapsed().as_secs_f64();
     sink.accept(Record::Summary(Arc::new(summary.clone())))?;
     sink.finish()?;
     Ok(summary)

@@ -113,7 +113,7 @@ fn perturbed_trajectory_separates_in_chaotic_motion() {
         (0.1..10.0).contains(&(first.distance / perturbed_trajectory.distance)),
         "{first:?}"
     );
-    let rate = end.line.unwrap().rate;
+    let rate = end.line.unwrap().rate_per_s;
     println!("rate {rate}, {end:?}");
     assert!((20.0..200.0).contains(&rate), "{rate}");
     assert!(
@@ -134,5 +134,5 @@ fn perturbed_trajectory_stays_close_on_a_limit_cycle() {
         end.distance < 10.0 * perturbed_trajectory.distance,
         "{end:?}"
     );
-    assert!(end.line.unwrap().rate < 10.0 && end.saturated.is_none());
+    assert!(end.line.unwrap().rate_per_s < 10.0 && end.saturated_s.is_none());
 }

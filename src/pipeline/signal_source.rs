@@ -150,10 +150,13 @@ mod tests {
         };
         let mut records: Vec<Record> = Vec::new();
         let summary = drive(playback(&samples), "analyse", &mut records, monitor).unwrap();
-        assert!((summary.simulated - 0.03).abs() < 1e-12);
-        assert_eq!((summary.real_time_factor, summary.audit), (0.0, None));
-        assert_eq!(summary.peak_velocity, largest);
-        assert!((summary.peaks[0].frequency - 4003.0).abs() < 1.0);
+        assert!((summary.simulated_s - 0.03).abs() < 1e-12);
+        assert_eq!(
+            (summary.real_time_factor, summary.energy_residual),
+            (0.0, None)
+        );
+        assert_eq!(summary.peak_velocity_m_per_s, largest);
+        assert!((summary.lines[0].frequency - 4003.0).abs() < 1.0);
         assert!(!summary.interrupted);
         let times = progress.into_inner().unwrap();
         assert!((times.last().unwrap() - (START + 0.03)).abs() < 1e-12);
@@ -204,7 +207,7 @@ mod tests {
     fn a_signal_without_samples_ends_immediately() {
         let mut records: Vec<Record> = Vec::new();
         let summary = drive(playback(&[]), "", &mut records, Monitor::default()).unwrap();
-        assert_eq!((summary.simulated, summary.interrupted), (0.0, false));
+        assert_eq!((summary.simulated_s, summary.interrupted), (0.0, false));
         assert_eq!(records.len(), 2, "header and summary");
     }
 }

@@ -39,7 +39,7 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
     let axis = Axis::linear("share, %", [0.0, 100.0]);
     let mut shares = Panel::bars(heading, axis, names.collect(), bars);
     let intervals = shown.iter().enumerate().map(|(row, attractor)| {
-        let ends = attractor.interval.map(|share| 100.0 * share);
+        let ends = attractor.share_interval.map(|share| 100.0 * share);
         ends.map(|share| [share, shares.y.row(row)]).to_vec()
     });
     let intervals = Layer::lines(intervals.collect(), Color::Ink);
@@ -52,7 +52,7 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
 
 /// Name of an attractor: type of motion and frequency.
 fn name(attractor: &Attractor) -> String {
-    match attractor.frequency {
+    match attractor.frequency_hz {
         Some(hz) => format!("{}, {:.3} kHz", attractor.regime, 1e-3 * hz),
         None => attractor.regime.to_string(),
     }

@@ -37,9 +37,9 @@ fn swept(
         axes: axes.collect(),
         starts: starts.to_vec(),
         response: ResponsePlan {
-            min_transient: 0.01,
-            max_transient,
-            measurement_time: 0.03,
+            min_transient_s: 0.01,
+            max_transient_s: max_transient,
+            measurement_s: 0.03,
             exponents: if max_transient < 0.1 { 3 } else { 0 },
             portrait: true,
             ..ResponsePlan::default()

@@ -114,10 +114,11 @@ impl LessonPictures {
 
     /// Adds a distance of the perturbed trajectory.
     pub fn add_divergence(&mut self, divergence: &TrajectoryDivergence) {
-        let saturated = divergence.saturated;
-        self.distance.end = saturated.map(|time| 2.0 * time - divergence.start);
+        let saturated = divergence.saturated_s;
+        self.distance.end = saturated.map(|time| 2.0 * time - divergence.start_s);
         let distance = vec![divergence.distance];
-        self.distance.push(divergence.time, distance, 2.0 * COURSE);
+        self.distance
+            .push(divergence.time_s, distance, 2.0 * COURSE);
         self.divergence = Some(*divergence);
     }
 
@@ -196,8 +197,13 @@ impl LessonPictures {
         let curve = (0, Color::Run, "distance");
         let mut panel = self.distance.panel(title, axis, &[curve]);
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
-            let at = |t: f64| [t, (line.intercept + line.rate * (t - now.start)).exp()];
-            let ends = vec![at(line.since), at(now.saturated.unwrap_or(now.time))];
+            let at = |t: f64| {
+                [
+                    t,
+                    (line.intercept + line.rate_per_s * (t - now.start_s)).exp(),
+                ]
+            };
+            let ends = vec![at(line.since_s), at(now.saturated_s.unwrap_or(now.time_s))];
             let line = Layer::line(ends, Color::Compared);
             panel.layers.push(line.with_label("straight line"));
         }

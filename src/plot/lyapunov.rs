@@ -16,7 +16,7 @@ const MOST: usize = 5;
 /// the largest ones over `omega_1`. `name` names the motion.
 pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     let spectrum = &found.study.spectrum;
-    let below = vec![all(spectrum), largest(spectrum, found.omega_1)];
+    let below = vec![all(spectrum), largest(spectrum, found.omega_1_rad_per_s)];
     let title = format!("Lyapunov exponents of {name}");
     Figure::new(
         "lyapunov",
@@ -54,7 +54,7 @@ fn running(study: &LyapunovStudy) -> Panel {
         _ => [0.1, 1.0],
     };
     let since = match study.segments.as_slice() {
-        [_, .., last] => format!(" after the motion changed at {:.3} s", last.start),
+        [_, .., last] => format!(" after the motion changed at {:.3} s", last.start_s),
         _ => String::new(),
     };
     Panel::new(

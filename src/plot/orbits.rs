@@ -44,7 +44,7 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let dots = Regime::VARIANTS.iter().map(|&regime| {
         let dots = branch.settled.iter().filter_map(|point| {
             let response = point.found().filter(|found| found.regime == regime)?;
-            Some([*point.place.values.first()?, response.amplitude])
+            Some([*point.place.values.first()?, response.amplitude_m])
         });
         Layer::points(dots.collect(), 1.5, Color::Regime(regime))
             .with_label(format!("sweep: {regime}"))

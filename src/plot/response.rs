@@ -27,7 +27,7 @@ pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
 /// Displacement (m) and velocity (m/s) at the samples.
 pub fn samples(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
-    let samples = portrait.displacement.iter().zip(&portrait.velocity);
+    let samples = portrait.u_m.iter().zip(&portrait.v_m_per_s);
     samples.map(|(&u, &v)| [u, v].map(f64::from)).collect()
 }
 
@@ -52,9 +52,9 @@ pub fn interpolated(samples: &[[f64; 2]], h: f64) -> Vec<[f64; 2]> {
 /// The largest displacement (m) and speed (m/s) of a response.
 pub fn largest(response: &SettledResponse) -> [f64; 2] {
     let Some(motion) = &response.portrait else {
-        return [response.amplitude, 0.0];
+        return [response.amplitude_m, 0.0];
     };
-    [&motion.displacement, &motion.velocity].map(|values| {
+    [&motion.u_m, &motion.v_m_per_s].map(|values| {
         let sizes = values.iter().map(|value| f64::from(value.abs()));
         sizes.fold(0.0, f64::max)
     })
@@ -186,14 +186,14 @@ impl SpectrumAxes {
 
 /// The spectrum of a motion with its labelled lines.
 pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
-    let amplitude = motion.spectrum.iter().map(|a| f64::from(*a));
-    axes.panel(motion.bin, amplitude, lines, Color::Faint)
+    let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
+    axes.panel(motion.spectrum_bin_hz, amplitude, lines, Color::Faint)
 }
 
 /// The axes of the sections of some responses. `letter` is the symbol of the displacement, `fallback` the half-width
 /// without intersections.
 pub fn section_axes(found: &[&SettledResponse], letter: &str, fallback: f64) -> SectionAxes {
-    let points = || found.iter().flat_map(|response| &response.section);
+    let points = || found.iter().flat_map(|response| &response.section_m);
     let smallest = points().next().map_or(fallback, |_| SMALLEST[0]);
     let mut axes = SectionAxes::delayed(letter, "m", [0.0, smallest]);
     axes.fit(points());
@@ -202,7 +202,7 @@ pub fn section_axes(found: &[&SettledResponse], letter: &str, fallback: f64) -> 
 
 /// The section of one response; an empty panel without one.
 pub fn section(axes: &SectionAxes, response: Option<&SettledResponse>) -> Panel {
-    let points = response.map_or(&[][..], |response| &response.section);
+    let points = response.map_or(&[][..], |response| &response.section_m);
     let color = response.map_or(Color::Ink, |response| Color::Regime(response.regime));
     axes.section(points, color)
 }
@@ -299,11 +299,11 @@ mod tests {
         let omega = std::f64::consts::TAU * 12.4e3;
         let wave = |k: usize| omega * dt * k as f64;
         let portrait = PhasePortrait {
-            dt,
-            displacement: (0..50).map(|k| wave(k).sin() as f32).collect(),
-            velocity: (0..50).map(|k| (omega * wave(k).cos()) as f32).collect(),
-            bin: 1.0,
-            spectrum: Vec::new(),
+            dt_s: dt,
+            u_m: (0..50).map(|k| wave(k).sin() as f32).collect(),
+            v_m_per_s: (0..50).map(|k| (omega * wave(k).cos()) as f32).collect(),
+            spectrum_bin_hz: 1.0,
+            spectrum_m: Vec::new(),
         };
         let fine = interpolated(&samples(&portrait), dt);
         assert_eq!(fine.len(), 49 * FINER + 1);

@@ -224,7 +224,7 @@ impl RunPanels {
             return Vec::new();
         }
         let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
-        let times: Vec<f64> = self.recent.iter().map(|point| point.time).collect();
+        let times: Vec<f64> = self.recent.iter().map(|point| point.time_s).collect();
         let axes = &mut self.section;
         axes.fit(points.iter());
         vec![

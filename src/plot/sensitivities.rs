@@ -22,7 +22,7 @@ const COLORS: [Color; 2] = [Color::Series(4), Color::Series(3)];
 pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode]) -> Figure {
     let oscillating = at.modes.iter().filter(|mode| mode.frequency_hz > 0.0);
     let mut modes: Vec<_> = explained.iter().zip(oscillating).collect();
-    modes.sort_by(|a, b| b.0.growth.total_cmp(&a.0.growth));
+    modes.sort_by(|a, b| b.0.growth_per_s.total_cmp(&a.0.growth_per_s));
     modes.truncate(MODES);
     modes.sort_by(|a, b| a.0.frequency_hz.total_cmp(&b.0.frequency_hz));
     let modes = modes.into_iter().map(|(mode, named)| {
@@ -44,9 +44,9 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
     for (row, (_, mode)) in modes.iter().enumerate() {
         let mut ends = [0.0_f64; 2];
         for cause in &mode.causes {
-            let end = &mut ends[usize::from(cause.share < 0.0)];
+            let end = &mut ends[usize::from(cause.share_per_s < 0.0)];
             let from = *end;
-            *end += cause.share;
+            *end += cause.share_per_s;
             bars.push((row, [from, *end], color(cause.cause)));
         }
     }
@@ -66,7 +66,7 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
         Layer::areas(Vec::new(), 1.0, color(cause.cause)).with_label(name)
     });
     let sums = modes.iter().enumerate();
-    let sums = sums.map(|(row, (_, mode))| [mode.growth, panel.y.row(row)]);
+    let sums = sums.map(|(row, (_, mode))| [mode.growth_per_s, panel.y.row(row)]);
     let sums: Vec<[f64; 2]> = sums.collect();
     // The pale rim is visible on dark bars.
     let rims = Layer::points(sums.clone(), 3.4, Color::Pale).with_id("rims");

@@ -187,7 +187,8 @@ impl<'a> ParameterPanels<'a> {
                 .into_iter()
                 .flat_map(move |(few, radius)| {
                     self.points(radius, Color::Regime(regime), move |response| {
-                        let chosen = response.regime == regime && has_few(&response.maxima) == few;
+                        let chosen =
+                            response.regime == regime && has_few(&response.maxima_m) == few;
                         maxima_or_zero(response).filter(move |_| chosen)
                     })
                 })
@@ -285,8 +286,8 @@ fn exponent_axis_values(exponents: impl Iterator<Item = Exponent>) -> impl Itera
 
 /// The maxima of a response, m; a joint at rest has one, at zero.
 fn maxima_or_zero(response: &SettledResponse) -> impl Iterator<Item = f64> + '_ {
-    let rests = response.maxima.is_empty().then_some(0.0);
-    response.maxima.iter().copied().chain(rests)
+    let rests = response.maxima_m.is_empty().then_some(0.0);
+    response.maxima_m.iter().copied().chain(rests)
 }
 
 /// Whether the maxima take only a few distinct values.

@@ -36,16 +36,16 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
     let wobble = |j: usize| (0.7 * j as f64 + k as f64).sin();
     let exponent = |value, half_width| Exponent { value, half_width };
     SettledResponse {
-        transient: 0.1,
+        transient_s: 0.1,
         settled: true,
-        amplitude: 7e-7,
-        mean: 0.0,
-        rms_velocity: 0.01,
-        peak_velocity: 0.0178,
-        maxima: (0..200)
+        amplitude_m: 7e-7,
+        mean_m: 0.0,
+        rms_velocity_m_per_s: 0.01,
+        peak_velocity_m_per_s: 0.0178,
+        maxima_m: (0..200)
             .map(|j| 7e-7 * (1.0 + 0.1 * (count - 1) as f64 * wobble(j)))
             .collect(),
-        section: Vec::new(),
+        section_m: Vec::new(),
         lines: (0..count)
             .map(|j| SpectralLine {
                 frequency: [4110.0, 3870.0, 12330.0][j],

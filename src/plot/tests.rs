@@ -64,7 +64,7 @@ pub fn report(name: &str) -> SignalAnalysis {
         let phase = 0.37 * f64::from(k);
         let (y, z) = (6e-7 + 1e-7 * phase.cos(), -5e-7 + 8e-8 * phase.sin());
         SectionPoint {
-            time: 48.6 * f64::from(k) / rate,
+            time_s: 48.6 * f64::from(k) / rate,
             at: [y, z],
         }
     });

@@ -103,14 +103,14 @@ impl PerturbedTrajectory {
         // A gap where the distance is zero.
         let level = separation.distance.log10();
         let level = if level.is_finite() { level } else { f64::NAN };
-        rec.row(paths::DIVERGENCE_DISTANCE, separation.time, [level]);
+        rec.row(paths::DIVERGENCE_DISTANCE, separation.time_s, [level]);
         let before = self.last.replace(*separation);
-        let was_open = before.is_none_or(|before| before.saturated.is_none());
-        if was_open && separation.saturated.is_some() {
+        let was_open = before.is_none_or(|before| before.saturated_s.is_none());
+        if was_open && separation.saturated_s.is_some() {
             self.draw_fit(rec);
         }
         let words = text::document(document(header, separation));
-        rec.log(paths::DIVERGENCE_TEXT, separation.time, &words);
+        rec.log(paths::DIVERGENCE_TEXT, separation.time_s, &words);
     }
 
     /// Draws the fitted line of the logarithmic distance once it is final.
@@ -120,15 +120,18 @@ impl PerturbedTrajectory {
         };
         let name = format!("slope λ = {} per s", rate(line));
         rec.name_with_widths(paths::DIVERGENCE_FIT, [2.4], [(name, style::ACCENT)]);
-        for time in [line.since, separation.saturated.unwrap_or(separation.time)] {
-            let level = line.intercept + line.rate * (time - separation.start);
+        for time in [
+            line.since_s,
+            separation.saturated_s.unwrap_or(separation.time_s),
+        ] {
+            let level = line.intercept + line.rate_per_s * (time - separation.start_s);
             rec.row(paths::DIVERGENCE_FIT, time, [level / LN_10]);
         }
     }
 
     /// Draws the fitted line of distances that are not saturated.
     pub fn finish(&self, rec: &RecordingStream) {
-        if self.last.is_some_and(|last| last.saturated.is_none()) {
+        if self.last.is_some_and(|last| last.saturated_s.is_none()) {
             self.draw_fit(rec);
         }
     }
@@ -136,13 +139,13 @@ impl PerturbedTrajectory {
 
 /// The rate of the fitted line with its error.
 fn rate(line: DivergenceFit) -> String {
-    with_error(line.rate, line.half_width)
+    with_error(line.rate_per_s, line.half_width_per_s)
 }
 
 /// The divergence of the trajectories as text.
 fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
-    let age = Unit::write(separation.time - separation.start, "s");
-    let heading = match separation.saturated {
+    let age = Unit::write(separation.time_s - separation.start_s, "s");
+    let heading = match separation.saturated_s {
         Some(_) => "The trajectories have separated",
         None if separation.line.is_some_and(|line| line.grows()) => {
             "The trajectories are separating"
@@ -156,10 +159,10 @@ fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
         ),
         None => "No slope yet: too few distances, or all below the integration error.".to_owned(),
     };
-    let saturated = match separation.saturated {
+    let saturated = match separation.saturated_s {
         Some(time) => format!(
             "The distance reached a tenth of the motion after **{}**; then it saturated.",
-            Unit::write(time - separation.start, "s")
+            Unit::write(time - separation.start_s, "s")
         ),
         None => "The distance is still small compared with the motion.".to_owned(),
     };
@@ -167,7 +170,7 @@ fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
         "## {heading}\n\nBlue: reference trajectory; orange: perturbed trajectory, started from a slightly \
          perturbed state at {start}. After {age} their distance is **{distance:.1e}** of the motion.\n\n\
          {line}\n\n{saturated}",
-        start = style::format_time(header, separation.start),
+        start = style::format_time(header, separation.start_s),
         distance = separation.distance,
     )
 }
@@ -180,11 +183,11 @@ mod tests {
     #[test]
     fn the_divergence_is_described() {
         let mut separation = TrajectoryDivergence {
-            time: 0.15,
-            start: 0.05,
+            time_s: 0.15,
+            start_s: 0.05,
             distance: 2.5e-4,
             line: None,
-            saturated: None,
+            saturated_s: None,
         };
         let header = demo::header(0.3);
         let text = document(&header, &separation);
@@ -192,13 +195,13 @@ mod tests {
         assert!(text.contains("slightly perturbed state at 50 ms. After 100 ms"));
         assert!(text.contains("**2.5e-4** of the motion"), "{text}");
         separation.line = Some(DivergenceFit {
-            rate: 71.2,
-            half_width: 4.0,
-            since: 0.06,
+            rate_per_s: 71.2,
+            half_width_per_s: 4.0,
+            since_s: 0.06,
             intercept: -20.0,
         });
         assert!(document(&header, &separation).contains("λ = 71.2 ± 4.0 per s"));
-        separation.saturated = Some(0.14);
+        separation.saturated_s = Some(0.14);
         let text = document(&header, &separation);
         assert!(
             text.starts_with("## The trajectories have separated")

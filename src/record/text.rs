@@ -216,7 +216,7 @@ pub fn note(rec: &RecordingStream, time: f64, words: &str, level: &str) {
 
 /// Logs the summary of the run.
 pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
-    let lines = summary.peaks.iter().take(4);
+    let lines = summary.lines.iter().take(4);
     let lines: Vec<String> = lines
         .map(|line| Unit::write(line.frequency, "Hz"))
         .collect();
@@ -233,13 +233,13 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     let facts: Vec<String> = summary.describe_motion().into_iter().chain(lines).collect();
     let end = format!(
         "{end} after {}: {}",
-        style::format_time(header, summary.simulated),
+        style::format_time(header, summary.simulated_s),
         facts.join("; ")
     );
     let (counted, audit) = match header.subject {
         Subject::Joint(_) => (
             "contact transitions",
-            match summary.audit {
+            match summary.energy_residual {
                 Some(residual) => format!("; energy residual {residual:.1e}"),
                 None => "; no energy audit".to_owned(),
             },
@@ -252,8 +252,8 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
              time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
              {counted}{audit}",
-            amplitude = 1e6 * summary.amplitude,
-            peak = 1e3 * summary.peak_velocity,
+            amplitude = 1e6 * summary.amplitude_m,
+            peak = 1e3 * summary.peak_velocity_m_per_s,
             factor = summary.real_time_factor,
             steps = summary.stats.steps,
             rejections = summary.stats.rejections,
@@ -261,10 +261,10 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
             transitions = summary.transitions,
         ),
         Subject::Signal(ref signal) => {
-            let amplitude = Unit::write(summary.amplitude, &signal.unit);
+            let amplitude = Unit::write(summary.amplitude_m, &signal.unit);
             format!("{end}; amplitude {amplitude}")
         }
     };
     let line = TextLog::new(words).with_level(TextLogLevel::INFO);
-    rec.log(paths::LOG, header.start() + summary.simulated, &line);
+    rec.log(paths::LOG, header.start() + summary.simulated_s, &line);
 }

@@ -59,11 +59,9 @@ pub enum Carry {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct FixedAt {
     /// Tilt, rad.
-    #[serde(rename = "tilt_rad")]
-    pub tilt: Option<f64>,
+    pub tilt_rad: Option<f64>,
     /// Load, N.
-    #[serde(rename = "load_n")]
-    pub load: Option<f64>,
+    pub load_n: Option<f64>,
     /// Factor on the angular velocity.
     pub rotation_factor: Option<f64>,
 }
@@ -154,8 +152,8 @@ impl LoadedJoint {
     pub fn fixed_at(&self, loading: Loading) -> FixedAt {
         let [load, tilt, factor] = self.schedules().map(Schedule::varies);
         FixedAt {
-            tilt: (tilt || self.patch_moves()).then_some(loading.tilt),
-            load: load.then_some(loading.load),
+            tilt_rad: (tilt || self.patch_moves()).then_some(loading.tilt),
+            load_n: load.then_some(loading.load),
             rotation_factor: factor.then_some(loading.rotation_factor),
         }
     }
@@ -168,8 +166,8 @@ impl FixedAt {
         let short = |x: f64| (1e9 * x).round() / 1e9;
         let turns = "times rotation.angular_velocity_rad_per_s";
         let values = [
-            ("tilt", self.tilt.map(f64::to_degrees), "deg"),
-            ("load", self.load, "N"),
+            ("tilt", self.tilt_rad.map(f64::to_degrees), "deg"),
+            ("load", self.load_n, "N"),
             ("rotation", self.rotation_factor, turns),
         ];
         let all: Vec<String> = values

@@ -30,22 +30,18 @@ pub struct Attractor {
     /// Regime: the type of motion.
     pub regime: Regime,
     /// Frequency of the strongest line, Hz; `None` at rest.
-    #[serde(rename = "frequency_hz")]
-    pub frequency: Option<f64>,
+    pub frequency_hz: Option<f64>,
     /// Displacement amplitude at the probe, m.
-    #[serde(rename = "amplitude_m")]
-    pub amplitude: f64,
+    pub amplitude_m: f64,
     /// Mean displacement of the probe, m.
-    #[serde(rename = "mean_m")]
-    pub mean: f64,
+    pub mean_m: f64,
     /// Seeds of the kicks that led to this attractor.
     // The motion of the first one represents it.
     pub seeds: Vec<u64>,
     /// Share of all kicks that led to this attractor, 0 to 1 (an estimate of its basin stability).
     pub share: f64,
     /// The share's 95 % interval (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
-    #[serde(rename = "share_interval")]
-    pub interval: [f64; 2],
+    pub share_interval: [f64; 2],
 }
 
 /// Basins of attraction: the attractors that random kicks of a scene reach.
@@ -103,12 +99,12 @@ impl Report for Basins {
         let table = Table::of(&self.attractors)
             .right("share", |it| format!("{:.0} %", 100.0 * it.share))
             .right("95 % interval", |it| {
-                let [low, high] = it.interval.map(|share| 100.0 * share);
+                let [low, high] = it.share_interval.map(|share| 100.0 * share);
                 format!("{low:.0} to {high:.0}")
             })
             .left("type of motion", |it| it.regime.to_string())
-            .right("line, Hz", |it| fixed(it.frequency, 1))
-            .right("amplitude, um", |it| fixed(1e6 * it.amplitude, 4))
+            .right("line, Hz", |it| fixed(it.frequency_hz, 1))
+            .right("amplitude, um", |it| fixed(1e6 * it.amplitude_m, 4))
             .left("seeds", |it| {
                 let seeds = it.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
                 let more = (it.seeds.len() > MAX_SEEDS).then(|| "...".to_owned());
@@ -141,19 +137,19 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
         let known = known.unwrap_or_else(|| {
             found.push(Attractor {
                 regime: response.regime,
-                frequency: response.lines.first().map(|line| line.frequency),
-                amplitude: response.amplitude,
-                mean: response.mean,
+                frequency_hz: response.lines.first().map(|line| line.frequency),
+                amplitude_m: response.amplitude_m,
+                mean_m: response.mean_m,
                 seeds: Vec::new(),
                 share: 0.0,
-                interval: [0.0, 1.0],
+                share_interval: [0.0, 1.0],
             });
             found.len() - 1
         });
         found[known].seeds.push(point.place.values[0] as u64);
     }
     for attractor in &mut found {
-        (attractor.share, attractor.interval) = share(attractor.seeds.len(), points.len());
+        (attractor.share, attractor.share_interval) = share(attractor.seeds.len(), points.len());
     }
     found.sort_by_key(|attractor| std::cmp::Reverse(attractor.seeds.len()));
     found
@@ -162,18 +158,18 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
 impl Attractor {
     fn is_that_of(&self, response: &SettledResponse) -> bool {
         let frequency = response.lines.first().map(|line| line.frequency);
-        let same_frequency = match (self.frequency, frequency) {
+        let same_frequency = match (self.frequency_hz, frequency) {
             (Some(one), Some(other)) => (one - other).abs() <= SAME_FREQUENCY * one,
             (one, other) => one.is_none() && other.is_none(),
         };
-        let distance = (self.mean - response.mean).abs();
+        let distance = (self.mean_m - response.mean_m).abs();
         // At rest, the amplitude is the residue of the decay.
         let same_motion = if self.regime == Regime::Silent {
-            let residue = self.amplitude.max(response.amplitude);
-            distance <= residue + SAME_PLACE * self.mean.abs()
+            let residue = self.amplitude_m.max(response.amplitude_m);
+            distance <= residue + SAME_PLACE * self.mean_m.abs()
         } else {
-            (self.amplitude - response.amplitude).abs() <= SAME_AMPLITUDE * self.amplitude
-                && distance <= SAME_PLACE * self.amplitude
+            (self.amplitude_m - response.amplitude_m).abs() <= SAME_AMPLITUDE * self.amplitude_m
+                && distance <= SAME_PLACE * self.amplitude_m
         };
         self.regime == response.regime && same_frequency && same_motion
     }
@@ -226,9 +222,9 @@ mod tests {
             )],
             starts: vec![Start::Fresh],
             response: ResponsePlan {
-                min_transient: 0.05,
-                max_transient: 0.4,
-                measurement_time: 0.06,
+                min_transient_s: 0.05,
+                max_transient_s: 0.4,
+                measurement_s: 0.06,
                 exponents: 0,
                 orbits: true,
                 portrait: false,

@@ -149,7 +149,11 @@ impl ModesAt {
 
 /// The share of a cause, and the rate without it. Adding 0.0 turns -0.0 into 0.0.
 fn share(cause: &CauseOfGrowth) -> String {
-    format!("{:.1} ({:.1})", cause.share + 0.0, cause.without + 0.0)
+    format!(
+        "{:.1} ({:.1})",
+        cause.share_per_s + 0.0,
+        cause.without_per_s + 0.0
+    )
 }
 
 /// Largest number of sensitivities of a mode that are printed. JSON has all of them.
@@ -241,11 +245,11 @@ mod tests {
         );
         modes.explained = vec![ExplainedMode {
             frequency_hz: 1780.1,
-            growth: 766.6,
+            growth_per_s: 766.6,
             causes: vec![CauseOfGrowth {
                 cause: crate::joint::Cause::Slope,
-                share: 700.0,
-                without: -0.0,
+                share_per_s: 700.0,
+                without_per_s: -0.0,
             }],
         }];
         let text = text(&modes);

@@ -131,7 +131,7 @@ pub fn earlier_motion(
         None => format!(
             "{} until {}",
             before.attractor,
-            quantity(before.end, 3, "s")
+            quantity(before.end_s, 3, "s")
         ),
     })
 }

@@ -161,8 +161,8 @@ fn every_attractor_has_a_text() {
 fn a_chaotic_transient_is_named_with_its_lifetime() {
     let mut found = exponents(&[0.1, -4.0], Motion::Free);
     let segment = |start, end, values: &[f64]| MotionSegment {
-        start,
-        end,
+        start_s: start,
+        end_s: end,
         spectrum: exponents(values, Motion::Free).spectrum,
         attractor: exponents(values, Motion::Free).attractor(),
     };
@@ -282,16 +282,16 @@ fn measured() -> Measurements {
         to: tone(way),
     };
     let separation = TrajectoryDivergence {
-        time: 0.1,
-        start: 0.01,
+        time_s: 0.1,
+        start_s: 0.01,
         distance: 1e-6,
         line: Some(DivergenceFit {
-            rate: 50.0,
-            half_width: 2.0,
-            since: 0.02,
+            rate_per_s: 50.0,
+            half_width_per_s: 2.0,
+            since_s: 0.02,
             intercept: -13.0,
         }),
-        saturated: Some(0.09),
+        saturated_s: Some(0.09),
     };
     Measurements {
         growth: Some(Growth {
@@ -453,7 +453,7 @@ fn a_later_kick_is_not_the_one_at_the_start() {
     );
     assert!(!first.contains("| last kick |"), "{first}");
     let kick = Kick {
-        time: 0.05,
+        time_s: 0.05,
         size: 1e-3,
         seed: 9,
     };

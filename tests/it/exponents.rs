@@ -67,7 +67,7 @@ fn the_sum_is_the_mean_trace() {
         assert_eq!(scene.integrator.tolerance, 1e-5);
         let found = follow(scene, None, Goal::Time(0.05));
         assert_eq!(found.tolerance, Some(FULL_SPECTRUM_TOLERANCE));
-        let (sum, trace) = (found.study.sum(), found.study.mean_trace);
+        let (sum, trace) = (found.study.sum(), found.study.mean_trace_per_s);
         let (sum, trace) = (sum.expect("all"), trace.expect("smooth"));
         assert!((sum / trace - 1.0).abs() < 1e-3, "{name}: {sum} {trace}");
         let imbalance = found.study.imbalance().expect("both");
@@ -108,7 +108,7 @@ fn a_ramp_is_averaged_at_its_final_tilt() {
     let scene = scene("tilt-ramp");
     let end = scene.joint().expect("a joint").tilt.at(f64::INFINITY);
     let found = follow(scene, Some(1), Goal::Time(1e-3));
-    assert_eq!(found.tilt, Some(end));
+    assert_eq!(found.tilt_rad, Some(end));
 }
 
 /// The joint of `chaos-5deg` and `doubled-torus-3deg` with a slow tilt ramp from 0 degrees to `tilt_deg`: an

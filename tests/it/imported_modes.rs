@@ -336,7 +336,7 @@ fn a_body_from_another_program_squeals() {
     let Some(Record::Summary(summary)) = records.last() else {
         panic!("no summary")
     };
-    let loudest = &summary.peaks[0];
+    let loudest = &summary.lines[0];
     assert!((loudest.frequency - 11.3e3).abs() < 20.0, "{loudest:?}");
     assert!((7e-3..11e-3).contains(&loudest.amplitude), "{loudest:?}");
     let Record::Header(header) = &records[0] else {

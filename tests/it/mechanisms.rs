@@ -414,7 +414,11 @@ fn the_perturbed_trajectory_diverges() {
         .parse()
         .expect("ms");
     assert!(value.ends_with(" ms"));
-    assert_close(doubling, 1e3 * std::f64::consts::LN_2 / line.rate, 0.06);
+    assert_close(
+        doubling,
+        1e3 * std::f64::consts::LN_2 / line.rate_per_s,
+        0.06,
+    );
 }
 
 #[test]

@@ -54,7 +54,7 @@ impl Motion {
         let modes = &found.linear.as_ref().expect("a joint").modes;
         let line = found.lines.first();
         Self {
-            numbers: line.map(|line| [line.frequency, line.amplitude, found.rms_velocity]),
+            numbers: line.map(|line| [line.frequency, line.amplitude, found.rms_velocity_m_per_s]),
             exponent: found
                 .exponents
                 .as_ref()

@@ -52,8 +52,8 @@ fn header_first_summary_last_samples_without_gap() {
         }
     }
     assert_eq!(samples, 2400);
-    assert!((summary.simulated - 12e-3).abs() < 1e-12);
-    assert!(summary.stats.steps > 0 && !summary.interrupted && summary.wall > 0.0);
+    assert!((summary.simulated_s - 12e-3).abs() < 1e-12);
+    assert!(summary.stats.steps > 0 && !summary.interrupted && summary.wall_s > 0.0);
 }
 
 /// The same scene gives bit-identical numbers.
@@ -111,7 +111,7 @@ fn a_stop_is_clean() {
     };
     let scene = Scene::load("doubled-torus-3deg").unwrap();
     let summary = run(&scene, "test", &mut sink, monitor).unwrap();
-    assert!(summary.interrupted && summary.simulated < 0.1 * scene.duration);
+    assert!(summary.interrupted && summary.simulated_s < 0.1 * scene.duration);
     assert!(matches!(sink.2.last(), Some(Record::Summary(_))));
 }
 
@@ -169,7 +169,7 @@ fn odd_durations_are_complete() {
     scene.duration = 1.2324e-3;
     let summary = run(&scene, "test", &mut Vec::new(), Monitor::default()).unwrap();
     assert!(!summary.interrupted);
-    assert!((summary.simulated - 246.0 / 200e3).abs() < 1e-15);
+    assert!((summary.simulated_s - 246.0 / 200e3).abs() < 1e-15);
 }
 
 /// A panic on the recorder's thread is an error of the run, like one on any other thread.

@@ -118,8 +118,8 @@ fn periodic_2deg() {
             "{harmonic}: {displacement}"
         );
     }
-    close(response.summary.amplitude, 0.69e-6);
-    close(response.summary.peak_velocity, 17.8e-3);
+    close(response.summary.amplitude_m, 0.69e-6);
+    close(response.summary.peak_velocity_m_per_s, 17.8e-3);
     assert!(
         settled.broadband_level < 1e-7,
         "{:e}",

@@ -271,8 +271,8 @@ fn studies_use_initial_values_and_exponents_final_values() {
     };
     let found = scene_lyapunov(&changing, &request, &mut |_, _| Ok(())).unwrap();
     assert_eq!(
-        (found.fixed_at.load, found.fixed_at.rotation_factor),
+        (found.fixed_at.load_n, found.fixed_at.rotation_factor),
         (Some(150.0), Some(1.0))
     );
-    assert_eq!(found.fixed_at.tilt, None);
+    assert_eq!(found.fixed_at.tilt_rad, None);
 }

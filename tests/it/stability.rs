@@ -113,20 +113,24 @@ fn the_squeak_is_fed_by_the_slope_and_damped_across() {
     let ball = BallJoint::new(&tilted.spec).unwrap();
     let model = ball.model(tilted.tilt.at(0.0)).unwrap();
     let modes = model.explained_modes().unwrap();
-    let unstable: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+    let unstable: Vec<_> = modes
+        .iter()
+        .filter(|mode| mode.growth_per_s > 1.0)
+        .collect();
     assert_eq!(unstable.len(), 4);
     for mode in unstable {
         let [slope, _, direction, structure] = &mode.causes[..] else {
             panic!("four causes");
         };
         assert!(
-            slope.share > 0.5 * mode.growth && slope.without < 0.5 * mode.growth,
+            slope.share_per_s > 0.5 * mode.growth_per_s
+                && slope.without_per_s < 0.5 * mode.growth_per_s,
             "{mode:?}"
         );
         // The mode shape changes without the term, so that the growth rate need not increase.
-        assert!(direction.share < 0.0, "{mode:?}");
-        assert_eq!(structure.share, 0.0);
-        assert!((structure.without - mode.growth).abs() < 1e-6);
+        assert!(direction.share_per_s < 0.0, "{mode:?}");
+        assert_eq!(structure.share_per_s, 0.0);
+        assert!((structure.without_per_s - mode.growth_per_s).abs() < 1e-6);
     }
 }
 

@@ -93,11 +93,9 @@ pub struct CauseOfGrowth {
     #[schemars(with = "String")]
     pub cause: Cause,
     /// Share of the growth rate, 1/s. The shares of all terms sum to the growth rate.
-    #[serde(rename = "share_per_s")]
-    pub share: f64,
+    pub share_per_s: f64,
     /// Growth rate of the mode without the term, 1/s.
-    #[serde(rename = "without_per_s")]
-    pub without: f64,
+    pub without_per_s: f64,
 }
 
 /// A mode whose growth rate is explained by its causes.
@@ -106,8 +104,7 @@ pub struct ExplainedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Growth rate, 1/s.
-    #[serde(rename = "growth_per_s")]
-    pub growth: f64,
+    pub growth_per_s: f64,
     /// Causes of growth: the contribution of each term of the model, in the order of [`Cause::ALL`].
     pub causes: Vec<CauseOfGrowth>,
 }
@@ -115,7 +112,7 @@ pub struct ExplainedMode {
 impl ExplainedMode {
     /// As [`LinearMode::unstable`](super::LinearMode::unstable).
     pub fn unstable(&self) -> bool {
-        is_unstable(self.growth, std::f64::consts::TAU * self.frequency_hz)
+        is_unstable(self.growth_per_s, std::f64::consts::TAU * self.frequency_hz)
     }
 }
 
@@ -154,13 +151,13 @@ impl Model {
             let causes = in_model.map(|(k, cause)| {
                 Ok(CauseOfGrowth {
                     cause: *cause,
-                    share: terms.share(k, &root),
-                    without: terms.without(k, &root)?,
+                    share_per_s: terms.share(k, &root),
+                    without_per_s: terms.without(k, &root)?,
                 })
             });
             Ok(ExplainedMode {
                 frequency_hz: root.value.im / std::f64::consts::TAU,
-                growth: root.value.re,
+                growth_per_s: root.value.re,
                 causes: causes.collect::<Result<_, _>>()?,
             })
         });
@@ -359,10 +356,10 @@ mod tests {
                 let scale = size + mode.growth.abs();
                 assert!((mode.frequency_hz / explained.frequency_hz - 1.0).abs() < 1e-9);
                 assert!(
-                    (mode.growth - explained.growth).abs() < 1e-9 * scale,
+                    (mode.growth - explained.growth_per_s).abs() < 1e-9 * scale,
                     "{explained:?}"
                 );
-                let shares: f64 = explained.causes.iter().map(|cause| cause.share).sum();
+                let shares: f64 = explained.causes.iter().map(|cause| cause.share_per_s).sum();
                 assert!(
                     (shares - mode.growth).abs() < 1e-9 * scale,
                     "{shares} {explained:?}"
@@ -378,10 +375,14 @@ mod tests {
         model.stiffness.fill(0.0);
         for mode in model.explained_modes().unwrap() {
             let omega_0 = std::f64::consts::TAU * mode.frequency_hz / (1.0 - 1e-4_f64).sqrt();
-            assert!((mode.growth / (-0.01 * omega_0) - 1.0).abs() < 1e-9);
-            assert!((mode.causes[3].share / mode.growth - 1.0).abs() < 1e-9);
-            assert!(mode.causes[3].without.abs() < 1e-9 * omega_0);
-            assert!(mode.causes[..3].iter().all(|cause| cause.share == 0.0));
+            assert!((mode.growth_per_s / (-0.01 * omega_0) - 1.0).abs() < 1e-9);
+            assert!((mode.causes[3].share_per_s / mode.growth_per_s - 1.0).abs() < 1e-9);
+            assert!(mode.causes[3].without_per_s.abs() < 1e-9 * omega_0);
+            assert!(
+                mode.causes[..3]
+                    .iter()
+                    .all(|cause| cause.share_per_s == 0.0)
+            );
         }
     }
 
@@ -401,7 +402,10 @@ mod tests {
         for omega in [[3000.0, 4074.0], [3000.0, 6000.0]] {
             model.omega = omega.to_vec();
             let modes = model.explained_modes().unwrap();
-            let growing: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+            let growing: Vec<_> = modes
+                .iter()
+                .filter(|mode| mode.growth_per_s > 1.0)
+                .collect();
             // The discriminant of the characteristic polynomial is negative for flutter.
             let a = omega[0].powi(2) + k * 0.3 * (0.3 + mu);
             let b = omega[1].powi(2) + k * (1.0 - 3.0 * mu);
@@ -412,10 +416,10 @@ mod tests {
             for mode in growing {
                 let coupling = mode.causes[1];
                 assert!(
-                    (coupling.share / mode.growth - 1.0).abs() < 1e-6,
+                    (coupling.share_per_s / mode.growth_per_s - 1.0).abs() < 1e-6,
                     "{mode:?}"
                 );
-                assert!(coupling.without.abs() < 1e-3 * mode.growth);
+                assert!(coupling.without_per_s.abs() < 1e-3 * mode.growth_per_s);
             }
         }
         assert_eq!(seen, [true, true]);

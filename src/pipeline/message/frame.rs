@@ -97,8 +97,7 @@ impl ContactSample {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Kick {
     /// Simulated time, s.
-    #[serde(rename = "time_s")]
-    pub time: f64,
+    pub time_s: f64,
     /// Standard deviation of the modal velocities, sqrt(kg) m/s.
     pub size: f64,
     /// Seed of the random velocities.

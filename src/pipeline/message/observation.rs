@@ -12,11 +12,9 @@ use crate::analysis::tones::SpectralLine;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TrajectoryDivergence {
     /// Time of the newest sample, s.
-    #[serde(rename = "time_s")]
-    pub time: f64,
+    pub time_s: f64,
     /// Start time of the perturbed trajectory, s.
-    #[serde(rename = "start_s")]
-    pub start: f64,
+    pub start_s: f64,
     /// Distance, see [`PerturbedSamples::distance`](super::PerturbedSamples::distance): RMS since the last record.
     pub distance: f64,
     /// Straight line fitted to the logarithm of the distance, from its last rise above
@@ -24,23 +22,19 @@ pub struct TrajectoryDivergence {
     /// distances.
     pub line: Option<DivergenceFit>,
     /// Time at which the distance reached 0.1 of the largest norm of the motion, s: exponential growth ends.
-    #[serde(rename = "saturated_s")]
-    pub saturated: Option<f64>,
+    pub saturated_s: Option<f64>,
 }
 
 /// `ln(distance) = intercept + rate (t - start)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct DivergenceFit {
     /// Rate of divergence, 1/s: the slope, an estimate of the largest Lyapunov exponent.
-    #[serde(rename = "rate_per_s")]
-    pub rate: f64,
+    pub rate_per_s: f64,
     /// Half-width of its 95 % confidence interval from the scatter about the line, 1/s.
-    #[serde(rename = "half_width_per_s")]
     #[schemars(with = "Option<f64>")]
-    pub half_width: f64,
+    pub half_width_per_s: f64,
     /// Time since which distances are used for the fit, s.
-    #[serde(rename = "since_s")]
-    pub since: f64,
+    pub since_s: f64,
     /// Logarithm of the distance at the start.
     pub intercept: f64,
 }
@@ -48,12 +42,12 @@ pub struct DivergenceFit {
 impl DivergenceFit {
     /// Whether the 95 % confidence interval of the rate is positive.
     pub fn grows(&self) -> bool {
-        self.rate > self.half_width
+        self.rate_per_s > self.half_width_per_s
     }
 
     /// Whether the 95 % confidence interval of the rate is negative.
     pub fn shrinks(&self) -> bool {
-        self.rate < -self.half_width
+        self.rate_per_s < -self.half_width_per_s
     }
 }
 

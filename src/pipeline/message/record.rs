@@ -192,22 +192,17 @@ pub struct Health {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Simulated time, s.
-    #[serde(rename = "simulated_s")]
-    pub simulated: f64,
+    pub simulated_s: f64,
     /// Wall time of the whole run, s.
-    #[serde(rename = "wall_s")]
-    pub wall: f64,
+    pub wall_s: f64,
     /// Simulated time per computing time of the simulation thread; 0 if nothing is simulated.
     pub real_time_factor: f64,
     /// Spectral lines of the velocity (m/s) in the last window, in descending order.
-    #[serde(rename = "lines")]
-    pub peaks: Vec<SpectralLine>,
+    pub lines: Vec<SpectralLine>,
     /// Half the peak-to-peak displacement in the last window, m.
-    #[serde(rename = "amplitude_m")]
-    pub amplitude: f64,
+    pub amplitude_m: f64,
     /// Peak velocity of the probe in the last window, m/s.
-    #[serde(rename = "peak_velocity_m_per_s")]
-    pub peak_velocity: f64,
+    pub peak_velocity_m_per_s: f64,
     /// Whether the vibration is at rest in the last window: its peak velocity is below the limit of the scene, and
     /// it has no lines.
     pub at_rest: bool,
@@ -228,14 +223,12 @@ pub struct Summary {
     /// Contact transitions; for a small system, events.
     pub transitions: u64,
     /// Relative residual of the energy audit at the end; `None` without an audit.
-    #[serde(rename = "energy_residual")]
-    pub audit: Option<f64>,
+    pub energy_residual: Option<f64>,
     /// Last Lyapunov exponents; `None` if not requested, or if the run ended before averaging started.
     // Printed together with the attractor that they indicate.
     #[serde(skip)]
     pub exponents: Option<Exponents>,
     /// Final distance of the perturbed trajectory; `None` if not requested.
-    #[serde(rename = "divergence")]
     pub divergence: Option<TrajectoryDivergence>,
     /// Mean rate of the displayed analysis: share of its windows that was computed; `None` if all were, without a
     /// budget.

@@ -9,11 +9,9 @@ use crate::dynamics::{Attractor, LyapunovSpectrum};
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MotionSegment {
     /// Start time, s: of the averaging for the first motion, else of the change.
-    #[serde(rename = "start_s")]
-    pub start: f64,
+    pub start_s: f64,
     /// End time, s.
-    #[serde(rename = "end_s")]
-    pub end: f64,
+    pub end_s: f64,
     /// Attractor that the exponents indicate.
     #[schemars(with = "String")]
     pub attractor: Attractor,
@@ -29,7 +27,7 @@ impl MotionSegment {
     pub fn chaotic_transient(segments: &[Self], since: f64) -> Option<f64> {
         let (_, earlier) = segments.split_last()?;
         let mut chaotic = earlier.iter().rev().filter(|s| s.attractor.is_chaotic());
-        let end = chaotic.next()?.end;
+        let end = chaotic.next()?.end_s;
         (end > since).then_some(end - since)
     }
 }
@@ -41,8 +39,8 @@ mod tests {
     #[test]
     fn a_transient_lives_until_its_last_chaotic_motion_ends() {
         let segment = |start, end, attractor| MotionSegment {
-            start,
-            end,
+            start_s: start,
+            end_s: end,
             attractor,
             spectrum: LyapunovSpectrum::default(),
         };

@@ -59,16 +59,16 @@ impl DivergenceStage {
             }
         }
         TrajectoryDivergence {
-            time,
-            start,
+            time_s: time,
+            start_s: start,
             distance,
             line: self.line.fit().map(|fit| DivergenceFit {
-                rate: fit.slope,
-                half_width: fit.half_width,
-                since: start + fit.from,
+                rate_per_s: fit.slope,
+                half_width_per_s: fit.half_width,
+                since_s: start + fit.from,
                 intercept: fit.intercept,
             }),
-            saturated: self.saturated,
+            saturated_s: self.saturated,
         }
     }
 }
@@ -92,12 +92,12 @@ impl Stage for DivergenceStage {
             context
                 .records
                 .push(Record::TrajectoryDivergence(divergence));
-            if let (None, Some(saturated)) = (before, divergence.saturated) {
+            if let (None, Some(saturated)) = (before, divergence.saturated_s) {
                 let line = divergence.line.filter(DivergenceFit::grows);
                 let observation = Observation::Separated {
                     initial_distance: self.spec.distance,
                     after: saturated - start,
-                    e_fold_time: line.map(|line| 1.0 / line.rate),
+                    e_fold_time: line.map(|line| 1.0 / line.rate_per_s),
                 };
                 context
                     .records
@@ -164,10 +164,10 @@ mod tests {
         let records = divergence(80.0, 200);
         let end = last(&records);
         let line = end.line.unwrap();
-        assert!((line.rate - 80.0).abs() < 1e-6, "{}", line.rate);
-        assert_eq!(end.start, SPEC.start);
+        assert!((line.rate_per_s - 80.0).abs() < 1e-6, "{}", line.rate_per_s);
+        assert_eq!(end.start_s, SPEC.start);
         // exp(80 t) = 1e5 after 143.9 ms, reported at the end of the present or the next interval.
-        let after = end.saturated.unwrap() - SPEC.start;
+        let after = end.saturated_s.unwrap() - SPEC.start;
         assert!(
             (0.1439..0.1439 + 2.0 * SPEC.every).contains(&after),
             "{after}"
@@ -194,10 +194,10 @@ mod tests {
             last = Some(stage.evaluate(0.0, time, floor));
         }
         let line = last.unwrap().line.unwrap();
-        assert!((line.rate - 40.0).abs() < 1e-6, "{line:?}");
-        assert!(line.grows() && line.half_width < 1e-6, "{line:?}");
+        assert!((line.rate_per_s - 40.0).abs() < 1e-6, "{line:?}");
+        assert!(line.grows() && line.half_width_per_s < 1e-6, "{line:?}");
         // exp(40 t) = 10 after 57.6 ms.
-        assert!((line.since - 0.068).abs() < 1e-9, "{line:?}");
+        assert!((line.since_s - 0.068).abs() < 1e-9, "{line:?}");
         // If the distance never exceeds the floor, there is no fit.
         let mut stage = DivergenceStage::new(SPEC, RATE);
         for k in 0..200 {
@@ -210,8 +210,8 @@ mod tests {
     fn trajectories_that_stay_close_are_never_saturated() {
         let records = divergence(-3.0, 200);
         let end = last(&records);
-        assert!((end.line.unwrap().rate + 3.0).abs() < 1e-6);
-        assert_eq!(end.saturated, None);
+        assert!((end.line.unwrap().rate_per_s + 3.0).abs() < 1e-6);
+        assert_eq!(end.saturated_s, None);
         assert!(
             records
                 .iter()
@@ -233,9 +233,9 @@ mod tests {
         assert_eq!(short.len(), long.len());
         for (a, b) in short.iter().zip(&long) {
             // Sample times are relative to the start of their frame, and rounded there.
-            assert!((a.time - b.time).abs() < 1e-15, "{a:?} {b:?}");
+            assert!((a.time_s - b.time_s).abs() < 1e-15, "{a:?} {b:?}");
             assert!((a.distance / b.distance - 1.0).abs() < 1e-12, "{a:?} {b:?}");
-            assert_eq!(a.saturated.is_some(), b.saturated.is_some());
+            assert_eq!(a.saturated_s.is_some(), b.saturated_s.is_some());
         }
     }
 }

@@ -103,7 +103,7 @@ fn passages<const C: usize>(
         let mut points = Vec::new();
         finder.push(&pieces, |crossing| {
             points.push(SectionPoint {
-                time: context.clock.time(*origin as f64 + crossing.sample),
+                time_s: context.clock.time(*origin as f64 + crossing.sample),
                 at: shown.map(|k| crossing.point[k]),
             });
         });

@@ -102,13 +102,13 @@ impl SummaryStage {
         let last = self.last.view().channels;
         let [velocity, displacement] =
             last.map(|samples| &samples[samples.len().saturating_sub(self.window)..]);
-        summary.peak_velocity = peak_magnitude(velocity);
-        summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.quiet;
-        summary.at_rest = !velocity.is_empty() && summary.peak_velocity < self.rest;
+        summary.peak_velocity_m_per_s = peak_magnitude(velocity);
+        summary.quiet = !velocity.is_empty() && summary.peak_velocity_m_per_s < self.quiet;
+        summary.at_rest = !velocity.is_empty() && summary.peak_velocity_m_per_s < self.rest;
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
             let lines = spectrum.map(|spectrum| NamedLines::following(&spectrum, Bases::None));
-            summary.peaks = lines.map_or_else(|_| Vec::new(), |lines| lines.peaks_above(self.rest));
+            summary.lines = lines.map_or_else(|_| Vec::new(), |lines| lines.peaks_above(self.rest));
         }
         let verdict = self.classified();
         if summary.at_rest {
@@ -120,7 +120,7 @@ impl SummaryStage {
             summary.motion = Some(verdict.name());
         }
         summary.verdict = verdict;
-        summary.amplitude = half_range(displacement);
+        summary.amplitude_m = half_range(displacement);
         summary
     }
 }

@@ -34,7 +34,7 @@ fn section_points_agree_with_the_closed_form() {
     for (k, point) in points.iter().enumerate().skip(1) {
         // The velocity is a sine: the displacement rises through 0 after 1/4, 5/4, ... periods.
         let due = T0 + (k as f64 + 0.25) / frequency - 60e-6;
-        assert!((point.time - due).abs() < 1e-12, "{k}");
+        assert!((point.time_s - due).abs() < 1e-12, "{k}");
         assert!((point.at[0] + side).abs() < 1e-6 * amplitude);
         assert!((point.at[1] - side).abs() < 1e-6 * amplitude);
     }
@@ -101,7 +101,7 @@ fn passages(records: &[Record]) -> Vec<SectionPoint> {
             all.extend_from_slice(points);
         }
     }
-    assert!(all.is_sorted_by(|a, b| a.time < b.time));
+    assert!(all.is_sorted_by(|a, b| a.time_s < b.time_s));
     all
 }
 

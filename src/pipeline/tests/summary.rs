@@ -13,20 +13,20 @@ fn the_summary_refers_to_the_last_window() {
         analyser.push(frame, &mut records).unwrap();
     }
     let summary = analyser.summary();
-    assert!((summary.simulated - 0.07).abs() < 1e-12);
+    assert!((summary.simulated_s - 0.07).abs() < 1e-12);
     assert_eq!(summary.transitions, 2 * frames.len() as u64);
     let largest = motion.velocity[10_000..]
         .iter()
         .fold(0.0_f64, |m, v| m.max(v.abs()));
-    assert_eq!(summary.peak_velocity, largest);
-    let labels: Vec<&str> = summary.peaks.iter().map(|p| p.label.as_str()).collect();
+    assert_eq!(summary.peak_velocity_m_per_s, largest);
+    let labels: Vec<&str> = summary.lines.iter().map(|p| p.label.as_str()).collect();
     assert_eq!(labels, ["f1", "3 f1", "2 f1"]);
-    assert!((summary.peaks[0].frequency - 4117.0).abs() < 0.1);
+    assert!((summary.lines[0].frequency - 4117.0).abs() < 0.1);
     // 16 mm/s at 4117 Hz is 0.62 um; the harmonics add at most a tenth.
     assert!(
-        (summary.amplitude / 0.62e-6 - 1.0).abs() < 0.1,
+        (summary.amplitude_m / 0.62e-6 - 1.0).abs() < 0.1,
         "{}",
-        summary.amplitude
+        summary.amplitude_m
     );
 }
 
@@ -37,8 +37,8 @@ fn the_summary_of_a_short_run_has_no_lines() {
     let mut records: Vec<Record> = Vec::new();
     let frames = Motion::tones(10.0 / RATE, &CYCLE).frames(0.0, 0.0, 10);
     analyser.push(&frames[0], &mut records).unwrap();
-    assert!(analyser.summary().peaks.is_empty());
-    assert!(analyser.summary().peak_velocity > 0.0);
+    assert!(analyser.summary().lines.is_empty());
+    assert!(analyser.summary().peak_velocity_m_per_s > 0.0);
 }
 
 #[test]

@@ -39,7 +39,10 @@ pub fn motion(
         let strongest = response.lines.first();
         let strongest = strongest.map_or(SMALLEST[0], |line| line.amplitude);
         let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);
-        let (dt, fine) = (portrait.dt, interpolated(&samples(portrait), portrait.dt));
+        let (dt, fine) = (
+            portrait.dt_s,
+            interpolated(&samples(portrait), portrait.dt_s),
+        );
         panels.extend([
             response::time_series(&fine, dt, color),
             response::phase_portrait(&fine, None, color),
@@ -56,7 +59,7 @@ pub fn motion(
 
 /// The recurrence plot; `None` for a constant signal.
 fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
-    let mut pairs = portrait.displacement.windows(2);
+    let mut pairs = portrait.u_m.windows(2);
     let moves = pairs.any(|pair| pair[0] != pair[1]);
     portrait.recurrence().ok().flatten().filter(|_| moves)
 }

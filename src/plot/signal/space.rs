@@ -47,7 +47,7 @@ impl SignalFigures<'_> {
 
     pub fn return_times(&self) -> Picture {
         let passages = self.report.section.get()?.crossings.iter();
-        let times: Vec<f64> = passages.map(|passage| passage.time).collect();
+        let times: Vec<f64> = passages.map(|passage| passage.time_s).collect();
         let panel = self.section_axes().return_times(&times, Color::Ink);
         Ok((88.0, vec![vec![panel]]))
     }

@@ -77,11 +77,11 @@ impl<'a> StartWriter<'a> {
             _ => missing,
         };
         let still = match found {
-            Some(found) if found.maxima.is_empty() && unkept.is_empty() => NOTHING_MOVES,
+            Some(found) if found.maxima_m.is_empty() && unkept.is_empty() => NOTHING_MOVES,
             _ => unkept,
         };
         let unmoved = match found {
-            Some(found) if found.section.is_empty() => NOTHING_MOVES,
+            Some(found) if found.section_m.is_empty() => NOTHING_MOVES,
             _ => missing,
         };
         let panels = [
@@ -109,10 +109,10 @@ impl<'a> StartWriter<'a> {
         let lag = section_lag(&self.sweep.plan.scene);
         let trail = found.and_then(|found| {
             let motion = found.portrait.as_ref()?;
-            let lag = ((lag / motion.dt).round() as usize).max(1);
+            let lag = ((lag / motion.dt_s).round() as usize).max(1);
             let unit = |u: f32| u / reach as f32;
             // A delay vector starts with the latest sample.
-            let points = motion.displacement.windows(2 * lag + 1);
+            let points = motion.u_m.windows(2 * lag + 1);
             let points = points.map(|w| [w[2 * lag], w[lag], w[0]].map(unit));
             Some((points.collect::<Vec<_>>(), style::regime(found.regime)))
         });
@@ -149,7 +149,7 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     let trail = motion.map_or_else(Vec::new, samples);
     let color = found.map_or(Color::Ink, |found| Color::Regime(found.regime));
     let mut panel = response::phase_portrait(&trail, Some(reach), color);
-    let still = found.is_some_and(|found| found.maxima.is_empty());
+    let still = found.is_some_and(|found| found.maxima_m.is_empty());
     let last = trail.last().copied().filter(|_| still);
     let last = Layer::points(last.into_iter().collect(), 3.3, Color::Ink);
     panel.layers.push(last.with_id(paths::NOW));
@@ -160,7 +160,7 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
 fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
     let lines = found.map_or(&[][..], |found| &found.lines);
     let (bin, amplitude) = match found.and_then(|found| found.portrait.as_ref()) {
-        Some(motion) => thinned(motion.bin, &motion.spectrum),
+        Some(motion) => thinned(motion.spectrum_bin_hz, &motion.spectrum_m),
         None => (1.0, Vec::new()),
     };
     let amplitude = amplitude.into_iter().map(f64::from);

@@ -68,7 +68,7 @@ fn spectrum(found: &[&SettledResponse], largest: f64) -> SpectrumAxes {
     let motions = found
         .iter()
         .filter_map(|response| response.portrait.as_ref());
-    let ends = motions.map(|motion| motion.bin * motion.spectrum.len() as f64);
+    let ends = motions.map(|motion| motion.spectrum_bin_hz * motion.spectrum_m.len() as f64);
     let highest = (1.1 * highest / FREQUENCY_STEP).ceil().max(2.0) * FREQUENCY_STEP;
     // The last bin can lie slightly above a round number.
     let end = (ends.fold(0.0, f64::max) / 1e3).round() * 1e3;

@@ -28,20 +28,20 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
     };
     let exponent = |value: f64, half_width: f64| Exponent { value, half_width };
     SettledResponse {
-        transient: 0.06,
+        transient_s: 0.06,
         settled: moves,
         regime,
         confidence: 0.9,
-        amplitude,
-        mean: 0.0,
-        rms_velocity: 1e4 * amplitude,
-        peak_velocity: 1.4e4 * amplitude,
-        maxima: if moves {
+        amplitude_m: amplitude,
+        mean_m: 0.0,
+        rms_velocity_m_per_s: 1e4 * amplitude,
+        peak_velocity_m_per_s: 1.4e4 * amplitude,
+        maxima_m: if moves {
             vec![amplitude; 40]
         } else {
             Vec::new()
         },
-        section: if moves {
+        section_m: if moves {
             vec![[-amplitude, amplitude], [-0.9 * amplitude, amplitude]]
         } else {
             Vec::new()
@@ -73,11 +73,11 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
             }],
         }),
         portrait: Some(PhasePortrait {
-            dt: 5e-6,
-            displacement: wave(0.0),
-            velocity: wave(1.5).iter().map(|v| 1e4 * v).collect(),
-            bin: 5.0,
-            spectrum: vec![1e-12; 4001],
+            dt_s: 5e-6,
+            u_m: wave(0.0),
+            v_m_per_s: wave(1.5).iter().map(|v| 1e4 * v).collect(),
+            spectrum_bin_hz: 5.0,
+            spectrum_m: vec![1e-12; 4001],
         }),
         state: Vec::new(),
         stats: SolverStats::default(),

@@ -37,7 +37,7 @@ fn the_rotation_of_the_paper_changes_the_tilt() {
         let expected = -8_f64.to_radians() + time;
         assert!((loading.tilt - expected).abs() < 1e-14, "{time}");
     }
-    assert!(joint.varies() && joint.fixed_at_start().tilt == Some(-8_f64.to_radians()));
+    assert!(joint.varies() && joint.fixed_at_start().tilt_rad == Some(-8_f64.to_radians()));
     let [low, high] = joint.tilt_span(0.25);
     assert!((low + 8_f64.to_radians()).abs() < 1e-14 && (high - low - 0.25).abs() < 1e-14);
 }

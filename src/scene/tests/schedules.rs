@@ -507,7 +507,7 @@ fn the_rotation_can_stop() {
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
     let mut records = Vec::new();
     let summary = run(&scene, "test", &mut records, Monitor::default()).expect("runs");
-    assert!(summary.amplitude.is_finite());
+    assert!(summary.amplitude_m.is_finite());
     let crate::pipeline::message::Record::Header(header) = &records[0] else {
         panic!("the header comes first");
     };

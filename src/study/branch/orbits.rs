@@ -199,8 +199,8 @@ impl Study<'_> {
         (self.progress)(0.0, &task)?;
         let trial = self.family.trial(&[value])?;
         let plan = ResponsePlan {
-            min_transient: 0.02,
-            measurement_time: 0.05,
+            min_transient_s: 0.02,
+            measurement_s: 0.05,
             exponents: 0,
             ..ResponsePlan::default()
         }

@@ -202,7 +202,7 @@ pub fn price(
         // A complete run simulates and analyses, too.
         time => time?.max(without_recording),
     };
-    study.run_time = Some(run_time);
+    study.run_cpu_s_per_s = Some(run_time);
     if recording.unavailable.is_none() {
         recording.set_price(run_time, run_time - without_recording, NOISE * run_time);
     }

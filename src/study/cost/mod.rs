@@ -32,11 +32,9 @@ pub struct Cost {
     /// Values at which the scheduled parameters of the scene are fixed while its motion is measured.
     pub fixed_at: FixedAt,
     /// Time for which each run settles before it is measured, s.
-    #[serde(rename = "settling_s")]
-    pub settling: f64,
+    pub settling_s: f64,
     /// Time for which the settled motion is measured, s.
-    #[serde(rename = "measurement_s")]
-    pub measurement: f64,
+    pub measurement_s: f64,
     /// The settled motion at the finest settings.
     pub reference: Motion,
     /// Relative difference of two successive measurements of the reference; `null` unless the motion is chaotic. Smaller
@@ -46,8 +44,7 @@ pub struct Cost {
     pub settings: Vec<WorkPrecision>,
     /// CPU time of a complete run, s per simulated second, with the analyses and the recording of the scene; `null` if the
     /// study was stopped before.
-    #[serde(rename = "run_cpu_s_per_s")]
-    pub run_time: Option<f64>,
+    pub run_cpu_s_per_s: Option<f64>,
     /// Price of each effect that the scene has on.
     pub effects: Vec<Effect>,
     /// Settings for total errors, each verified by one run at the next finer level of everything.
@@ -76,12 +73,12 @@ pub fn cost(
             .joint()
             .map(LoadedJoint::fixed_at_start)
             .unwrap_or_default(),
-        settling: runner.settling,
-        measurement: runner.measurement,
+        settling_s: runner.settling,
+        measurement_s: runner.measurement,
         scatter: (!reference.has_lines()).then(|| again.difference(&reference)),
         reference,
         settings: Vec::new(),
-        run_time: None,
+        run_cpu_s_per_s: None,
         effects: Vec::new(),
         choices: Vec::new(),
         stopped: false,

@@ -51,7 +51,7 @@ impl Motion {
             regime: found.regime,
             frequency_hz: line.map(|line| line.frequency),
             amplitude_m: line.map(|line| line.amplitude),
-            rms_velocity_m_per_s: found.rms_velocity,
+            rms_velocity_m_per_s: found.rms_velocity_m_per_s,
             exponent_per_s: spectrum.and_then(|spectrum| spectrum.exponents.first().copied()),
         }
     }
@@ -119,12 +119,12 @@ impl<'a> Runner<'a> {
             task: ("settling", 0.0),
         };
         let plan = ResponsePlan {
-            max_transient: MAX_TRANSIENT.max(2.0 * runner.settling),
-            measurement_time: runner.measurement,
+            max_transient_s: MAX_TRANSIENT.max(2.0 * runner.settling),
+            measurement_s: runner.measurement,
             ..runner.plan(0)
         };
         let settled = runner.respond(&plain, InitialState::Fresh, &plan)?;
-        if settled.regime == Regime::Silent || settled.rms_velocity == 0.0 {
+        if settled.regime == Regime::Silent || settled.rms_velocity_m_per_s == 0.0 {
             return Err(StudyError::AtRest);
         }
         runner.state = settled.state;
@@ -145,10 +145,10 @@ impl<'a> Runner<'a> {
 
     fn plan(&self, exponents: usize) -> ResponsePlan {
         ResponsePlan {
-            min_transient: self.settling,
+            min_transient_s: self.settling,
             // Less than one sample shorter, so that the window never counts as too short because of rounding.
-            max_transient: self.settling * (1.0 - 1e-9),
-            measurement_time: self.measurement,
+            max_transient_s: self.settling * (1.0 - 1e-9),
+            measurement_s: self.measurement,
             exponents,
             orbits: false,
             portrait: false,

@@ -9,8 +9,8 @@ impl Report for Cost {
         let rest = format!(
             ": {}; settles for {}, measured for {}",
             motion(&self.reference),
-            quantity(self.settling, 3, "s"),
-            quantity(self.measurement, 3, "s"),
+            quantity(self.settling_s, 3, "s"),
+            quantity(self.measurement_s, 3, "s"),
         );
         let mut blocks = vec![Block::heading(scene, rest)];
         if let Some(held) = self.fixed_at.description() {
@@ -36,7 +36,7 @@ impl Report for Cost {
             blocks.push(Block::heading("settings for a total error", rest));
             blocks.push(choices(self));
         }
-        if let Some(run) = self.run_time {
+        if let Some(run) = self.run_cpu_s_per_s {
             let run = short(run);
             let rest = format!(": a complete run takes {run} s of CPU time per simulated s");
             blocks.push(Block::heading("effects", rest));

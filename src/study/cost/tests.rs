@@ -55,7 +55,7 @@ fn a_small_system_is_studied() {
         "{:?}",
         study.choices
     );
-    assert!(study.run_time > Some(0.0) && !study.stopped);
+    assert!(study.run_cpu_s_per_s > Some(0.0) && !study.stopped);
 }
 
 /// The verified error is that of a run of the scene file with the finer settings.
@@ -73,9 +73,9 @@ fn the_verified_error_is_that_of_a_finer_run() {
         let set = [("time.tolerance", tolerance)];
         let scene = scene.with_overrides(&set).unwrap().without_analyses();
         let plan = ResponsePlan {
-            min_transient: runner.settling,
-            max_transient: runner.settling * (1.0 - 1e-9),
-            measurement_time: runner.measurement,
+            min_transient_s: runner.settling,
+            max_transient_s: runner.settling * (1.0 - 1e-9),
+            measurement_s: runner.measurement,
             exponents: 1,
             orbits: false,
             ..ResponsePlan::default()
@@ -85,7 +85,7 @@ fn the_verified_error_is_that_of_a_finer_run() {
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);
-    let mut errors = vec![(coarse.rms_velocity / fine.rms_velocity - 1.0).abs()];
+    let mut errors = vec![(coarse.rms_velocity_m_per_s / fine.rms_velocity_m_per_s - 1.0).abs()];
     if choice.error != errors[0] {
         let [coarse, fine] = [&coarse.lines[0], &fine.lines[0]];
         errors.push((coarse.frequency / fine.frequency - 1.0).abs());

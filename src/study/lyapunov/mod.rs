@@ -94,20 +94,17 @@ pub struct LyapunovStudy {
     /// Mean trace of `dF/dz` over time, 1/s. It equals the sum of all exponents. `None` if not all
     /// exponents are computed, if the motion changed, or if events make the state or the force law
     /// discontinuous.
-    #[serde(rename = "mean_trace_per_s")]
-    pub mean_trace: Option<f64>,
+    pub mean_trace_per_s: Option<f64>,
     /// Reason why averaging ended.
     #[serde(skip)]
     pub ending: Ending,
     /// Settling time of the tangent vectors, s.
-    #[serde(rename = "settle_s")]
-    pub settled: f64,
+    pub settle_s: f64,
     /// Solver statistics, including the settling time.
     #[serde(flatten)]
     pub stats: SolverStats,
     /// Simulated time, including the settling time, s.
-    #[serde(rename = "simulated_s")]
-    pub simulated: f64,
+    pub simulated_s: f64,
     /// Wall-clock time of the computation, s.
     #[serde(rename = "wall_s")]
     pub busy_seconds: f64,
@@ -145,7 +142,7 @@ impl LyapunovStudy {
     /// steps resolve the contraction rates. The reference is the sum of the exponents' magnitudes. `None` if
     /// the sum or the trace is unknown.
     pub fn imbalance(&self) -> Option<f64> {
-        let (sum, trace) = self.sum().zip(self.mean_trace)?;
+        let (sum, trace) = self.sum().zip(self.mean_trace_per_s)?;
         let sizes = self.spectrum.exponents.iter().map(|e| e.value.abs());
         // The trace of a conservative system is zero and cannot be the reference.
         let size = sizes.sum::<f64>().max(trace.abs());
@@ -156,7 +153,7 @@ impl LyapunovStudy {
     /// direction does not contract, or if its exponent is minus infinity.
     pub fn contraction_per_step(&self) -> f64 {
         let last = self.spectrum.exponents.last().map_or(0.0, |e| e.value);
-        let step = self.simulated / self.stats.steps.max(1) as f64;
+        let step = self.simulated_s / self.stats.steps.max(1) as f64;
         if last.is_finite() {
             (-last).max(0.0) * step
         } else {
@@ -242,15 +239,15 @@ pub fn lyapunov(
     keep(&mut run.running, &spectrum);
     let is_one = !spectrum.exponents.is_empty() && run.segments.len() == 1;
     Ok(LyapunovStudy {
-        mean_trace: run.jacobian.filter(|_| is_one).map(|_| run.trace),
+        mean_trace_per_s: run.jacobian.filter(|_| is_one).map(|_| run.trace),
         motion: run.integrator.motion(),
         spectrum,
         running: run.running,
         segments: run.segments,
         ending,
-        settled,
+        settle_s: settled,
         stats: since(run.integrator.stats(), before),
-        simulated,
+        simulated_s: simulated,
         busy_seconds: began.elapsed().as_secs_f64(),
     })
 }

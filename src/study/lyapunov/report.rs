@@ -50,12 +50,14 @@ impl LyapunovResult {
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
             classification: Classification {
-                description: after(&study.segments, found.chaotic_transient) + &description(study),
-                ..study.classification(found.omega_1)
+                description: after(&study.segments, found.chaotic_transient_s)
+                    + &description(study),
+                ..study.classification(found.omega_1_rad_per_s)
             },
             sum_per_s: study.sum(),
             unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
-            real_time_factor: (study.simulated > 0.0).then(|| study.simulated / study.busy_seconds),
+            real_time_factor: (study.simulated_s > 0.0)
+                .then(|| study.simulated_s / study.busy_seconds),
             warnings: warnings(&found),
             found,
         }
@@ -178,14 +180,14 @@ impl Report for LyapunovResult {
         let study = &found.study;
         // The title has the tilt.
         let held = FixedAt {
-            tilt: None,
+            tilt_rad: None,
             ..found.fixed_at
         };
         let held = held
             .description()
             .map_or(String::new(), |held| format!(", {held}"));
         let rest = format!("{held}: {}", self.classification.description);
-        let mut blocks = vec![Block::heading(title(scene, found.tilt), rest)];
+        let mut blocks = vec![Block::heading(title(scene, found.tilt_rad), rest)];
         if !study.spectrum.exponents.is_empty() {
             blocks.push(self.classification.table(&study.spectrum.exponents));
         }
@@ -199,7 +201,7 @@ impl Report for LyapunovResult {
             )));
         }
         if let Some(sum) = self.sum_per_s {
-            let trace = study.mean_trace;
+            let trace = study.mean_trace_per_s;
             let trace = trace.map_or(String::new(), |trace| {
                 format!(", mean trace {trace:.3} 1/s")
             });
@@ -208,7 +210,7 @@ impl Report for LyapunovResult {
         blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
         blocks.push(Block::text(format!(
             "averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment",
-            study.spectrum.time, found.transient, study.settled
+            study.spectrum.time, found.transient_s, study.settle_s
         )));
         if !study.spectrum.exponents.is_empty() {
             blocks.push(Block::text(format!(
@@ -273,8 +275,8 @@ const SEGMENT_EXPONENTS: usize = 3;
 /// The successive motions, one per row.
 fn segments(segments: &[MotionSegment]) -> Block {
     Table::of(segments)
-        .right("start, s", |segment| fixed(segment.start, 3))
-        .right("end, s", |segment| fixed(segment.end, 3))
+        .right("start, s", |segment| fixed(segment.start_s, 3))
+        .right("end, s", |segment| fixed(segment.end_s, 3))
         .left("attractor", |segment| segment.attractor.to_string())
         .left("largest exponents, 1/s", |segment| {
             if segment.spectrum.time == 0.0 {

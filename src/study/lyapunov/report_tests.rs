@@ -7,7 +7,7 @@ use crate::report::markdown;
 #[test]
 fn non_finite_exponents_are_null_in_json() {
     let mut found = study(&[60.0, f64::NEG_INFINITY], None, None);
-    found.tilt = Some(0.1);
+    found.tilt_rad = Some(0.1);
     let json =
         serde_json::to_value(LyapunovResult::new(Goal::Classification, found)).expect("JSON");
     assert_eq!(json["tilt_rad"], 0.1);
@@ -44,23 +44,23 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLya
         study: LyapunovStudy {
             spectrum,
             motion: Motion::Free,
-            mean_trace: trace,
+            mean_trace_per_s: trace,
             ending: Ending::Reached,
             stats: SolverStats {
                 steps: 1000,
                 steps_without_event_location: 7,
                 ..SolverStats::default()
             },
-            simulated: 2.0,
+            simulated_s: 2.0,
             busy_seconds: 1.0,
             ..LyapunovStudy::stopped(dimension)
         },
-        tilt: None,
+        tilt_rad: None,
         fixed_at: Default::default(),
-        transient: 0.12,
-        chaotic_transient: None,
+        transient_s: 0.12,
+        chaotic_transient_s: None,
         tolerance,
-        omega_1: 10_000.0,
+        omega_1_rad_per_s: 10_000.0,
     }
 }
 
@@ -101,8 +101,8 @@ fn the_motions_before_the_last_one_are_listed() {
     let segment = |start, end, values: &[f64]| {
         let spectrum = study(values, None, None).study.spectrum;
         MotionSegment {
-            start,
-            end,
+            start_s: start,
+            end_s: end,
             attractor: spectrum.attractor(),
             spectrum,
         }
@@ -113,7 +113,7 @@ fn the_motions_before_the_last_one_are_listed() {
         |found: &SceneLyapunov| text("made", &LyapunovResult::new(Goal::Time(2.0), found.clone()));
     assert!(!text_of(&found).contains("start, s"));
     found.study.segments = vec![segment(0.31, 0.83, &[240.0, 140.0, 0.0, -30.0]), last];
-    found.chaotic_transient = Some(0.83);
+    found.chaotic_transient_s = Some(0.83);
     let report = text_of(&found);
     let words = ": chaotic transient of 830 ms, then limit cycle: one exponent is zero";
     assert!(report.contains(words), "{report}");

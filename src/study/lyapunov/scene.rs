@@ -33,24 +33,20 @@ pub struct SceneLyapunov {
     #[serde(flatten)]
     pub study: LyapunovStudy,
     /// Tilt of the load during the study, rad; `None` for a scene without a load.
-    #[serde(rename = "tilt_rad")]
-    pub tilt: Option<f64>,
+    pub tilt_rad: Option<f64>,
     /// Final values at which the scheduled parameters are fixed during the study.
     pub fixed_at: FixedAt,
     /// Transient time: the length of the scene's run before the study, s.
-    #[serde(rename = "transient_s")]
-    pub transient: f64,
+    pub transient_s: f64,
     /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
     /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
     /// no earlier motion was chaotic.
-    #[serde(rename = "chaotic_transient_s")]
-    pub chaotic_transient: Option<f64>,
+    pub chaotic_transient_s: Option<f64>,
     /// Relative error tolerance of a time step during the study; `None` for a fixed step.
     pub tolerance: Option<f64>,
     /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
     /// those in the dimensionless time `tau` of Eq. (23).
-    #[serde(rename = "omega_1_rad_per_s")]
-    pub omega_1: f64,
+    pub omega_1_rad_per_s: f64,
 }
 
 /// Default settling time of the tangent vectors, periods of the slowest mode.
@@ -160,12 +156,12 @@ pub fn scene_lyapunov(
         transient
     };
     Ok(SceneLyapunov {
-        chaotic_transient: MotionSegment::chaotic_transient(&study.segments, constant_since),
+        chaotic_transient_s: MotionSegment::chaotic_transient(&study.segments, constant_since),
         study,
-        tilt: loading.map(|loading| loading.tilt),
+        tilt_rad: loading.map(|loading| loading.tilt),
         fixed_at,
-        transient,
+        transient_s: transient,
         tolerance,
-        omega_1,
+        omega_1_rad_per_s: omega_1,
     })
 }

@@ -84,7 +84,7 @@ fn a_fixed_averaging_time_is_exact() {
     let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_, _| Ok(()));
     assert_eq!(found.ending, Ending::Reached);
     assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
-    assert!((found.simulated - 120.0).abs() < 1e-9);
+    assert!((found.simulated_s - 120.0).abs() < 1e-9);
     let [largest, zero] = [0, 1].map(|k| found.spectrum.exponents[k].value);
     assert!((largest - 0.9056).abs() < 0.1 && zero.abs() < 0.1);
     let times: Vec<f64> = found.running.iter().map(|r| r.time).collect();
@@ -92,19 +92,19 @@ fn a_fixed_averaging_time_is_exact() {
     let last = found.running.last().unwrap();
     assert_eq!(last.exponents, found.spectrum.exponents);
     // With two of three exponents there is neither a sum nor a trace.
-    assert_eq!((found.sum(), found.mean_trace), (None, None));
+    assert_eq!((found.sum(), found.mean_trace_per_s), (None, None));
 }
 
 #[test]
 fn all_exponents_add_up_to_the_mean_trace() {
     let found = study(&LORENZ, 3, &plan(Goal::Time(100.0)), &mut |_, _| Ok(()));
-    let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
+    let (sum, trace) = (found.sum().unwrap(), found.mean_trace_per_s.unwrap());
     assert!((trace + 41.0 / 3.0).abs() < 1e-9, "{trace}");
     assert!((sum - trace).abs() < 1e-5, "{sum} {trace}");
 
     let long = plan(Goal::Time(1000.0));
     let found = study(&VanDerPol, 2, &long, &mut |_, _| Ok(()));
-    let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
+    let (sum, trace) = (found.sum().unwrap(), found.mean_trace_per_s.unwrap());
     // The two averages may end one orthonormalisation interval apart.
     assert!(
         trace < -0.5 && (sum / trace - 1.0).abs() < 0.01,
@@ -143,7 +143,7 @@ fn a_stop_keeps_the_exponents_so_far() {
     assert!(began.elapsed() < asked + Duration::from_secs(1));
     assert_eq!(found.spectrum.exponents.len(), 1);
     assert!(found.spectrum.time > 0.0 && found.spectrum.time < 1e7);
-    assert_eq!(found.settled, 20.0);
+    assert_eq!(found.settle_s, 20.0);
     let last = found.running.last().unwrap();
     assert_eq!(last.time, found.spectrum.time);
     assert_eq!(last.exponents, found.spectrum.exponents);
@@ -151,7 +151,7 @@ fn a_stop_keeps_the_exponents_so_far() {
     let found = study(&LORENZ, 1, &plan(Goal::Time(1e6)), &mut |_, _| Err(Stopped));
     assert_eq!(found.ending, Ending::Stopped);
     assert!(found.spectrum.exponents.is_empty() && found.running.is_empty());
-    assert_eq!(found.settled, 0.02);
+    assert_eq!(found.settle_s, 0.02);
 }
 
 #[test]

@@ -365,8 +365,8 @@ fn milliseconds(period: f64) -> String {
 
 /// Form of the Poincare section of a response; `None` if it has too few points.
 fn section_form(response: &SettledResponse) -> Option<&'static str> {
-    let points: Vec<&[f64]> = response.section.iter().map(|point| &point[..]).collect();
-    match section_shape(&points, 2.0 * response.amplitude) {
+    let points: Vec<&[f64]> = response.section_m.iter().map(|point| &point[..]).collect();
+    match section_shape(&points, 2.0 * response.amplitude_m) {
         SectionShape::TooFew => None,
         SectionShape::Points(_) => Some("points"),
         _ => Some(match response.curves {

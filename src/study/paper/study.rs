@@ -27,8 +27,8 @@ pub fn paper_plan(scene: Scene, start: Start) -> SweepPlan {
         axes: vec![Axis::new(Parameter::tilt(), tilts)],
         starts: vec![start],
         response: ResponsePlan {
-            max_transient: 0.6,
-            measurement_time: 0.7,
+            max_transient_s: 0.6,
+            measurement_s: 0.7,
             orbits: false,
             ..ResponsePlan::default()
         },
@@ -46,12 +46,12 @@ const SHORT_AVERAGE: f64 = 0.1;
 /// second.
 pub fn short_average_plan(plan: &SweepPlan) -> SweepPlan {
     let long = &plan.response;
-    let transient = long.min_transient.min(SHORT_TRANSIENT);
+    let transient = long.min_transient_s.min(SHORT_TRANSIENT);
     SweepPlan {
         response: ResponsePlan {
-            min_transient: transient,
-            max_transient: transient,
-            measurement_time: long.measurement_time.min(SHORT_AVERAGE),
+            min_transient_s: transient,
+            max_transient_s: transient,
+            measurement_s: long.measurement_s.min(SHORT_AVERAGE),
             ..*long
         },
         ..plan.clone()
@@ -83,8 +83,8 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
 /// has no portrait, or one that is too short for the delays.
 pub fn embedding(response: &SettledResponse) -> Option<(DelayChoice, f64)> {
     let portrait = response.portrait.as_ref()?;
-    let samples = portrait.displacement.iter().map(|u| f64::from(*u));
+    let samples = portrait.u_m.iter().map(|u| f64::from(*u));
     let samples: Vec<f64> = samples.collect();
     let choice = choose_delay(&samples, &DelaySearch::for_samples(samples.len()));
-    Some((choice.ok()?, portrait.dt))
+    Some((choice.ok()?, portrait.dt_s))
 }

@@ -102,14 +102,14 @@ impl Samples {
         section.drain(..section.len().saturating_sub(MAX_POINTS));
         let recurrence = if moves { self.recurrence(lag)? } else { None };
         Ok(SettledResponse {
-            transient: 0.0,
+            transient_s: 0.0,
             settled: false,
-            amplitude,
-            mean: u.iter().sum::<f64>() / u.len() as f64,
-            rms_velocity,
-            peak_velocity: speeds.fold(0.0, f64::max),
-            maxima: if moves { maxima(u) } else { Vec::new() },
-            section,
+            amplitude_m: amplitude,
+            mean_m: u.iter().sum::<f64>() / u.len() as f64,
+            rms_velocity_m_per_s: rms_velocity,
+            peak_velocity_m_per_s: speeds.fold(0.0, f64::max),
+            maxima_m: if moves { maxima(u) } else { Vec::new() },
+            section_m: section,
             curves,
             doubling: match verdict.regime {
                 Regime::Periodic | Regime::QuasiPeriodic => naming.doubling,
@@ -164,11 +164,11 @@ impl Samples {
         };
         let bins = ((MAX_FREQUENCY / bin) as usize + 1).min(spectrum.len());
         PhasePortrait {
-            dt: 1.0 / self.rate,
-            displacement: newest(&self.displacement),
-            velocity: newest(&self.velocity),
-            bin,
-            spectrum: spectrum[..bins].iter().map(|&a| a as f32).collect(),
+            dt_s: 1.0 / self.rate,
+            u_m: newest(&self.displacement),
+            v_m_per_s: newest(&self.velocity),
+            spectrum_bin_hz: bin,
+            spectrum_m: spectrum[..bins].iter().map(|&a| a as f32).collect(),
         }
     }
 }
@@ -285,15 +285,15 @@ impl PhasePortrait {
     /// # Errors
     /// If the samples are not finite.
     pub fn recurrence(&self) -> Result<Option<RecurrenceImage>, AnalysisError> {
-        let lag = ((LAG / self.dt).round() as usize).max(1);
+        let lag = ((LAG / self.dt_s).round() as usize).max(1);
         let reach = DelayVectors::samples_for(0, lag, DIMENSION);
-        let wanted = (PORTRAIT_WINDOW / self.dt).round() as usize;
-        let vectors = wanted.min(self.displacement.len().saturating_sub(reach));
+        let wanted = (PORTRAIT_WINDOW / self.dt_s).round() as usize;
+        let vectors = wanted.min(self.u_m.len().saturating_sub(reach));
         if vectors < MIN_STATES {
             return Ok(None);
         }
         let needed = DelayVectors::samples_for(vectors, lag, DIMENSION);
-        let newest = &self.displacement[self.displacement.len() - needed..];
+        let newest = &self.u_m[self.u_m.len() - needed..];
         let newest: Vec<f64> = newest.iter().map(|&u| f64::from(u)).collect();
         let step = vectors.div_ceil(PORTRAIT_STATES);
         let side = (vectors / step).div_ceil(SIZE);
@@ -309,8 +309,8 @@ impl PhasePortrait {
             &DelayVectors::new(&newest, lag, DIMENSION)?,
             &picks.collect::<Vec<_>>(),
             &criterion,
-            (size * side * step) as f64 * self.dt,
-            self.dt,
+            (size * side * step) as f64 * self.dt_s,
+            self.dt_s,
         )?;
         Ok(Some(RecurrenceImage {
             size,
@@ -373,8 +373,8 @@ mod tests {
             (&*found.lines[0].label, &*found.lines[1].label),
             ("f1", "f2")
         );
-        assert_eq!(found.maxima.len(), MAX_POINTS);
-        assert!((found.amplitude - 1.4e-6).abs() < 1e-8);
+        assert_eq!(found.maxima_m.len(), MAX_POINTS);
+        assert!((found.amplitude_m - 1.4e-6).abs() < 1e-8);
         let beat = found.recurrence_periods.last(RecurrenceKind::Beat).unwrap();
         assert!((beat.period * 240.0 - 1.0).abs() < 0.01, "{beat:?}");
         let determinism = found.recurrence.unwrap().determinism.unwrap();
@@ -384,20 +384,20 @@ mod tests {
             windings: 1,
         };
         assert_eq!((found.curves, found.doubling), (Some(one), 0));
-        assert_eq!(found.section.len(), MAX_POINTS);
+        assert_eq!(found.section_m.len(), MAX_POINTS);
         let portrait = found.portrait.unwrap();
-        assert_eq!(portrait.displacement.len(), 4000);
-        assert!((portrait.bin - 5.0).abs() < 0.01);
+        assert_eq!(portrait.u_m.len(), 4000);
+        assert!((portrait.spectrum_bin_hz - 5.0).abs() < 0.01);
     }
 
     fn portrait(samples: usize) -> PhasePortrait {
         let tone = sines(200e3, samples, &[(4000.0, 1e-6, 0.0)]);
         PhasePortrait {
-            dt: 5e-6,
-            displacement: tone.iter().map(|&u| u as f32).collect(),
-            velocity: vec![0.0; samples],
-            bin: 5.0,
-            spectrum: Vec::new(),
+            dt_s: 5e-6,
+            u_m: tone.iter().map(|&u| u as f32).collect(),
+            v_m_per_s: vec![0.0; samples],
+            spectrum_bin_hz: 5.0,
+            spectrum_m: Vec::new(),
         }
     }
 

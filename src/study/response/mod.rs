@@ -37,15 +37,12 @@ use transient::TransientDetector;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResponsePlan {
     /// Minimum transient time, s: the transient is not considered ended before.
-    #[serde(rename = "min_transient_s")]
-    pub min_transient: f64,
+    pub min_transient_s: f64,
     /// Maximum transient time, s. A motion that changes during the measurement is measured once more, which
     /// may take one measurement longer.
-    #[serde(rename = "max_transient_s")]
-    pub max_transient: f64,
+    pub max_transient_s: f64,
     /// Measurement time, s: length of the window of settled motion.
-    #[serde(rename = "measurement_s")]
-    pub measurement_time: f64,
+    pub measurement_s: f64,
     /// Number of leading Lyapunov exponents to compute; 0 for none. Limited to the dimension of the system.
     pub exponents: usize,
     /// Whether the exponents of a settled motion that follows a stable periodic orbit are those of the orbit. They are then
@@ -61,10 +58,10 @@ pub struct ResponsePlan {
 impl Default for ResponsePlan {
     fn default() -> Self {
         Self {
-            min_transient: 0.05,
-            max_transient: 1.0,
+            min_transient_s: 0.05,
+            max_transient_s: 1.0,
             // 1000 periods of the slowest mode: an exponent counts as zero only after that many.
-            measurement_time: 0.6,
+            measurement_s: 0.6,
             exponents: 3,
             orbits: true,
             portrait: true,
@@ -80,9 +77,9 @@ impl ResponsePlan {
     /// The plan with all times multiplied by a factor.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
-        self.min_transient *= factor;
-        self.max_transient *= factor;
-        self.measurement_time *= factor;
+        self.min_transient_s *= factor;
+        self.max_transient_s *= factor;
+        self.measurement_s *= factor;
         self
     }
 }
@@ -173,7 +170,7 @@ pub(super) fn respond(
         (by_samples.regime, by_samples.confidence) = (Regime::Chaotic, 0.95);
     }
     Ok(SettledResponse {
-        transient: measured.transient,
+        transient_s: measured.transient,
         settled: settled && !measured.changed,
         exponents: measured.exponents,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
@@ -235,7 +232,7 @@ impl<'a> Run<'a> {
             z: prepared.state,
             samples: 0,
             progress,
-            expected: plan.min_transient + plan.measurement_time,
+            expected: plan.min_transient_s + plan.measurement_s,
             plan,
         };
         run.integrator.start(0.0, &run.z)?;
@@ -323,7 +320,7 @@ impl<'a> Run<'a> {
         let mut detector = self.detector();
         let mut largest: f64 = 0.0;
         let mut next_check = 0;
-        while self.time() < plan.max_transient {
+        while self.time() < plan.max_transient_s {
             self.advance()?;
             largest = largest.max(self.displacement().abs());
             if !detector.push(self.energies()) {
@@ -332,14 +329,14 @@ impl<'a> Run<'a> {
             let silent = largest < self.silence && detector.blocks() > 1;
             largest = 0.0;
             // Repeated tests on growing data would sooner or later pass by chance: space them by 10 %.
-            if detector.blocks() < next_check || self.time() < plan.min_transient {
+            if detector.blocks() < next_check || self.time() < plan.min_transient_s {
                 continue;
             }
             next_check = detector.blocks() + detector.blocks() / 10 + 1;
             if detector.has_ended() || silent {
                 return Ok(true);
             }
-            self.expected = 1.1 * self.time() + plan.measurement_time;
+            self.expected = 1.1 * self.time() + plan.measurement_s;
         }
         Ok(false)
     }
@@ -373,9 +370,9 @@ impl<'a> Run<'a> {
         let plan = self.plan;
         let width = plan.exponents.min(self.integrator.system().tangent_dim());
         if let Some(orbit) = orbit {
-            let window = PERIODIC_SHARE * plan.measurement_time;
+            let window = PERIODIC_SHARE * plan.measurement_s;
             let window = window.max(PERIODIC_PERIODS * orbit.period_s);
-            let window = window.min(plan.measurement_time);
+            let window = window.min(plan.measurement_s);
             let measured = self.sample_window(transient, window)?;
             if !measured.changed {
                 return Ok(Measured {
@@ -390,8 +387,8 @@ impl<'a> Run<'a> {
             self.start_tangents(width, seed)?;
         }
         loop {
-            let measured = self.sample_window(transient, plan.measurement_time)?;
-            if !measured.changed || self.time() >= plan.max_transient + plan.measurement_time {
+            let measured = self.sample_window(transient, plan.measurement_s)?;
+            if !measured.changed || self.time() >= plan.max_transient_s + plan.measurement_s {
                 return Ok(measured);
             }
             // The motion looked settled but changed: measure the new one.
@@ -448,22 +445,17 @@ impl<'a> Run<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettledResponse {
     /// Transient time before the measurement, s. It includes earlier windows in which the motion changed.
-    #[serde(rename = "transient_s")]
-    pub transient: f64,
+    pub transient_s: f64,
     /// Whether the motion is settled: the transient had ended, and the motion did not change while measured.
     pub settled: bool,
     /// Half the peak-to-peak displacement of the probe, m.
-    #[serde(rename = "amplitude_m")]
-    pub amplitude: f64,
+    pub amplitude_m: f64,
     /// Mean displacement of the probe, m.
-    #[serde(rename = "mean_m")]
-    pub mean: f64,
+    pub mean_m: f64,
     /// RMS velocity of the probe, m/s.
-    #[serde(rename = "rms_velocity_m_per_s")]
-    pub rms_velocity: f64,
+    pub rms_velocity_m_per_s: f64,
     /// Peak absolute velocity of the probe, m/s.
-    #[serde(rename = "peak_velocity_m_per_s")]
-    pub peak_velocity: f64,
+    pub peak_velocity_m_per_s: f64,
     /// Regime: the type of motion.
     pub regime: Regime,
     /// Confidence of the regime, 0 to 1.
@@ -471,11 +463,9 @@ pub struct SettledResponse {
     /// Broadband share: share of the spectral power outside the lines, 0 to 1.
     pub broadband_share: f64,
     /// Newest local maxima of the displacement, m: a column of the bifurcation diagram.
-    #[serde(rename = "maxima_m")]
-    pub maxima: Vec<f64>,
+    pub maxima_m: Vec<f64>,
     /// Newest points of the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` crosses zero upwards, m.
-    #[serde(rename = "section_m")]
-    pub section: Vec<[f64; 2]>,
+    pub section_m: Vec<[f64; 2]>,
     /// Closed curves of the section: the motion is on a torus; `None` if there are none.
     pub curves: Option<ClosedCurves>,
     /// Doubling order of a periodic or quasi-periodic motion: 0; 1 if it has lines at halves of the
@@ -541,18 +531,13 @@ impl SettledResponse {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhasePortrait {
     /// Sampling interval `dt` of the portrait, s.
-    #[serde(rename = "dt_s")]
-    pub dt: f64,
+    pub dt_s: f64,
     /// Newest displacements `u` of the probe for the portrait, m.
-    #[serde(rename = "u_m")]
-    pub displacement: Vec<f32>,
+    pub u_m: Vec<f32>,
     /// Velocities `v` of the probe for the portrait, at the same times, m/s.
-    #[serde(rename = "v_m_per_s")]
-    pub velocity: Vec<f32>,
+    pub v_m_per_s: Vec<f32>,
     /// Bin width of the spectrum, Hz; the first bin is at 0 Hz.
-    #[serde(rename = "spectrum_bin_hz")]
-    pub bin: f64,
+    pub spectrum_bin_hz: f64,
     /// Amplitude spectrum of the displacement over the whole measurement window, m.
-    #[serde(rename = "spectrum_m")]
-    pub spectrum: Vec<f32>,
+    pub spectrum_m: Vec<f32>,
 }

@@ -27,9 +27,9 @@ pub fn measured(
 
 /// A short plan for tests.
 const SHORT: ResponsePlan = ResponsePlan {
-    min_transient: 0.05,
-    max_transient: 0.6,
-    measurement_time: 0.06,
+    min_transient_s: 0.05,
+    max_transient_s: 0.6,
+    measurement_s: 0.06,
     exponents: 2,
     orbits: false,
     portrait: true,
@@ -40,12 +40,12 @@ const SHORT: ResponsePlan = ResponsePlan {
 fn a_pure_tone_is_classified_as_periodic() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let found = take(&scene, InitialState::Fresh, &SHORT);
-    assert!(found.settled, "{}", found.transient);
+    assert!(found.settled, "{}", found.transient_s);
     // It grows from zero at about 750 1/s; the slowest decay towards the limit cycle has a rate of 60 1/s.
     assert!(
-        (0.06..0.3).contains(&found.transient),
+        (0.06..0.3).contains(&found.transient_s),
         "{}",
-        found.transient
+        found.transient_s
     );
     assert_eq!(found.regime, Regime::Periodic);
     assert!(
@@ -54,15 +54,18 @@ fn a_pure_tone_is_classified_as_periodic() {
         found.lines
     );
     assert!(
-        (found.amplitude / 0.688e-6 - 1.0).abs() < 0.01,
+        (found.amplitude_m / 0.688e-6 - 1.0).abs() < 0.01,
         "{}",
-        found.amplitude
+        found.amplitude_m
     );
-    assert!((found.peak_velocity / 17.76e-3 - 1.0).abs() < 0.01);
-    let spread = crate::analysis::stats::range(found.maxima.iter().copied());
+    assert!((found.peak_velocity_m_per_s / 17.76e-3 - 1.0).abs() < 0.01);
+    let spread = crate::analysis::stats::range(found.maxima_m.iter().copied());
     // A narrow band; the harmonics add secondary maxima.
-    assert!(found.maxima.len() >= 240, "{}", found.maxima.len());
-    assert!(spread[1] - spread[0] < 0.01 * found.amplitude, "{spread:?}");
+    assert!(found.maxima_m.len() >= 240, "{}", found.maxima_m.len());
+    assert!(
+        spread[1] - spread[0] < 0.01 * found.amplitude_m,
+        "{spread:?}"
+    );
     let exponents = found.exponents.unwrap();
     assert!(exponents.exponents[0].value.abs() < 5.0, "{exponents:?}");
     assert!(exponents.exponents[1].value < -20.0, "{exponents:?}");
@@ -76,15 +79,15 @@ fn a_pure_tone_is_classified_as_periodic() {
     assert!((period * 4110.8 - 1.0).abs() < 0.01, "{period}");
     assert_eq!(found.state.len(), 22);
     let portrait = found.portrait.unwrap();
-    assert_eq!(portrait.displacement.len(), 4000);
-    assert_eq!(portrait.velocity.len(), 4000);
+    assert_eq!(portrait.u_m.len(), 4000);
+    assert_eq!(portrait.v_m_per_s.len(), 4000);
 }
 
 #[test]
 fn a_periodic_motion_has_the_exponents_of_its_orbit() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let averaged = ResponsePlan {
-        measurement_time: 0.4,
+        measurement_s: 0.4,
         exponents: 3,
         ..SHORT
     };
@@ -111,8 +114,8 @@ fn a_periodic_motion_has_the_exponents_of_its_orbit() {
         (of_orbit.regime, of_orbit.confidence),
         (Regime::Periodic, 1.0)
     );
-    assert_eq!(averaged.transient, of_orbit.transient);
-    assert!((averaged.amplitude / of_orbit.amplitude - 1.0).abs() < 1e-3);
+    assert_eq!(averaged.transient_s, of_orbit.transient_s);
+    assert!((averaged.amplitude_m / of_orbit.amplitude_m - 1.0).abs() < 1e-3);
     let [long, short] = [&averaged, &of_orbit].map(|found| found.stats.rhs_evals);
     assert!(2 * short < long, "{short} of {long} evaluations");
 }
@@ -125,7 +128,7 @@ fn a_torus_has_no_orbit() {
         ..SHORT
     };
     let found = take(&scene, InitialState::Fresh, &plan);
-    assert_eq!(found.exponents.unwrap().time, plan.measurement_time);
+    assert_eq!(found.exponents.unwrap().time, plan.measurement_s);
 }
 
 #[test]
@@ -135,12 +138,12 @@ fn continuation_from_a_final_state_shortens_the_transient() {
     let next = scene.with_values(&[(Parameter::tilt(), 2.1)]).unwrap();
     let on = take(&next, InitialState::State(&first.state), &SHORT);
     assert!(
-        on.settled && on.transient < first.transient,
+        on.settled && on.transient_s < first.transient_s,
         "{} {}",
-        on.transient,
-        first.transient
+        on.transient_s,
+        first.transient_s
     );
-    assert!((on.amplitude / first.amplitude - 1.0).abs() < 0.05);
+    assert!((on.amplitude_m / first.amplitude_m - 1.0).abs() < 0.05);
 }
 
 #[test]
@@ -149,16 +152,16 @@ fn printed_friction_is_silent() {
     let found = take(&scene, InitialState::Fresh, &SHORT);
     assert_eq!((found.regime, found.settled), (Regime::Silent, true));
     assert_eq!(found.linear.unwrap().unstable().count(), 0);
-    assert!(found.maxima.is_empty() && found.lines.is_empty() && found.recurrence.is_none());
+    assert!(found.maxima_m.is_empty() && found.lines.is_empty() && found.recurrence.is_none());
 }
 
 #[test]
 fn a_small_system_has_a_settled_response() {
     let scene = Scene::load("mass-on-belt").unwrap();
     let plan = ResponsePlan {
-        min_transient: 0.5,
-        max_transient: 5.0,
-        measurement_time: 0.5,
+        min_transient_s: 0.5,
+        max_transient_s: 5.0,
+        measurement_s: 0.5,
         exponents: 9,
         ..SHORT
     };
@@ -180,8 +183,8 @@ fn the_callback_stops_a_response() {
     let scene = Scene::load("doubled-torus-3deg").unwrap();
     // Far longer than three intervals between two calls, which are of wall time.
     let plan = ResponsePlan {
-        min_transient: 100.0,
-        max_transient: 200.0,
+        min_transient_s: 100.0,
+        max_transient_s: 200.0,
         ..SHORT
     };
     let mut calls = 0;

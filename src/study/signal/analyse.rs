@@ -501,7 +501,7 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSectio
     crossings.drain(..crossings.len().saturating_sub(MAX_CROSSINGS));
     let ahead = (signal.samples.len() - newest.len()) as f64;
     let passage = |crossing: &Crossing| SectionPoint {
-        time: signal.time(ahead + crossing.sample),
+        time_s: signal.time(ahead + crossing.sample),
         at: [crossing.point[0], crossing.point[2]],
     };
     let passages: Vec<SectionPoint> = crossings.iter().map(passage).collect();

@@ -331,7 +331,7 @@ mod tests {
     fn different_plans_have_different_identities() {
         let one = plan(&[Start::Upward]);
         let mut other = one.clone();
-        other.response.measurement_time *= 2.0;
+        other.response.measurement_s *= 2.0;
         assert_ne!(one.identity(), other.identity());
         assert_ne!(one.identity(), plan(&[Start::Downward]).identity());
         assert_eq!(one.identity(), plan(&[Start::Upward]).identity());

@@ -212,7 +212,7 @@ impl SweepResult {
                 point.regime_name() + mark
             })
             .right("amplitude, um", |point| {
-                fixed(point.found().map(|found| 1e6 * found.amplitude), 4)
+                fixed(point.found().map(|found| 1e6 * found.amplitude_m), 4)
             })
             .right("line, Hz", |point| {
                 let line = point.found().and_then(|found| found.lines.first());

@@ -20,9 +20,9 @@ fn swept() -> (SweepPlan, Vec<SweepPoint>) {
         )],
         starts: vec![Start::Upward],
         response: ResponsePlan {
-            min_transient: 0.02,
-            max_transient: 0.02,
-            measurement_time: 0.01,
+            min_transient_s: 0.02,
+            max_transient_s: 0.02,
+            measurement_s: 0.01,
             exponents: 2,
             orbits: false,
             portrait: true,
@@ -182,7 +182,7 @@ fn a_csv_table_has_the_columns_of_one_value() {
     );
     assert_eq!(cell(1, "unstable_modes"), "4");
     assert_eq!(cell(1, "tilt_deg"), "3");
-    assert_eq!(cell(1, "amplitude_m"), found.amplitude.to_string());
+    assert_eq!(cell(1, "amplitude_m"), found.amplitude_m.to_string());
     assert_eq!(
         cell(1, "exponent_2_per_s"),
         found.exponents.as_ref().unwrap().exponents[1]

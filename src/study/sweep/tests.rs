@@ -15,9 +15,9 @@ fn plan() -> SweepPlan {
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 2.0, 3.0])],
         starts: vec![Start::Upward, Start::Fresh],
         response: ResponsePlan {
-            min_transient: 0.02,
-            max_transient: 0.04,
-            measurement_time: 0.02,
+            min_transient_s: 0.02,
+            max_transient_s: 0.04,
+            measurement_s: 0.02,
             exponents: 1,
             orbits: false,
             portrait: true,

@@ -170,7 +170,7 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
             ends.whole += u32::from(!summary.interrupted);
             ends.slow += u32::from(summary.interrupted);
             // Without friction work there is nothing to audit.
-            let reported = summary.audit.unwrap_or(0.0);
+            let reported = summary.energy_residual.unwrap_or(0.0);
             let same =
                 reported == judge.audit || (reported - judge.audit).abs() <= 1e-9 * judge.audit;
             prop_assert!(
@@ -219,7 +219,7 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
 fn heals(text: &str, before: f64) -> Result<(), TestCaseError> {
     let scene = finer(text).map_err(|error| TestCaseError::fail(error.to_string()))?;
     if let (Ok(summary), _) = judge(scene)? {
-        let audit = summary.audit.unwrap_or(0.0);
+        let audit = summary.energy_residual.unwrap_or(0.0);
         prop_assert!(
             audit < WORRYING_AUDIT.max(0.1 * before),
             "an audit of {before:e} remains {audit:e}"

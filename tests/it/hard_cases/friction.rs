@@ -20,7 +20,7 @@ fn creep_slopes_from_1e2_to_1e8() {
             ],
             ..Case::default()
         });
-        amplitudes.push(result.summary.amplitude);
+        amplitudes.push(result.summary.amplitude_m);
     }
     // Towards dry friction the slope has no influence.
     for pair in amplitudes[4..].windows(2) {

@@ -192,7 +192,7 @@ fn a_tilt_ramp_through_every_regime() {
                 span > 0.9 * if name.starts_with('-') { PI } else { PI / 22.5 },
                 "{span}"
             );
-            result.summary.audit.expect("audited")
+            result.summary.energy_residual.expect("audited")
         };
         // The audit of a single kick varies with rounding.
         let audits = ["1e-5", "1e-7"].map(|tolerance| {

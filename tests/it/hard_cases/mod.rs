@@ -158,7 +158,7 @@ impl RunResult {
             .iter()
             .map(|e| e.residual.abs() / (turnover + FLOOR));
         let worst = worst.fold(0.0, f64::max);
-        let audit = self.summary.audit.expect("audited");
+        let audit = self.summary.energy_residual.expect("audited");
         assert!((audit - worst).abs() <= 1e-9 * worst, "{name}");
     }
 }
@@ -232,7 +232,7 @@ fn assert_stable(case: &Case<'_>) -> RunResult {
     let omega = joint(&scene(case.changes)).omega().to_vec();
     let audits = runs
         .each_ref()
-        .map(|result| result.summary.audit.expect("audited"));
+        .map(|result| result.summary.energy_residual.expect("audited"));
     let errors = |runs: &[RunResult; 3]| {
         [0, 1].map(|k| distance(&omega, &runs[k].final_state(), &runs[2].final_state()))
     };

@@ -48,12 +48,12 @@ fn rotation_exactly_zero() {
     for mode in explained.unwrap() {
         let close = linear.iter().any(|linear| {
             let omega = TAU * linear.frequency_hz;
-            let error = (TAU * mode.frequency_hz - omega).hypot(mode.growth - linear.growth);
+            let error = (TAU * mode.frequency_hz - omega).hypot(mode.growth_per_s - linear.growth);
             error < 1e-6 * omega.hypot(linear.growth)
         });
-        let shares: f64 = mode.causes.iter().map(|cause| cause.share).sum();
-        assert!(close && mode.growth < 0.0, "{mode:?} of {linear:?}");
-        assert!((shares / mode.growth - 1.0).abs() < 1e-6, "{mode:?}");
+        let shares: f64 = mode.causes.iter().map(|cause| cause.share_per_s).sum();
+        assert!(close && mode.growth_per_s < 0.0, "{mode:?} of {linear:?}");
+        assert!((shares / mode.growth_per_s - 1.0).abs() < 1e-6, "{mode:?}");
     }
 
     for method in ["lawson54", "auto", "rodas5p", "dop853"] {
@@ -118,7 +118,7 @@ fn a_kick_of_zero() {
                     result.energies().flatten().all(|x| x == 0.0),
                     "{method} {rotation}"
                 );
-                assert_eq!(result.summary.audit, Some(0.0));
+                assert_eq!(result.summary.energy_residual, Some(0.0));
             }
         }
     }

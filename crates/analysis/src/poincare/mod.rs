@@ -27,8 +27,7 @@ pub use shape::{SectionShape, section_shape};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SectionPoint {
     /// Time, s.
-    #[serde(rename = "time_s")]
-    pub time: f64,
+    pub time_s: f64,
     /// The point at which the section is crossed: two coordinates.
     pub at: [f64; 2],
 }

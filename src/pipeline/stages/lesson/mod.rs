@@ -90,7 +90,7 @@ impl LessonStage {
     fn observe(&mut self, record: &Record) {
         let time = match record {
             Record::Spectrum { time, .. } | Record::Regime { time, .. } => *time,
-            Record::TrajectoryDivergence(divergence) => divergence.time,
+            Record::TrajectoryDivergence(divergence) => divergence.time_s,
             Record::Exponents(exponents) => exponents.time,
             _ => return,
         };

@@ -125,16 +125,16 @@ impl Signal {
         let intercept = (1e-8_f64).ln();
         let saturated = 0.7 * self.duration;
         Record::TrajectoryDivergence(TrajectoryDivergence {
-            time: now,
-            start: 0.0,
+            time_s: now,
+            start_s: 0.0,
             distance: (intercept + rate * now.min(saturated)).exp(),
             line: Some(DivergenceFit {
-                rate,
-                half_width: 0.1 * rate,
-                since: 0.0,
+                rate_per_s: rate,
+                half_width_per_s: 0.1 * rate,
+                since_s: 0.0,
                 intercept,
             }),
-            saturated: (now >= saturated).then_some(saturated),
+            saturated_s: (now >= saturated).then_some(saturated),
         })
     }
 
@@ -180,7 +180,7 @@ impl Signal {
             let part = before / (before - after);
             let at = |k: usize| y[k] + part * (y[k + 1] - y[k]);
             (before < 0.0 && after >= 0.0).then(|| SectionPoint {
-                time: (k as f64 + part) / SAMPLE_RATE,
+                time_s: (k as f64 + part) / SAMPLE_RATE,
                 at: [at(k), at(k + 2 * LAG)],
             })
         });

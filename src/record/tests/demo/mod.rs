@@ -126,7 +126,7 @@ pub fn records(duration: f64) -> Vec<Record> {
         text: "synthetic data".to_owned(),
     });
     records.push(Record::Summary(Arc::new(Summary {
-        simulated: duration,
+        simulated_s: duration,
         ..Summary::default()
     })));
     records
