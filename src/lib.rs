@@ -32,7 +32,7 @@
 //! let scene = Scene::load("periodic-2deg")?.with_duration(5.0)?;
 //! let mut largest = Largest(0.0);
 //! let summary = run(&scene, "an example", &mut largest, Monitor::default())?;
-//! assert!((summary.simulated - 5e-3).abs() < 1e-5);
+//! assert!((summary.simulated_s - 5e-3).abs() < 1e-5);
 //! assert!(largest.0 > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -107,13 +107,13 @@
 //! use squeakscope::study::sweep::{Axis, Shard, Start, SweepPlan, sweep};
 //!
 //! let plan = SweepPlan {
-//!     scene: Scene::load("periodic-2deg")?,
+//!     subject: Scene::load("periodic-2deg")?,
 //!     axes: vec![Axis::new(Parameter::tilt(), [1.5, 2.0])],
 //!     starts: vec![Start::Upward],
 //!     response: ResponsePlan {
-//!         min_transient: 0.02,
-//!         max_transient: 0.03,
-//!         measurement_time: 0.01,
+//!         min_transient_s: 0.02,
+//!         max_transient_s: 0.03,
+//!         measurement_s: 0.01,
 //!         exponents: 0,
 //!         ..ResponsePlan::default()
 //!     },
@@ -124,7 +124,7 @@
 //! })?;
 //! for point in &points {
 //!     let response = point.outcome.clone()?;
-//!     println!("{} deg: {}, {:.2e} m", point.place.values[0], response.regime, response.amplitude);
+//!     println!("{} deg: {}, {:.2e} m", point.place.values[0], response.regime, response.amplitude_m);
 //! }
 //! assert_eq!(points.len(), 2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -73,13 +73,13 @@ impl Swept {
                 });
                 Ok(Self::Scene(Box::new(SweepPlan {
                     axes: axes.collect::<PyResult<_>>()?,
-                    scene,
+                    subject: scene,
                     starts,
                     response: options.response(false)?,
                 })))
             }
             Studied::Systems(function) => Ok(Self::Systems(SweepPlan {
-                scene: OwnSystems::new(py, function)?,
+                subject: OwnSystems::new(py, function)?,
                 axes: given
                     .map(|(name, values)| Axis::new(name, values))
                     .collect(),
@@ -102,7 +102,7 @@ impl Swept {
             Self::Scene(plan) => long_call(py, progress, |watch| {
                 computed(plan, shard, threads(number), watch)
             }),
-            Self::Systems(plan) => plan.scene.call(py, progress, |watch| {
+            Self::Systems(plan) => plan.subject.call(py, progress, |watch| {
                 computed(plan, shard, number.map_or(1, NonZero::get), watch)
             }),
         }
@@ -260,11 +260,10 @@ pub fn basins<'py>(
             Fields::of(py, &Basins::new(None, kicks, &points))?.unitless(&plan.names())
         }
         Swept::Scene(plan) => {
-            let tilt = plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0));
-            let found = Basins::new(tilt, kicks, &points);
+            let found = Basins::new(plan.subject.start_tilt(), kicks, &points);
             Fields::of(py, &found)?.drawn(move || {
                 let attractors = &found.attractors;
-                vec![basins_figure(&plan.scene.name, &points, attractors)]
+                vec![basins_figure(&plan.subject.name, &points, attractors)]
             })
         }
     };

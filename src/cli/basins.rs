@@ -23,18 +23,17 @@ use crate::study::sweep::{Axis, Start, SweepPlan};
 /// written.
 pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
-    console::print_study_warnings(&plan.scene);
-    console::print_fixed(&plan.scene, []);
+    console::print_study_warnings(&plan.subject);
+    console::print_fixed(&plan.subject, []);
     let stems = vec!["basins".to_owned()];
     let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
     let files = outputs.resumed(args.work.resume).check()?;
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
-    let tilt = plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0));
-    let basins = Basins::new(tilt, plan.size(), &points);
-    files.finish(watch, Some(&plan.scene.name), &basins, |files| {
+    let basins = Basins::new(plan.subject.start_tilt(), plan.size(), &points);
+    files.finish(watch, Some(&plan.subject.name), &basins, |files| {
         write_points(&plan, &points, files, !basins.interrupted)?;
-        let title = title(&plan.scene.name, basins.tilt);
+        let title = title(&plan.subject.name, basins.tilt);
         let drawn = files.draw(|| vec![basins_figure(&title, &points, &basins.attractors)]);
         write_recording(&plan, &points, files)?;
         drawn
@@ -52,7 +51,7 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
     let scene = args.scene.load_with(args.response.accuracy, &numbers)?;
     let seeds = (0..args.kicks).map(|k| (args.seed + u64::from(k)) as f64);
     Ok(SweepPlan {
-        scene,
+        subject: scene,
         axes: vec![Axis::new(Parameter::named("start.seed")?, seeds)],
         starts: vec![Start::Fresh],
         response: response_plan(&args.response, true),

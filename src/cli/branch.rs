@@ -224,7 +224,7 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
     let plan = SweepPlan::from_identity(&table.identity)
         .map_err(|reason| TableError::invalid(path, reason))?;
     match &plan.axes[..] {
-        [axis] if axis.path == parameter.path() => Ok(table.points),
+        [axis] if axis.name == parameter.path() => Ok(table.points),
         _ => Err(CliError::Input(format!(
             "`{}` (--sweep) is not a sweep over `{}` alone; give the table of one",
             path.display(),

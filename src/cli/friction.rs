@@ -17,7 +17,7 @@ const FASTEST: f64 = 50.0;
 #[derive(Debug, Arguments)]
 pub struct FrictionArgs {
     /// CSV file with the columns speed_m_per_s, mu and, if it is known, mu_deviation: the standard deviation of mu. Speeds
-    /// may repeat and come in any order.
+    /// may repeat and come in any order; text after # is a comment.
     pub file: PathBuf,
     /// Slope factor of the creep region, which points above a few mm/s do not show.
     #[arg(long, value_name = "S_PER_M", default_value_t = 1000.0, value_parser = positive)]
@@ -136,6 +136,8 @@ mod tests {
             let refused = points(text).unwrap_err();
             assert!(refused.contains(expected), "{refused}");
         }
+        let remarks = "# rig 2\nspeed_m_per_s,mu # dry\n0.1,0.3 # first\n";
+        assert_eq!(points(remarks).unwrap()[0].coefficient, 0.3);
         let three = points("\u{feff}speed_m_per_s, mu, mu_deviation\n0.1, 0.3, 0.01\n").unwrap();
         assert_eq!(three[0].deviation, Some(0.01));
     }

@@ -70,7 +70,7 @@ pub(super) fn execute(
             points[k] = simulated(args, plan, TABLES[k], (&mut files, &watch))?;
         }
     }
-    let spec = &plan.scene.joint()?.spec;
+    let spec = &plan.subject.joint()?.spec;
     let evidence = |points| paper_evidence(spec, points).map_err(CliError::during("comparison"));
     let [points, short] = points;
     let [evidence, short] = [evidence(&points)?, evidence(&short)?];
@@ -91,7 +91,7 @@ pub(super) fn execute(
         claims,
         captions: captions.map(|figure| figure.caption.clone()).collect(),
     };
-    let scene = &plan.scene.name;
+    let scene = &plan.subject.name;
     files.finish(watch, Some(scene), &result, |files| {
         let drawn = args.drawn.or_formats(STUDY);
         for path in drawn.write(&args.out, "--out", &figures, None)? {
@@ -119,7 +119,7 @@ pub(super) fn execute(
         }
         files.write("--write", |path| {
             let text = plan
-                .scene
+                .subject
                 .with_overrides(&[("about", paper::description(start, found))])?
                 .text;
             Ok::<_, CliError>(replace_file(path, |out| out.write_all(text.as_bytes()))?)
@@ -255,7 +255,7 @@ mod tests {
     /// A short sweep over two tilts.
     fn short_plan(scene: Scene, start: Start) -> SweepPlan {
         SweepPlan {
-            scene,
+            subject: scene,
             axes: vec![Axis::new(Parameter::tilt(), [2.0, 5.0])],
             starts: vec![start],
             response: ResponsePlan {

@@ -23,7 +23,7 @@ pub(super) fn figures(
     (evidence, findings): (&Evidence, &[Finding]),
     only: Option<u8>,
 ) -> Result<Vec<Figure>, Cause> {
-    let ball = BallJoint::new(&plan.scene.joint()?.spec)?;
+    let ball = BallJoint::new(&plan.subject.joint()?.spec)?;
     let [first, last] = RECURRENCE_TILTS_DEG;
     // Multiples of 0.2 degrees; the sweep also has 3.5 degrees.
     let mut succession = evidence.between(first, last);

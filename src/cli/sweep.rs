@@ -36,8 +36,8 @@ const GROWING: &str = "--out, while it grows";
 pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
-    console::print_study_warnings(&plan.scene);
-    console::print_fixed(&plan.scene, plan.axes.iter().flat_map(Axis::parameter));
+    console::print_study_warnings(&plan.subject);
+    console::print_fixed(&plan.subject, plan.axes.iter().flat_map(Axis::parameter));
     let outputs = outputs(
         args.scene.input(),
         &args.outputs,
@@ -49,7 +49,7 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     let result = result(SweepResult::new(&plan, points, shard), &plan, &watch);
-    files.finish(watch, Some(&plan.scene.name), &result, |files| {
+    files.finish(watch, Some(&plan.subject.name), &result, |files| {
         write(&plan, &result, files)
     })
 }
@@ -143,7 +143,7 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         ..SweepResult::new(&plan, merged, Shard::WHOLE)
     };
     let result = result(merged, &plan, &watch);
-    files.finish(watch, Some(&plan.scene.name), &result, |files| {
+    files.finish(watch, Some(&plan.subject.name), &result, |files| {
         write(&plan, &result, files)
     })
 }
@@ -160,7 +160,7 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
         ([first, second, ..], Some(_)) => Err(CliError::Input(format!(
             "--save records a sweep over one parameter, which becomes the timeline; sweep over `{}` or `{}` alone, or \
              omit --save",
-            first.path, second.path
+            first.name, second.name
         ))),
         _ => Ok(()),
     }
@@ -273,7 +273,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let axes = axes.map(|(parameter, steps)| Axis::new(parameter, steps.0));
     let axes: Vec<Axis> = axes.collect();
     let plan = SweepPlan {
-        scene,
+        subject: scene,
         response: response_plan(&args.response, axes.len() == 1),
         axes,
         starts: args.start.starts(),
@@ -281,7 +281,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     // Refuse invalid values before the sweep starts.
     for axis in &plan.axes {
         for value in &axis.values {
-            plan.scene.with_values(&[(axis.parameter()?, *value)])?;
+            plan.subject.with_values(&[(axis.parameter()?, *value)])?;
         }
     }
     for index in [0, plan.size() - 1] {

@@ -80,7 +80,7 @@ pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportE
     read_signal_with(path, selection, &mut |_| ())
 }
 
-/// As [`read_signal`]; `warn` receives what is wrong with a damaged file of which the rest is read.
+/// As [`read_signal`]. Of a damaged file the samples before the damage are read, and `warn` receives the damage.
 ///
 /// # Errors
 /// As [`read_signal`].

@@ -157,10 +157,10 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
 }
 
 /// Decodes a packet; returns the sample rate, Hz, and the number of channels.
-type Decode = Box<dyn FnMut(&Packet, &mut Vec<f64>) -> Result<Form, Problem>>;
+type Decoder = Box<dyn FnMut(&Packet, &mut Vec<f64>) -> Result<Form, Problem>>;
 
-/// A decoder of packets; `delay` samples are left out at the start of Opus.
-fn decoder(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Decode, Problem> {
+/// A decoder of packets; `delay` samples are left out at the start of an Opus track.
+fn decoder(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Decoder, Problem> {
     if coding.codec != CODEC_ID_OPUS {
         let options = AudioDecoderOptions::default();
         let decoder = symphonia::default::get_codecs().make_audio_decoder(coding, &options);

@@ -59,7 +59,8 @@ fn name(attractor: &Attractor) -> String {
 }
 
 fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
-    let is_first = |point: &&SweepPoint| point.place.values[0] as u64 == attractor.seeds[0];
+    let is_first =
+        |point: &&SweepPoint| attractor.seeds.first() == Some(&(point.place.values[0] as u64));
     let response = points.iter().find(is_first).and_then(SweepPoint::found);
     let portrait = response.and_then(|response| response.portrait.as_ref());
     let trail = portrait.map_or_else(Vec::new, response::samples);

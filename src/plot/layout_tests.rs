@@ -33,7 +33,7 @@ fn swept(
         SweptAxis::new(Parameter::named(key).unwrap(), values.iter().copied())
     });
     let plan = SweepPlan {
-        scene: Scene::load(scene).unwrap(),
+        subject: Scene::load(scene).unwrap(),
         axes: axes.collect(),
         starts: starts.to_vec(),
         response: ResponsePlan {
@@ -66,7 +66,7 @@ fn paper(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         .iter()
         .filter_map(|point| Some((point.place.values[0], point.outcome.as_ref().ok()?)));
     let found: Vec<_> = found.take(6).collect();
-    let ball = BallJoint::new(&plan.scene.joint().unwrap().spec).unwrap();
+    let ball = BallJoint::new(&plan.subject.joint().unwrap().spec).unwrap();
     let tilt = 5.5_f64.to_radians();
     let Friction::Stribeck { law, .. } = &ball.spec().friction else {
         panic!("the paper has Stribeck friction");

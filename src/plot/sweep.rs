@@ -49,7 +49,7 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
             [start] => start_label(start).to_owned(),
             _ => format!("starts {}", starts.join(", ")),
         };
-        let title = format!("{}: {starts}", plan.scene.name);
+        let title = format!("{}: {starts}", plan.subject.name);
         let height = ROW_MM * rows.len() as f64;
         return vec![Figure::new("bifurcation", title, height, rows)];
     }
@@ -60,17 +60,23 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let shared = ParameterPanels::new(plan, points, &plan.starts);
-    let exponents = shared.exponents(EXPONENTS).into_iter();
-    let panels = exponents.chain([shared.maxima(), shared.lines()]);
-    let rows = panels.zip(["a", "b", "c"]);
-    let rows = rows.map(|(panel, letter)| {
+    // The caption names the panels by their letters.
+    let panels = [
+        ("a", shared.exponents(EXPONENTS)),
+        ("b", Some(shared.maxima())),
+        ("c", Some(shared.lines())),
+    ];
+    let rows = panels.into_iter().filter_map(|(letter, panel)| {
+        let panel = panel?;
         let title = format!("{letter}: {}", panel.title);
-        vec![Panel { title, ..panel }]
+        Some(vec![Panel { title, ..panel }])
     });
+    let rows: Vec<Vec<Panel>> = rows.collect();
+    let height = ROW_MM * rows.len() as f64;
     let starts: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
     let starts = starts.join(", ");
     let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
-    Figure::new("figure-11", title, 3.0 * ROW_MM, rows.collect())
+    Figure::new("figure-11", title, height, rows)
 }
 
 /// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
@@ -105,7 +111,7 @@ fn found(
 
 /// The axis of a parameter.
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
-    Axis::cells(readable(&axis.path, axis.unit()), &axis.values)
+    Axis::cells(readable(&axis.name, axis.unit()), &axis.values)
 }
 
 impl<'a> ParameterPanels<'a> {
@@ -308,6 +314,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let points = points.iter().filter(|point| point.place.start == start);
     let found = points.filter_map(|point| Some((&point.place, point.found()?)));
     let image = |palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
+        // The first axis varies fastest.
         let mut cells = vec![None; columns * rows];
         for (place, response) in found.clone() {
             cells[place.index % (columns * rows)] = color(response);
@@ -319,7 +326,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let colors: Vec<_> = colors
         .map(|regime| Color::Regime(*regime).on_light())
         .collect();
-    // The variants are in the order of their list.
+    // The palette is in the order of the variants.
     let regimes = image(&colors, &|response| Some(response.regime as u8));
     let keys = regime_legend(|regime| found.clone().any(|(_, found)| found.regime == regime));
     let unsettled = found.clone().filter(|(_, response)| !response.settled);
@@ -342,7 +349,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
         let title = format!("largest exponent: pale is 0 or negative, black {most:.0} 1/s");
         panels.push(panel(title, vec![image]));
     }
-    let title = format!("{}: {}", plan.scene.name, start_label(start));
+    let title = format!("{}: {}", plan.subject.name, start_label(start));
     let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels);
     figure.size_mm[0] = 160.0;
     figure

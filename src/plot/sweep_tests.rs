@@ -19,7 +19,7 @@ fn plan(two: bool) -> SweepPlan {
         axes.push(SweptAxis::new(factor, (1..9).map(f64::from)));
     }
     SweepPlan {
-        scene: Scene::load("doubled-torus-3deg").unwrap(),
+        subject: Scene::load("doubled-torus-3deg").unwrap(),
         axes,
         starts: vec![Start::Upward, Start::Fresh],
         response: ResponsePlan::default(),

@@ -43,7 +43,7 @@ pub fn report(name: &str) -> SignalAnalysis {
         theiler: 1,
     };
     let picture = RecurrenceImage::new(&vectors, &picks, &rule, 0.005, 1.0 / rate).unwrap();
-    let along = (0..80).map(|k| {
+    let windows = (0..80).map(|k| {
         let t = f64::from(k);
         MeasuresAt {
             time_s: 0.01 + 0.001 * t,
@@ -60,7 +60,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             .in_seconds(1.0 / rate),
         }
     });
-    let passages = (0..400).map(|k| {
+    let crossings = (0..400).map(|k| {
         let phase = 0.37 * f64::from(k);
         let (y, z) = (6e-7 + 1e-7 * phase.cos(), -5e-7 + 8e-8 * phase.sin());
         SectionPoint {
@@ -161,14 +161,14 @@ pub fn report(name: &str) -> SignalAnalysis {
                 recurrence_rate: 0.08,
                 ..Measures::default()
             },
-            windows: along.collect(),
+            windows: windows.collect(),
             picture,
         }),
         section: Outcome::Computed(PoincareSection {
             level: 0.0,
             shape: SectionShape::Loop,
             mean_return_time_s: Some(48.6 / rate),
-            crossings: passages.collect(),
+            crossings: crossings.collect(),
         }),
         rosenstein: Outcome::Computed(divergence(0.008).in_seconds(rate)),
         kantz: Outcome::Computed(Divergence {
@@ -205,8 +205,12 @@ pub fn report(name: &str) -> SignalAnalysis {
         }),
         nonlinear_samples: samples.len(),
         stretch: AnalysedStretch {
+            start_s: 0.0,
+            end_s: 1.0,
             event: Some(1),
-            ..AnalysedStretch::default()
+            demodulated: false,
+            band_hz: None,
+            clipped: false,
         },
         part: None,
         sound: Some(MeasuredSound {

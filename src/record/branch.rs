@@ -11,7 +11,7 @@ use super::{
     file,
     paths::{self, Root},
     sdk::TimelineName,
-    series::{self, Series},
+    series::{self, PointSeries},
     stream::{Moment, RecordingStream},
     sweep::TimelineTicks,
     text,
@@ -38,19 +38,16 @@ pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordErr
 /// Logs all branches.
 fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let courses = courses(study);
-    let Some(first) = courses.first() else {
-        return;
-    };
-    let diagram = diagram(study);
     let series = courses.iter().map(|course| {
         let titles = [&format!("Branch {}", course.number), "Orbit", ""].map(str::to_owned);
-        let diagrams = vec![("branch-diagram", diagram.clone())];
-        Series::new(Root::of_branch(course.number), titles, diagrams)
+        let diagrams = vec![("branch-diagram", diagram(study))];
+        PointSeries::new(Root::of_branch(course.number), titles, diagrams)
     });
-    let mut series: Vec<Series> = series.collect();
+    let mut series: Vec<PointSeries> = series.collect();
     let tabs = (&[][..], "branch");
-    let all: Vec<&Series> = series.iter().collect();
-    series::send(rec, &all, tabs, None, (&first.timeline, PLAYS));
+    let all: Vec<&PointSeries> = series.iter().collect();
+    let playback = courses.first().map(|first| (&first.timeline, PLAYS));
+    series::send(rec, &all, tabs, None, playback);
     let scene = study.scene;
     let name = format!("{} over {}", scene.name, study.branch.parameter);
     text::send_properties(rec, &name, [&scene.name, &scene.text, study.command]);
@@ -126,7 +123,7 @@ fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
 
 impl Course<'_> {
     /// Draws the orbits of the branch.
-    fn draw(&self, rec: &RecordingStream, branch: &Branch, series: &mut Series) {
+    fn draw(&self, rec: &RecordingStream, branch: &Branch, series: &mut PointSeries) {
         series.draw_diagrams(rec);
         let reach = self.reach();
         let Some(timeline) = rec.check(TimelineName::try_new(&self.timeline.name)) else {

@@ -23,7 +23,8 @@ use crate::plot::Panel;
 const EYE: f64 = 4.6;
 
 /// A series of points.
-pub struct Series {
+pub struct PointSeries {
+    /// The folder of its entities.
     pub root: Root,
     /// Titles of the tab and of the text of a point, and the end of the titles of the pictures.
     titles: [String; 3],
@@ -32,7 +33,7 @@ pub struct Series {
     views: PanelViews,
 }
 
-impl Series {
+impl PointSeries {
     /// A series with its titles and its diagrams over the parameter.
     pub fn new(root: Root, titles: [String; 3], diagrams: Vec<(&'static str, Panel)>) -> Self {
         Self {
@@ -91,15 +92,16 @@ impl Series {
 }
 
 /// Sends the layout: the `compared` tabs, which have several series below each other; a tab for each series; one more tab;
-/// and the text about the recording. Playback shows so many points of the timeline per second.
+/// and the text about the recording. `playback` has the timeline and the number of points per second during playback; `None`
+/// for a recording without points.
 pub fn send(
     rec: &RecordingStream,
-    all: &[&Series],
+    all: &[&PointSeries],
     (compared, single): (&[&str], &str),
     more: Option<Part>,
-    (timeline, plays): (&TimelineTicks, f64),
+    playback: Option<(&TimelineTicks, f64)>,
 ) {
-    let screen = |key: &str, series: &Series| screen_of(key, &mut |name| series.view(name));
+    let screen = |key: &str, series: &PointSeries| screen_of(key, &mut |name| series.view(name));
     let mut tabs = Vec::new();
     for key in compared.iter().filter(|_| all.len() > 1) {
         let screens = all.iter().filter_map(|series| screen(key, series));
@@ -113,10 +115,13 @@ pub fn send(
     tabs.extend(more);
     let about = View::text("About this recording", paths::ABOUT);
     tabs.push(Part::tab("About", vec![Part::View(about)]));
-    let time_panel = TimePanelBlueprint::new()
-        .with_timeline(timeline.name.as_str())
-        .with_fps(plays * timeline.gap().abs())
+    let mut time_panel = TimePanelBlueprint::new()
         .with_loop_mode(LoopMode::All)
         .with_play_state(PlayState::Paused);
+    if let Some((timeline, plays)) = playback {
+        time_panel = time_panel
+            .with_timeline(timeline.name.as_str())
+            .with_fps(plays * timeline.gap().abs());
+    }
     tree::send(rec, tabs, time_panel);
 }

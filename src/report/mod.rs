@@ -115,13 +115,12 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
     }
 }
 
-/// A value with the half-width of its 95 % interval, infinite or NaN if it is unknown, and its unit. It is written with
-/// two digits of the half-width, `61.2 ± 1.2 1/s`, or with three digits without one.
+/// A value with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measured {
     /// The value.
     pub value: f64,
-    /// Half-width of the 95 % interval.
+    /// Half-width of the 95 % interval; not finite if unknown.
     pub half_width: f64,
     /// Unit of both; empty for a dimensionless number.
     #[serde(skip)]

@@ -69,7 +69,7 @@ pub(super) fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneE
         for end in range {
             scene.clone().set(parameter, end).map_err(|error| {
                 let problem = format!("`{}` cannot be {end} here: {error}", parameter.path());
-                let remedy = "give a range that the scene permits";
+                let remedy = "give a range that the scene permits, or delete the slider";
                 SceneError::inconsistent(table.place(), "controls", problem, remedy)
             })?;
         }

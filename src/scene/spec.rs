@@ -61,6 +61,11 @@ impl Scene {
         }
     }
 
+    /// Tilt of the load at the start, rad; `None` for a small system.
+    pub fn start_tilt(&self) -> Option<f64> {
+        Some(self.joint().ok()?.tilt.at(0.0))
+    }
+
     /// Returns the joint and its loading for modification. The result is not validated.
     ///
     /// # Errors

@@ -27,8 +27,8 @@ pub enum Quantity {
 pub struct Source {
     /// Quantity.
     pub quantity: Quantity,
-    /// Point of the body: the vertex of its outline closest to this one (m from the ball's centre), along the outward
-    /// normal; `None` for the probe of the scene, which is the contact centre of a joint, in the sliding direction.
+    /// Point near the outline of the body, m from the ball's centre: the nearest vertex, along its outward normal. `None`:
+    /// the probe of the scene, for a joint the contact centre in the sliding direction.
     pub point: Option<[f64; 3]>,
     /// Value at full scale of a sound file, m/s or m/s^2; without it the peak is near full scale.
     pub full_scale: Option<f64>,
@@ -50,9 +50,9 @@ pub struct NoSurface {
 pub struct SurfaceProbe {
     quantity: Quantity,
     /// Description of the point.
-    place: String,
+    point: String,
     /// Share of each modal velocity in the surface velocity, 1/sqrt(kg); `None` at the probe of the scene.
-    row: Option<Vec<f64>>,
+    shares: Option<Vec<f64>>,
     last: Option<f64>,
 }
 
@@ -63,7 +63,7 @@ impl SurfaceProbe {
     /// [`NoSurface`].
     pub fn new(source: Source, header: &Header) -> Result<Self, NoSurface> {
         let probe = Self::with_fallback(source, header);
-        if source.point.is_some() && probe.row.is_none() {
+        if source.point.is_some() && probe.shares.is_none() {
             let scene = header.scene.clone();
             return Err(NoSurface { scene });
         }
@@ -76,26 +76,26 @@ impl SurfaceProbe {
         let surface = source
             .point
             .and_then(|point| nearest(&joint?.outline, point));
-        let (place, row) = match (surface, joint) {
-            (Some((place, row)), _) => (place, Some(row)),
+        let (point, shares) = match (surface, joint) {
+            (Some((point, shares)), _) => (point, Some(shares)),
             (None, Some(_)) => ("the contact centre".to_owned(), None),
             (None, None) => ("the mass".to_owned(), None),
         };
         Self {
             quantity: source.quantity,
-            place,
-            row,
+            point,
+            shares,
             last: None,
         }
     }
 
     /// Description of the signal.
     pub fn description(&self) -> String {
-        let place = &self.place;
+        let point = &self.point;
         match self.quantity {
-            Quantity::Velocity => format!("velocity of {place}"),
+            Quantity::Velocity => format!("velocity of {point}"),
             Quantity::Pressure => {
-                format!("acceleration of {place}, proportional to the far-field sound pressure")
+                format!("acceleration of {point}, proportional to the far-field sound pressure")
             }
         }
     }
@@ -115,7 +115,7 @@ impl SurfaceProbe {
     /// The signal of a frame, one value per sample, m/s or m/s^2.
     pub fn samples<'a>(&'a mut self, frame: &'a Frame) -> impl Iterator<Item = f64> + 'a {
         (0..frame.len()).map(move |k| {
-            let velocity = match &self.row {
+            let velocity = match &self.shares {
                 None => frame.velocity[k],
                 Some(row) => {
                     let modes = frame.qdot[k * frame.modes..].iter();

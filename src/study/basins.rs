@@ -64,8 +64,8 @@ pub struct Basins {
 }
 
 impl Basins {
-    /// Collects the attractors from the points so far of a sweep over the seeds of `kicks` kicks, at a tilt (rad) of the
-    /// load.
+    /// Collects the attractors from the points so far. `kicks` is the number of kicks planned, `tilt` the tilt of the
+    /// load, rad.
     pub fn new(tilt: Option<f64>, kicks: usize, points: &[SweepPoint]) -> Self {
         let attractors = attractors(points);
         let decided: usize = attractors.iter().map(|a| a.seeds.len()).sum();
@@ -215,7 +215,7 @@ mod tests {
             (Parameter::named("time.tolerance").unwrap(), 1e-4),
         ];
         let plan = SweepPlan {
-            scene: scene.with_values(&values).unwrap(),
+            subject: scene.with_values(&values).unwrap(),
             axes: vec![Axis::new(
                 Parameter::named("start.seed").unwrap(),
                 (1..=6).map(f64::from),
@@ -234,7 +234,8 @@ mod tests {
         let mut points = run(&plan, Shard::WHOLE, Vec::new(), 2);
         let found = attractors(&points);
         // 95 % intervals.
-        crate::report::agreement::check(&Basins::new(None, 6, &points), &[95.0]);
+        let basins = Basins::new(plan.subject.start_tilt(), plan.size(), &points);
+        crate::report::agreement::check(&basins, &[95.0]);
         assert!(found.len() >= 2, "{found:?}");
         let members: usize = found.iter().map(|attractor| attractor.seeds.len()).sum();
         assert!(members <= 6 && found[0].seeds.len() >= found[1].seeds.len());

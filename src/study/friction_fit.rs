@@ -161,6 +161,7 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
     }
     let mut points = points.to_vec();
     points.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    // Equal weights unless all deviations are known.
     let known = points.iter().all(|point| point.deviation.is_some());
     if !known {
         points.iter_mut().for_each(|point| point.deviation = None);

@@ -2,7 +2,7 @@
 //! an observation.
 //!
 //! The pipeline sends values ([`Observation`], [`Lesson`]); the sink that displays them calls this module to
-//! turn them into text.
+//! turn them into text. The template values of a sweep are in `record/sweep/description.rs`.
 
 #[cfg(feature = "record")]
 pub mod branch;
@@ -68,7 +68,7 @@ impl LessonText {
 
 /// A Markdown table of the views of a run's recording and what each one shows.
 pub fn views(header: &Header) -> String {
-    or_error_text(fill("views", view_values(header)))
+    filled("views", view_values(header))
 }
 
 /// Template variables of the table of views.
@@ -90,7 +90,6 @@ fn or_error_text(text: Result<String, Error>) -> String {
 }
 
 /// The text of a template with its values.
-#[cfg(feature = "record")]
 pub(crate) fn filled(name: &str, values: Value) -> String {
     or_error_text(fill(name, values))
 }

@@ -388,6 +388,8 @@ fn outputs_never_overwrite_the_input() {
     let before = fs::read(dir.path("a.wav")).expect("there");
     let json = dir.analyse("a.wav --from 0.1 --to 0.4 --figures figures --save a.rrd --lag 5 --dimension 3 --threshold spread:0.2");
     assert_eq!(json["signal"]["sample_count"], 2400);
+    assert_eq!(json["signal"]["start_s"], 0.1);
+    assert_eq!(json["signal"]["duration_s"], 0.3);
     assert_eq!(json["embedding"]["lag_samples"], 5);
     assert_eq!(json["embedding"]["dimension"], 3);
     assert_eq!(json["recurrence"]["threshold"], "spread");

@@ -284,7 +284,7 @@ fn the_identity_of_a_sweep_includes_its_modes() {
     use squeakscope::study::sweep::{Axis, Start, SweepPlan};
     let folder = TestFolder::new();
     let plan = |scene: Scene| SweepPlan {
-        scene,
+        subject: scene,
         axes: vec![Axis::new(
             Parameter::named("stiffness_factor").unwrap(),
             [1.0, 2.0],

@@ -19,9 +19,9 @@ impl SignalFigures<'_> {
     }
 
     pub fn measures(&self) -> Picture {
-        let along = &self.report.recurrence.get()?.windows;
+        let windows = &self.report.recurrence.get()?.windows;
         let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
-            let points = along.iter();
+            let points = windows.iter();
             let points = points.filter_map(|at| Some([at.time_s, value(&at.measures)?]));
             Layer::line(points.collect(), color).with_label(label)
         };
@@ -29,7 +29,7 @@ impl SignalFigures<'_> {
             let points = layers.iter().flat_map(Layer::points_of);
             extent(points.map(|p| p[1]))[1]
         };
-        let times = extent(along.iter().map(|at| at.time_s));
+        let times = extent(windows.iter().map(|at| at.time_s));
         let [rates, lines, recurrences] = [0, 2, 3].map(Color::Series);
         let shares = Panel::new(
             "RR, DET and LAM",

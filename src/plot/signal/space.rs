@@ -30,7 +30,11 @@ impl SignalFigures<'_> {
 
     pub fn section(&self) -> Picture {
         let section = self.report.section.get()?;
-        let points: Vec<[f64; 2]> = section.crossings.iter().map(|passage| passage.at).collect();
+        let points: Vec<[f64; 2]> = section
+            .crossings
+            .iter()
+            .map(|crossing| crossing.at)
+            .collect();
         let mut axes = self.section_axes();
         axes.fit(points.iter());
         let map = axes.return_map(&points, Color::Ink);
@@ -46,8 +50,8 @@ impl SignalFigures<'_> {
     }
 
     pub fn return_times(&self) -> Picture {
-        let passages = self.report.section.get()?.crossings.iter();
-        let times: Vec<f64> = passages.map(|passage| passage.time_s).collect();
+        let crossings = self.report.section.get()?.crossings.iter();
+        let times: Vec<f64> = crossings.map(|crossing| crossing.time_s).collect();
         let panel = self.section_axes().return_times(&times, Color::Ink);
         Ok((88.0, vec![vec![panel]]))
     }

@@ -113,7 +113,7 @@ fn exponents(spectrum: &LyapunovSpectrum) -> Vec<Value> {
 
 /// Description of the whole sweep.
 pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
-    let scene = &sweep.plan.scene;
+    let scene = &sweep.plan.subject;
     let label = sweep.plan.axes[0].label();
     let points = Table::of(sweep.values()).right(label, |value| value.to_string());
     let points = sweep.starts().fold(points, |points, start| {

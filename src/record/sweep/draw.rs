@@ -11,7 +11,7 @@ use crate::{
     record::{
         paths::{self, Root},
         portrait,
-        series::Series,
+        series::PointSeries,
         stream::{Moment, RecordingStream},
         style::{self, capitalize},
     },
@@ -36,7 +36,7 @@ pub struct StartWriter<'a> {
     sweep: &'a SweepStudy<'a>,
     start: Start,
     scales: &'a SharedScales,
-    pub series: Series,
+    pub series: PointSeries,
 }
 
 impl<'a> StartWriter<'a> {
@@ -52,7 +52,7 @@ impl<'a> StartWriter<'a> {
             sweep,
             start,
             scales,
-            series: Series::new(Root::of_start(&start.to_string()), titles, diagrams),
+            series: PointSeries::new(Root::of_start(&start.to_string()), titles, diagrams),
         }
     }
 
@@ -106,7 +106,7 @@ impl<'a> StartWriter<'a> {
         let range = format!("±{}", Unit::write(reach, "m"));
         let names = portrait::delay_names(self.sweep.letter(), &range);
         portrait::draw_cube(rec, &self.series.root, at, &names);
-        let lag = section_lag(&self.sweep.plan.scene);
+        let lag = section_lag(&self.sweep.plan.subject);
         let trail = found.and_then(|found| {
             let motion = found.portrait.as_ref()?;
             let lag = ((lag / motion.dt_s).round() as usize).max(1);

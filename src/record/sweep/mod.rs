@@ -21,7 +21,7 @@ use crate::record::sdk::TimelineName;
 use super::{
     error::RecordError,
     file, paths,
-    series::{self, Series},
+    series::{self, PointSeries},
     stream::{Moment, RecordingStream},
     text,
 };
@@ -74,7 +74,7 @@ impl<'a> SweepStudy<'a> {
 
     /// Symbol of the displacement.
     pub fn letter(&self) -> &'static str {
-        match self.plan.scene.joint() {
+        match self.plan.subject.joint() {
             Ok(_) => "u",
             Err(_) => "x",
         }
@@ -93,14 +93,15 @@ pub fn save_sweep(path: &Path, sweep: &SweepStudy<'_>) -> Result<(), RecordError
 /// Logs a sweep.
 fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) {
     let scales = SharedScales::new(sweep);
-    let scene = &sweep.plan.scene;
+    let scene = &sweep.plan.subject;
     let name = format!("{} over {}", scene.name, description::parameter(sweep));
     let starts = sweep.starts();
     let writers = starts.map(|start| StartWriter::new(sweep, start, &scales));
     let mut writers: Vec<StartWriter<'_>> = writers.collect();
-    let all: Vec<&Series> = writers.iter().map(|writer| &writer.series).collect();
+    let all: Vec<&PointSeries> = writers.iter().map(|writer| &writer.series).collect();
     let shapes = sweep.ball.and_then(mode_shapes::tab);
-    series::send(rec, &all, TABS, shapes, (&scales.timeline, PLAYS));
+    let playback = Some((&scales.timeline, PLAYS));
+    series::send(rec, &all, TABS, shapes, playback);
     text::send_properties(rec, &name, [&scene.name, &scene.text, sweep.command]);
     let about = description::about(sweep, &scales.timeline.name);
     rec.log_static(paths::ABOUT, &text::document(about));

@@ -87,7 +87,7 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
 /// Values from 1 to 3 degrees, upward and downward.
 fn plan() -> SweepPlan {
     SweepPlan {
-        scene: Scene::load("doubled-torus-3deg").unwrap(),
+        subject: Scene::load("doubled-torus-3deg").unwrap(),
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 1.5, 2.0, 2.5, 3.0])],
         starts: vec![Start::Upward, Start::Downward],
         response: ResponsePlan::default(),
@@ -128,7 +128,7 @@ fn a_recording_contains_every_value() {
     let path = folder.path().join("sweep.rrd");
     let plan = plan();
     let points = points(&plan);
-    let ball = BallJoint::new(&plan.scene.joint().unwrap().spec).unwrap();
+    let ball = BallJoint::new(&plan.subject.joint().unwrap().spec).unwrap();
     let sweep = SweepStudy {
         ball: Some(&ball),
         ..study(&plan, &points)

@@ -30,7 +30,7 @@ pub fn hysteresis_ends(
     if !parameter.is_continuous() {
         return Ok(Vec::new());
     }
-    let branches = BranchPlan::new(plan.scene.clone(), parameter, [*from, *to], 2);
+    let branches = BranchPlan::new(plan.subject.clone(), parameter, [*from, *to], 2);
     let mut branch = Branch::new(&branches);
     let starts = OrbitStarts::Settled(points);
     add_orbits(&branches, starts, &mut branch, progress, &mut |_| ())?;

@@ -181,7 +181,7 @@ pub(super) fn settled_responses(
     threads: usize,
     progress: OnProgress<'_>,
 ) -> Result<Vec<SweepPoint>, StudyError> {
-    let own = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
+    let own = scene.start_tilt().unwrap_or(0.0);
     let all = f64::NEG_INFINITY;
     let parts = [
         (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
@@ -192,8 +192,14 @@ pub(super) fn settled_responses(
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
         let plan = sweep_plan(scene, interval, starts, lowest);
         let (all, known) = (Shard::WHOLE, Vec::new());
-        let points = sweep(&plan, all, known, threads, &mut progress, |_| Ok(()));
-        settled.extend(points.map_err(|error: StudyError| error)?);
+        let points = sweep(&plan, all, known, threads, &mut progress, |_| {
+            Ok::<_, StudyError>(())
+        })?;
+        let is_whole = points.len() == plan.size();
+        settled.extend(points);
+        if !is_whole {
+            break;
+        }
     }
     Ok(settled)
 }
@@ -205,7 +211,7 @@ fn sweep_plan(scene: &Scene, [from, to]: [f64; 2], starts: Vec<Start>, lowest: f
     // With a tolerance for the conversion of the angle.
     let lowest = lowest.min(to) - 1e-9;
     SweepPlan {
-        scene: scene.clone(),
+        subject: scene.clone(),
         axes: vec![Axis::new(
             Parameter::tilt(),
             values.filter(|value| *value >= lowest),
@@ -483,7 +489,7 @@ mod tests {
             ];
             for (start, tilts) in starts {
                 let plan = SweepPlan {
-                    scene: scene.clone(),
+                    subject: scene.clone(),
                     axes: vec![Axis::new(Parameter::tilt(), tilts)],
                     starts: vec![start],
                     response: ResponsePlan::default(),

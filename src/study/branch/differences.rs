@@ -7,8 +7,9 @@ const LEVELS: usize = 6;
 /// Ratio of successive steps.
 const RATIO: f64 = 2.0;
 
-/// The derivative of a matrix at zero, and the largest error of an entry, by the change between the two best extrapolations. The steps halve from `first` on, and the differences are extrapolated to step
-/// zero (Ridders, Adv. Eng. Software 4 (1982) 75); the extrapolation with the smallest error estimate is the result.
+/// The derivative of a matrix at zero, and its error: the largest change of an entry between the two best
+/// extrapolations. The steps halve from `first` on, and the differences are extrapolated to step zero (Ridders, Adv.
+/// Eng. Software 4 (1982) 75); the extrapolation with the smallest error estimate is the result.
 /// Where `of` fails on one side only, at the end of a range, one-sided differences take over.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 use faer::Mat;
@@ -29,6 +29,8 @@ pub struct SubjectFamily {
     names: Vec<String>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
+    /// The last value of the first parameter, and the period of the drive there, s: both are asked for at each orbit.
+    drive: Cell<(f64, Option<f64>)>,
 }
 
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
@@ -50,6 +52,7 @@ impl SubjectFamily {
             subject,
             names,
             guess: RefCell::default(),
+            drive: Cell::new((f64::NAN, None)),
         }
     }
 
@@ -129,11 +132,15 @@ impl SubjectFamily {
 impl Family for SubjectFamily {
     fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
         let trial = self.trial(&[parameter])?;
+        self.drive.set((parameter, trial.drive_period));
         Ok(Box::new(trial.prepared.integrator.into_system()))
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        self.trial(&[parameter]).ok()?.drive_period
+        match self.drive.get() {
+            (last, period) if last == parameter => period,
+            _ => self.trial(&[parameter]).ok()?.drive_period,
+        }
     }
 
     /// The displacement of the probe, m.

@@ -23,7 +23,7 @@ pub fn paper_plan(scene: Scene, start: Start) -> SweepPlan {
         .map(|k| f64::from(2 * k) / 10.0)
         .chain(FIGURE_TILTS_DEG);
     SweepPlan {
-        scene,
+        subject: scene,
         axes: vec![Axis::new(Parameter::tilt(), tilts)],
         starts: vec![start],
         response: ResponsePlan {

@@ -123,12 +123,12 @@ pub fn analyse_signal(
     let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
-        let search = RegimeSearch {
+        let criterion = RegimeSearch {
             sample_rate: rate,
             silence: silent_below.unwrap_or(0.0),
             background: background_power(&signal, events, &stretch).unwrap_or(0.0),
         };
-        classify(newest, &search)
+        classify(newest, &criterion)
     })?;
     let verdict = unless_hidden(verdict, events);
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
@@ -497,27 +497,27 @@ impl Plan {
 /// The newest crossings of the mean level.
 fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSection, AnalysisError> {
     let level = mean(newest);
-    let mut crossings = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
-    crossings.drain(..crossings.len().saturating_sub(MAX_CROSSINGS));
+    let mut found = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    found.drain(..found.len().saturating_sub(MAX_CROSSINGS));
     let ahead = (signal.samples.len() - newest.len()) as f64;
-    let passage = |crossing: &Crossing| SectionPoint {
+    let point = |crossing: &Crossing| SectionPoint {
         time_s: signal.time(ahead + crossing.sample),
         at: [crossing.point[0], crossing.point[2]],
     };
-    let passages: Vec<SectionPoint> = crossings.iter().map(passage).collect();
-    let points: Vec<&[f64]> = passages.iter().map(|passage| &passage.at[..]).collect();
+    let crossings: Vec<SectionPoint> = found.iter().map(point).collect();
+    let points: Vec<&[f64]> = crossings.iter().map(|crossing| &crossing.at[..]).collect();
     let [low, high] = range(newest.iter().copied());
     Ok(PoincareSection {
         level,
         shape: section_shape(&points, high - low),
-        mean_return_time_s: match &crossings[..] {
+        mean_return_time_s: match &found[..] {
             [first, .., last] => {
-                let returns = (crossings.len() - 1) as f64;
+                let returns = (found.len() - 1) as f64;
                 Some((last.sample - first.sample) / returns / signal.rate)
             }
             _ => None,
         },
-        crossings: passages,
+        crossings,
     })
 }
 

@@ -29,7 +29,8 @@ const CHAOS_SAMPLES: [f64; 2] = [2000.0, 8000.0];
 const REGIME_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 
 /// Settings of sliding analyses for a signal: windows of a number of dominant periods, at most a quarter of
-/// the signal; delay and dimension from the report.
+/// the signal; delay and dimension from the report. Without an embedding or recurrence: only spectrum, spectrogram and
+/// regime.
 #[expect(
     clippy::too_many_lines,
     reason = "the settings of one analysis after the other"
@@ -44,8 +45,8 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     let spectrogram = spectrogram_window(report.signal.samples.len(), samples_per_period);
     let window = |window: f64| window.min(duration / 4.0);
     let every = |evaluations: f64| (duration / evaluations).max(1.0 / rate);
-    // A number of periods, limited to a range of samples.
-    let long = |periods: f64, samples: [f64; 2]| {
+    // A window of a number of periods, limited to a range of samples and to a quarter of the signal.
+    let long_window = |periods: f64, samples: [f64; 2]| {
         let [fewest, most] = samples.map(|samples| samples / rate);
         window((periods * period).clamp(fewest, most))
     };
@@ -61,7 +62,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
             max_frequency: report.highest_frequency(FREQUENCY_MARGIN),
         }),
         regime: Some(RegimeSpec {
-            window: long(REGIME_PERIODS, REGIME_SAMPLES),
+            window: long_window(REGIME_PERIODS, REGIME_SAMPLES),
             every: every(EVALUATIONS / 4.0),
             silence: 0.0,
         }),
@@ -71,7 +72,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         return spec;
     };
     let (choice, lag) = (&embedding.choice, embedding.lag_s);
-    let chaos = long(CHAOS_PERIODS, CHAOS_SAMPLES);
+    let chaos = long_window(CHAOS_PERIODS, CHAOS_SAMPLES);
     let samples = (chaos * rate) as usize;
     let rules = DivergenceSearch::for_delay(choice.lag, choice.dimension, choice.theiler, samples);
     let delay_vectors = EmbeddingSpec {

@@ -6,7 +6,7 @@
 //! Of a sound, the tonal events are found first ([`MeasuredSound`]): what sounds when. Spectrum, embedding,
 //! recurrence, exponents and the type of motion then belong to the longest stationary stretch of one event
 //! ([`AnalysedStretch`]), along its ridge where the frequency drifts. They belong to the whole signal if
-//! there is no event, or if the sample rate is not that of sound. An analysis whose assumptions do not hold
+//! there is no tone within 40 dB of the recording and no event is requested, or if the sample rate is not that of sound. An analysis whose assumptions do not hold
 //! is skipped, and says why ([`Outcome`]).
 //!
 //! The analysis of a long signal takes about 200 MB in addition to the samples: the spectrum is an average
@@ -264,7 +264,7 @@ pub struct PoincareSection {
 }
 
 /// The part of a signal from which spectrum, embedding, recurrence, section, exponents and verdict follow.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct AnalysedStretch {
     /// Start of the stretch in the time of the file, s.
     pub start_s: f64,
@@ -345,7 +345,7 @@ impl SignalAnalysis {
         self.part.as_ref().unwrap_or(&self.signal)
     }
 
-    /// The analysed event; `None` if the whole signal was analysed because there is no event.
+    /// The analysed event; `None` if the whole signal was analysed.
     pub fn event(&self) -> Option<&TonalEvent> {
         let number = self.stretch.event?;
         self.events().get(number - 1)

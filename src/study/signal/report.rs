@@ -125,7 +125,7 @@ fn levels(found: &CalibratedLevels) -> Vec<Block> {
     ]
 }
 
-/// The analysed stretch; nothing for the whole of a signal without events.
+/// The analysed stretch.
 fn stretch(stretch: &AnalysedStretch, event: Option<&TonalEvent>) -> Vec<Block> {
     let span = format!(" {:.3} to {:.3} s", stretch.start_s, stretch.end_s);
     let clipped = stretch.clipped.then(|| Block::text(CLIPPED));

@@ -37,15 +37,15 @@ const MARGIN_PERIODS: f64 = 10.0;
 const END_S: f64 = 0.1;
 const END_SHARE: f64 = 0.1;
 
-/// Shortest interval without tones in which the background is measured, s.
+/// Shortest interval in which the background is measured, s.
 const SHORTEST_S: f64 = 0.1;
 
-/// Distance of this interval from tones, s: they end gradually, and reverberate.
+/// Distance of this interval from events, s: they end gradually, and reverberate.
 const MARGIN_S: f64 = 0.1;
 
-/// Selects the stretch: of the event with this number (from 1), or of the strongest event; without events
-/// the whole signal. Returns its samples, filtered and demodulated as the stretch says, or `None` for those of the signal
-/// itself, and why methods that assume stationarity are skipped.
+/// Selects the stretch of the event with this number (from 1), by default of the strongest tone; without one, the whole
+/// signal. Returns the stretch, its filtered and demodulated samples (`None`: those of the signal), and why methods that
+/// assume stationarity are skipped, if they are.
 ///
 /// # Errors
 /// [`SignalError::NoEvent`] and [`SignalError::NotSound`] for an event that does not exist.
@@ -55,16 +55,17 @@ pub(super) fn select(
     number: Option<usize>,
 ) -> Result<(AnalysedStretch, Option<Signal>, Option<SkipReason>), SignalError> {
     let whole = whole(signal);
-    let found = |span: Span, event: Option<usize>| AnalysedStretch {
+    let stretch_at = |span: Span, event: Option<usize>| AnalysedStretch {
         start_s: span.start_s,
         end_s: span.end_s,
         event,
+        demodulated: false,
+        band_hz: None,
         clipped: sound.is_some_and(|sound| sound.is_clipped(span)),
-        ..AnalysedStretch::default()
     };
     let strongest = || Some(sound?.strongest()? + 1);
     let Some(number) = number.or_else(strongest) else {
-        return Ok((found(whole, None), None, None));
+        return Ok((stretch_at(whole, None), None, None));
     };
     let sound = sound.ok_or(SignalError::NotSound)?;
     let events = &sound.tonal.events;
@@ -75,13 +76,13 @@ pub(super) fn select(
             found: events.len(),
         })?;
     let (span, obstacle) = stretch_of(event, sound, signal.rate);
-    let band = pass_band(tones(events, Some(number)), span, signal.rate);
+    let band = pass_band(events, event, span, signal.rate);
     let demodulated = drifts(event, span);
     let near = END_S.min(END_SHARE * signal.duration());
     let is_whole = span.start_s - whole.start_s <= near && whole.end_s - span.end_s <= near;
     let (mut part, band_hz) = filtered(signal, span, band);
     if is_whole && !demodulated && band_hz.is_none() && obstacle.is_none() {
-        return Ok((found(whole, Some(number)), None, None));
+        return Ok((stretch_at(whole, Some(number)), None, None));
     }
     part.samples = if demodulated {
         let local = Span {
@@ -98,7 +99,7 @@ pub(super) fn select(
     let stretch = AnalysedStretch {
         demodulated,
         band_hz,
-        ..found(span, Some(number))
+        ..stretch_at(span, Some(number))
     };
     Ok((stretch, Some(part), obstacle))
 }
@@ -166,18 +167,16 @@ fn drifts(event: &TonalEvent, span: Span) -> bool {
     }
 }
 
-/// The tones, and the event with a number (from 1) whatever its kind. Any other noise or burst is background.
-fn tones(events: &[TonalEvent], number: Option<usize>) -> impl Iterator<Item = &TonalEvent> {
-    let numbered = (1..).zip(events);
-    let tones =
-        numbered.filter(move |(n, event)| event.kind == EventKind::Tone || number == Some(*n));
-    tones.map(|(_, event)| event)
+/// Whether an event is foreground: a tone, or the analysed event. Other noise and bursts are background.
+fn is_foreground(event: &TonalEvent, analysed: &TonalEvent) -> bool {
+    event.kind == EventKind::Tone || event == analysed
 }
 
-/// Band of the events that sound in an interval, Hz: from a third of the lowest fundamental, so that a
-/// subharmonic is kept, to half a harmonic above the highest one. `n` harmonics may be the odd ones only.
-fn pass_band<'a>(events: impl Iterator<Item = &'a TonalEvent>, span: Span, rate: f64) -> [f64; 2] {
-    let sounding = events.filter(|event| overlap(event.span(), span));
+/// Band of the foreground in an interval, Hz: from a third of the lowest fundamental, so that a subharmonic is kept, to
+/// half a harmonic above the highest one. `n` harmonics may be the odd ones only.
+fn pass_band(events: &[TonalEvent], analysed: &TonalEvent, span: Span, rate: f64) -> [f64; 2] {
+    let foreground = events.iter().filter(|event| is_foreground(event, analysed));
+    let sounding = foreground.filter(|event| overlap(event.span(), span));
     let edges = sounding.map(|event| {
         let order = 2.0 * event.harmonics.max(1) as f64 - 0.5;
         [
@@ -223,18 +222,27 @@ fn filtered(signal: &Signal, span: Span, band: [f64; 2]) -> (Signal, Option<[f64
     (part, is_needed.then_some(band))
 }
 
-/// Power of a recording in the band of a stretch in the longest interval without tones, in the square of the unit of
-/// the signal; `None` if there is no event, or no such interval.
+/// Power of the background of an event, in the band of its stretch and the square of the unit of the signal, in the
+/// longest interval without events, where noise and bursts that sound in the stretch do not count; `None` without an
+/// analysed event, or without such an interval.
 pub(super) fn background_power(
     signal: &Signal,
     events: &[TonalEvent],
     stretch: &AnalysedStretch,
 ) -> Option<f64> {
-    let near = tones(events, stretch.event).map(|event| Span {
+    let analysed = events.get(stretch.event? - 1)?;
+    let span = Span {
+        start_s: stretch.start_s,
+        end_s: stretch.end_s,
+    };
+    let others = events
+        .iter()
+        .filter(|event| is_foreground(event, analysed) || !overlap(event.span(), span));
+    let near = others.map(|event| Span {
         start_s: event.start_s - MARGIN_S,
         end_s: event.end_s + MARGIN_S,
     });
-    let gap = Some(longest_gap(whole(signal), near)).filter(|_| !events.is_empty());
+    let gap = Some(longest_gap(whole(signal), near));
     let gap = gap.filter(|gap| gap.length_s() >= SHORTEST_S)?;
     let samples = &signal.samples[index_range(signal, gap)];
     let samples = &samples[..samples.len().min(MAX_SAMPLES)];

@@ -88,17 +88,31 @@ fn noise_beside_a_tone_is_background_and_not_in_its_band() {
     let mut rumble = event(10.0, 14.0, 0.0);
     rumble.kind = EventKind::NarrowBandNoise;
     rumble.frequency_low_hz = 60.0;
-    let sound = sound(vec![rumble, event(11.0, 13.0, 0.0)]);
-    let signal = signal(&[TONE, (60.0, 0.5, 0.0)]);
-    let chosen = |number| select(&signal, Some(&sound), Some(number)).unwrap().0;
-    let [noise, tone] = [1, 2].map(chosen);
-    assert_eq!(tone.band_hz, Some([1000.0 / 3.0, 3500.0]));
-    // An event is in its own band, and the tone with it.
-    assert_eq!(noise.band_hz.unwrap_or([20.0, 3500.0]), [20.0, 3500.0]);
-    // Before 10.9 s there is the rumble only, which the band leaves out.
+    let mut knock = event(13.5, 13.8, 0.0);
+    knock.kind = EventKind::Bursts;
+    let sound = sound(vec![rumble, event(11.0, 13.0, 0.0), knock]);
+    let mut signal = signal(&[(60.0, 0.5, 0.0)]);
+    let tone = sines(RATE, 88_200, &[TONE]);
+    for (sample, tone) in signal.samples[44_100..].iter_mut().zip(tone) {
+        *sample += tone;
+    }
+    // A knock that does not sound with the tone.
+    signal.samples[154_350..167_580].fill(1.0);
+    let chosen = |number| select(&signal, Some(&sound), number).unwrap().0;
     let background = |stretch| background_power(&signal, &sound.tonal.events, stretch);
-    assert!(background(&tone).is_some());
+    let tone = chosen(Some(2));
+    assert_eq!(tone.band_hz, Some([1000.0 / 3.0, 3500.0]));
+    // The interval before the tone, where the band leaves out the rumble of power 0.125.
+    assert!(background(&tone).unwrap() < 1e-3);
+    // The band of the rumble has the tone, too, and the rumble sounds throughout.
+    let noise = chosen(Some(1));
+    assert_eq!(noise.band_hz, None);
     assert_eq!(background(&noise), None);
+    let whole = AnalysedStretch {
+        event: None,
+        ..noise
+    };
+    assert_eq!(background(&whole), None);
 }
 
 #[test]

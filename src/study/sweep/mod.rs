@@ -58,7 +58,9 @@ impl SweepPoint {
 }
 
 /// Computes the response at each point of a shard that is not among the known `points`, on `threads` threads (at
-/// least one), and returns all points in ascending order of index; some are missing if `progress` stops the sweep.
+/// least one). Returns all points, the known ones too (also those of other shards), in ascending order of index.
+/// After a stop by `progress`, points of the shard are missing.
+///
 /// The results do not depend on the number of threads, on the shard or on the known points. A failed
 /// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
 /// For systems of a caller, times of the plan are in periods of the slowest motion
@@ -95,7 +97,7 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
                 .map_or(InitialState::Fresh, InitialState::After);
             let mut check = |_: f64, _: &str| emit(None);
             let found =
-                plan.scene
+                plan.subject
                     .response(&names, &place.values, from, &plan.response, &mut check);
             let outcome = match found {
                 Err(StudyError::Stopped(_)) => return,
@@ -109,9 +111,10 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
         }
     };
     let job = |chain: usize, emit: Emit<'_, _>| {
-        plan.scene.enter(&mut || run(&chains[chain], emit));
+        plan.subject.enter(&mut || run(&chains[chain], emit));
     };
-    let (mut computed, mut is_stopped) = (Vec::new(), false);
+    let mut computed = Vec::new();
+    let mut is_stopped = false;
     let ended: Result<(), E> = run_jobs(chains.len(), threads, job, |event| {
         if let Some(point) = event {
             done += 1;
@@ -123,6 +126,7 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
         is_stopped = go_on.is_err();
         go_on.map_err(|stopped| StudyError::from(stopped).into())
     });
+    // A stop is no error: the points so far count.
     if !is_stopped {
         ended?;
     }

@@ -12,8 +12,9 @@ use crate::study::subject::scene_at;
 /// An axis of a sweep: a parameter and its values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// Path of the key in the scene file, or name of the parameter of a caller's systems.
-    pub path: String,
+    /// Name of the parameter: the path of the key for a scene.
+    #[serde(rename = "path")]
+    pub name: String,
     /// The values in the unit of the scene file, ascending.
     pub values: Vec<f64>,
 }
@@ -21,12 +22,12 @@ pub struct Axis {
 impl Axis {
     /// Creates an axis from values in the unit of the scene file. The values are sorted in ascending order
     /// and duplicates are removed.
-    pub fn new(path: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn new(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         values.dedup();
         Self {
-            path: path.into(),
+            name: name.into(),
             values,
         }
     }
@@ -36,24 +37,24 @@ impl Axis {
     /// # Errors
     /// If no scene has such a number.
     pub fn parameter(&self) -> Result<Parameter, SceneError> {
-        Parameter::named(&self.path)
+        Parameter::named(&self.name)
     }
 
     /// Unit of the values; empty for a number without one.
     pub fn unit(&self) -> &'static str {
         // A caller's parameter may have the name of a key without its table.
-        let key = self.parameter().ok().filter(|key| key.path() == self.path);
+        let key = self.parameter().ok().filter(|key| key.path() == self.name);
         key.map_or("", Parameter::unit)
     }
 
     /// Label of the axis: the parameter and its unit.
     pub fn label(&self) -> String {
-        if self.path == Parameter::tilt().path() {
+        if self.name == Parameter::tilt().path() {
             return "tilt of the load, deg".to_owned();
         }
         match self.unit() {
-            "" => self.path.clone(),
-            unit => format!("{}, {unit}", self.path),
+            "" => self.name.clone(),
+            unit => format!("{}, {unit}", self.name),
         }
     }
 }
@@ -83,7 +84,7 @@ impl Start {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepPlan<S = Scene> {
     /// The scene whose parameters are varied, or systems of a caller.
-    pub scene: S,
+    pub subject: S,
     /// One or two axes; continuation follows the first.
     pub axes: Vec<Axis>,
     /// The starts, without duplicates.
@@ -100,7 +101,7 @@ impl<S> SweepPlan<S> {
 
     /// Names of the parameters.
     pub fn names(&self) -> Vec<String> {
-        self.axes.iter().map(|axis| axis.path.clone()).collect()
+        self.axes.iter().map(|axis| axis.name.clone()).collect()
     }
 
     /// Points per start.
@@ -189,7 +190,7 @@ impl SweepPlan {
     /// # Errors
     /// If a value is out of range, or the values are not consistent with each other.
     pub fn scene_at(&self, place: &Place) -> Result<Scene, SceneError> {
-        scene_at(&self.scene, &self.names(), &place.values)
+        scene_at(&self.subject, &self.names(), &place.values)
     }
 
     /// Everything that the results depend on, as TOML. Plans with equal text have equal results; the plan can
@@ -197,10 +198,10 @@ impl SweepPlan {
     pub fn identity(&self) -> String {
         let record = PlanRecord {
             version: crate::VERSION.to_owned(),
-            scene: self.scene.name.clone(),
+            scene: self.subject.name.clone(),
             starts: self.starts.clone(),
-            text: self.scene.text.clone(),
-            modes: fingerprint(&self.scene),
+            text: self.subject.text.clone(),
+            modes: fingerprint(&self.subject),
             response: self.response,
             axes: self.axes.clone(),
         };
@@ -213,7 +214,7 @@ impl SweepPlan {
     /// # Errors
     /// A description of the fault in the text.
     pub fn from_identity(identity: &str) -> Result<Self, String> {
-        let record = PlanRecord::of(identity)?;
+        let record = PlanRecord::parse(identity)?;
         for axis in &record.axes {
             axis.parameter().map_err(|e| e.to_string())?;
         }
@@ -255,14 +256,18 @@ pub(super) struct PlanRecord {
 
 impl PlanRecord {
     /// The plan of an identity text, or the fault in it.
-    pub fn of(identity: &str) -> Result<Self, String> {
-        toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())
+    pub fn parse(identity: &str) -> Result<Self, String> {
+        let record: Self = toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())?;
+        match record.axes.len() {
+            1 | 2 => Ok(record),
+            count => Err(format!("it has {count} axes instead of 1 or 2")),
+        }
     }
 
-    /// The plan for a scene.
-    pub fn plan<S>(self, scene: S) -> SweepPlan<S> {
+    /// The plan for a scene, or for systems of a caller.
+    pub fn plan<S>(self, subject: S) -> SweepPlan<S> {
         SweepPlan {
-            scene,
+            subject,
             axes: self.axes,
             starts: self.starts,
             response: self.response,
@@ -277,7 +282,7 @@ mod tests {
     fn plan(starts: &[Start]) -> SweepPlan {
         let factor = Parameter::named("stiffness_factor").unwrap();
         SweepPlan {
-            scene: Scene::load("doubled-torus-3deg").unwrap(),
+            subject: Scene::load("doubled-torus-3deg").unwrap(),
             axes: vec![
                 Axis::new(Parameter::tilt(), [3.0, 1.0, 2.0, 1.0]),
                 Axis::new(factor, [2.0, 4.0]),
@@ -337,5 +342,11 @@ mod tests {
         assert_eq!(one.identity(), plan(&[Start::Upward]).identity());
         assert_eq!(SweepPlan::from_identity(&one.identity()).unwrap(), one);
         assert!(SweepPlan::from_identity("version = 1").is_err());
+        let no_axes = SweepPlan {
+            axes: Vec::new(),
+            ..one
+        };
+        let reason = SweepPlan::from_identity(&no_axes.identity()).unwrap_err();
+        assert!(reason.contains("axes"), "{reason}");
     }
 }

@@ -6,13 +6,15 @@ use std::io;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
 use arrow_schema::{DataType, Field, FieldRef, Schema, SchemaRef};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
 
-use super::{Place, SweepPlan, SweepPoint};
+use super::{Place, Start, SweepPlan, SweepPoint};
 use crate::analysis::recurrence::RecurrenceKind;
 use crate::dynamics::Exponent;
 use crate::number::degrees;
@@ -36,10 +38,11 @@ struct Row {
     found: Option<SettledResponse>,
 }
 
-/// What is read of a row of a table: the plan has the place of the point.
+/// What is read of a row of a table, except the values of the axes.
 #[derive(Deserialize)]
-struct Stored {
+struct StoredRow {
     index: usize,
+    start: Start,
     error: Option<String>,
     kaplan_yorke: Option<f64>,
     kaplan_yorke_half_width: Option<f64>,
@@ -194,7 +197,7 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
     let mut fields = table::columns(Row::fields().map_err(io::Error::other)?);
     // After the index and the start.
     let parameters = plan.axes.iter().map(|axis| {
-        let field = Field::new(&axis.path, DataType::Float64, false);
+        let field = Field::new(&axis.name, DataType::Float64, false);
         table::measured_in(&Arc::new(field), axis.unit())
     });
     fields.splice(2..2, parameters);
@@ -214,12 +217,19 @@ pub(super) fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<Re
 
 /// The points of a record batch of a plan, or the reason why it has none.
 pub(super) fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<SweepPoint>, String> {
-    let rows: Vec<Stored> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
-    let points = rows.into_iter().map(|row| {
+    let rows: Vec<StoredRow> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
+    let stored = |name: &str, row: usize| {
+        let column = batch.column_by_name(name)?;
+        Some(column.as_primitive_opt::<Float64Type>()?.value(row))
+    };
+    let points = rows.into_iter().enumerate().map(|(k, row)| {
         let index = row.index;
-        if index >= plan.size() {
-            return Err(format!("its point {index} does not match the plan"));
-        }
+        let place = (index < plan.size()).then(|| plan.place(index));
+        let place = place.filter(|place| {
+            let mut values = place.named.iter();
+            row.start == place.start && values.all(|(name, at)| stored(name, k) == Some(*at))
+        });
+        let place = place.ok_or_else(|| format!("its point {index} does not match the plan"))?;
         let outcome = match (row.error, row.found) {
             (Some(error), _) => Err(error),
             (None, Some(mut found)) => {
@@ -232,7 +242,6 @@ pub(super) fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<Sw
             }
             (None, None) => return Err(format!("the response of point {index} is incomplete")),
         };
-        let place = plan.place(index);
         Ok(SweepPoint { place, outcome })
     });
     points.collect()

@@ -168,7 +168,11 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let identity = identity.ok_or_else(|| {
         foreign("its metadata has no sweep plan of this version; choose another --out")
     })?;
-    let plan = PlanRecord::of(&identity).map_err(|reason| foreign(&reason))?;
+    let plan = PlanRecord::parse(&identity).map_err(|reason| {
+        foreign(&format!(
+            "its sweep plan cannot be read ({reason}); it may be of another version: choose another --out"
+        ))
+    })?;
     let plan = plan.plan(());
     let mut found = SweepTable {
         identity,

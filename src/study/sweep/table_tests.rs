@@ -5,13 +5,13 @@ use crate::analysis::regime::Regime;
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::tests::run;
-use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint};
+use crate::study::sweep::{Axis, Place, Shard, Start, SweepPlan, SweepPoint};
 
 /// A plan with one impossible point, and its points.
 fn swept() -> (SweepPlan, Vec<SweepPoint>) {
     let scene = Scene::load("doubled-torus-3deg").unwrap();
     let plan = SweepPlan {
-        scene: scene
+        subject: scene
             .with_values(&[(Parameter::named("nodes").unwrap(), 28.0)])
             .unwrap(),
         axes: vec![Axis::new(
@@ -80,10 +80,10 @@ fn a_long_table_is_read_back() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let mut many: Vec<SweepPoint> = (0..2500).map(|k| points[k / 1200].clone()).collect();
-    let path = &plan.axes[0].path;
+    let name = &plan.axes[0].name;
     let plan = SweepPlan {
         axes: vec![Axis::new(
-            path,
+            name,
             (0..2500).map(|k| 31.0 + 1e-3 * f64::from(k)),
         )],
         ..plan
@@ -121,6 +121,31 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
     assert!(matches!(read_table(&path), Err(TableError::Invalid { .. })));
     let missing = read_table(&folder.path().join("missing"));
     assert!(matches!(missing, Err(TableError::Read { .. })));
+}
+
+#[test]
+fn a_row_that_does_not_match_the_plan_is_refused() {
+    let (plan, points) = swept();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sweep.arrow");
+    let changes: [fn(&mut Place); 4] = [
+        // Outside the plan.
+        |place| place.index = 7,
+        // That of another row.
+        |place| place.index = 1,
+        |place| place.start = Start::Fresh,
+        |place| place.named = [("socket.diameter_mm".to_owned(), 31.5)].into(),
+    ];
+    for change in changes {
+        let mut points = points.clone();
+        change(&mut points[2].place);
+        write_table(&path, &plan, &points).unwrap();
+        let refused = read_table(&path).unwrap_err();
+        let TableError::Invalid(_, reason) = &refused else {
+            panic!("{refused}");
+        };
+        assert!(reason.contains("does not match the plan"), "{reason}");
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn plan() -> SweepPlan {
         .with_values(&[(Parameter::named("nodes").unwrap(), 28.0)])
         .unwrap();
     SweepPlan {
-        scene,
+        subject: scene,
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 2.0, 3.0])],
         starts: vec![Start::Upward, Start::Fresh],
         response: ResponsePlan {
@@ -33,17 +33,21 @@ pub(in crate::study) fn run(
     known: Vec<SweepPoint>,
     threads: usize,
 ) -> Vec<SweepPoint> {
-    let known_points = known.clone();
+    let is_known = |index: &usize| known.iter().any(|point| point.place.index == *index);
+    let mut missing = plan.chains(shard).concat();
+    missing.retain(|index| !is_known(index));
+    missing.sort_unstable();
+    let mut computed = Vec::new();
     let mut progress = |share: f64, _: &str| {
         assert!((0.0..=1.0).contains(&share));
         Ok(())
     };
     let points = sweep(plan, shard, known, threads, &mut progress, |point| {
-        let index = point.place.index;
-        let is_known = known_points.iter().any(|known| known.place.index == index);
-        assert!(!is_known, "{index} is computed again");
+        computed.push(point.place.index);
         Ok::<_, StudyError>(())
     });
+    computed.sort_unstable();
+    assert_eq!(computed, missing);
     points.unwrap()
 }
 

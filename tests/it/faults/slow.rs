@@ -27,7 +27,7 @@ impl Sink for Slow {
 
 fn records(pause: Duration, delivery: Delivery) -> Vec<Record> {
     let scene = Scene::load("doubled-torus-3deg").expect("preset");
-    let scene = scene.with_duration(30.0).expect("in range");
+    let scene = scene.with_duration(70.0).expect("in range");
     let mut sink = Slow {
         pause,
         delivery,
@@ -68,11 +68,13 @@ fn a_slow_consumer_loses_only_replaced_pictures() {
     // Ten times the duration of the whole run.
     let pause = 10 * began.elapsed() / all.len() as u32;
 
-    let watched = records(pause, Delivery::LatestPictures);
+    // On a busy machine a run may take many times as long as the first one.
+    let watched = [1, 4, 16].map(|times| times * pause).into_iter();
+    let mut watched = watched.map(|pause| records(pause, Delivery::LatestPictures));
+    let watched = watched.find(|watched| pictures(watched) < pictures(&all));
+    let watched = watched.expect("replaced pictures");
     assert_eq!(kept(&watched), kept(&all));
     let replaced = (pictures(&all) - pictures(&watched)) as u64;
-    println!("{replaced} of {} pictures replaced", pictures(&all));
-    assert!(replaced > 0);
     assert_eq!(drops(&watched), replaced);
     // The newest picture of a kind is kept.
     let last = |records: &[Record]| {
