@@ -90,14 +90,17 @@ fn noise_beside_a_tone_is_background_and_not_in_its_band() {
     rumble.frequency_low_hz = 60.0;
     let mut knock = event(13.5, 13.8, 0.0);
     knock.kind = EventKind::Bursts;
-    let sound = sound(vec![rumble, event(11.0, 13.0, 0.0), knock]);
+    let sound = sound(vec![rumble, event(11.0, 12.9, 0.0), knock]);
     let mut signal = signal(&[(60.0, 0.5, 0.0)]);
-    let tone = sines(RATE, 88_200, &[TONE]);
-    for (sample, tone) in signal.samples[44_100..].iter_mut().zip(tone) {
-        *sample += tone;
+    // The tone, and a knock that does not sound with it.
+    for (start, count, sine) in [
+        (44_100, 83_790, TONE),
+        (154_350, 13_230, (2000.0, 1.0, 0.0)),
+    ] {
+        let part = signal.samples[start..].iter_mut();
+        part.zip(sines(RATE, count, &[sine]))
+            .for_each(|(sample, sine)| *sample += sine);
     }
-    // A knock that does not sound with the tone.
-    signal.samples[154_350..167_580].fill(1.0);
     let chosen = |number| select(&signal, Some(&sound), number).unwrap().0;
     let background = |stretch| background_power(&signal, &sound.tonal.events, stretch);
     let tone = chosen(Some(2));
