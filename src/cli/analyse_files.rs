@@ -90,10 +90,7 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
                     result.analyses.push(analysed);
                 }
                 Err(error) => {
-                    // The path stands beside the reason.
-                    let (file, text) = (job.0.clone(), error.to_string());
-                    let reason = text.strip_prefix(&format!("{}: ", file.display()));
-                    let reason = reason.unwrap_or(&text).to_owned();
+                    let (file, reason) = (job.0.clone(), reason(&error));
                     result.failures.push(FailedFile { file, reason });
                 }
             }
@@ -111,7 +108,8 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
     }
 }
 
-/// The signals. The channels of a file that cannot be read are one: its analysis gives the reason.
+/// The signals. A file whose channels cannot be listed is one: a recording, of which the main column is analysed, or a
+/// damaged file, whose analysis gives the reason.
 fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, CliError> {
     let files = files(&args.files, skipped)?;
     if files.len() > 1 && args.truth.as_ref().is_some_and(|truth| !truth.is_dir()) {
@@ -127,7 +125,6 @@ fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, C
             Some(Ok(names)) => {
                 jobs.extend(names.into_iter().map(|name| (file.clone(), Some(name))));
             }
-            // Also a recording, which has a main column.
             _ => jobs.push((file, args.column.clone())),
         }
     }
@@ -252,6 +249,15 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
         }
     }
     Ok(files)
+}
+
+/// Why a file could not be analysed, without its path, which stands beside the reason.
+fn reason(error: &CliError) -> String {
+    match error {
+        CliError::Import(error) => error.problem.to_string(),
+        CliError::Signal { reason, .. } => reason.to_string(),
+        _ => error.to_string(),
+    }
 }
 
 impl Report for AnalysedFiles {

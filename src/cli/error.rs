@@ -149,9 +149,9 @@ impl CliError {
             | Self::NotSaved { .. }
             | Self::Serve { .. }
             | Self::Threads { .. }
-            | Self::Table(
-                TableError::Write { .. } | TableError::Removed { .. } | TableError::Study(_),
-            ) => 1,
+            | Self::Table(TableError::Write(..) | TableError::Removed(..) | TableError::Study(_)) => {
+                1
+            }
             Self::Output(error) if !error.is_bad_input() => 1,
             Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,
             _ => 2,

@@ -11,7 +11,7 @@ use super::{
     file,
     paths::{self, Root},
     sdk::TimelineName,
-    series::{self, PointSeries},
+    series::{self, PointSeries, SeriesTitles},
     stream::{Moment, RecordingStream},
     sweep::TimelineTicks,
     text,
@@ -38,9 +38,14 @@ pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordErr
 /// Logs all branches.
 fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let courses = courses(study);
+    let diagram = courses.first().map(|_| ("branch-diagram", diagram(study)));
     let series = courses.iter().map(|course| {
-        let titles = [&format!("Branch {}", course.number), "Orbit", ""].map(str::to_owned);
-        let diagrams = vec![("branch-diagram", diagram(study))];
+        let titles = SeriesTitles {
+            tab: format!("Branch {}", course.number),
+            point: "Orbit".to_owned(),
+            ending: String::new(),
+        };
+        let diagrams = diagram.clone().into_iter().collect();
         PointSeries::new(Root::of_branch(course.number), titles, diagrams)
     });
     let mut series: Vec<PointSeries> = series.collect();

@@ -22,12 +22,21 @@ use crate::plot::Panel;
 /// Distance of the eye from the delay embedding.
 const EYE: f64 = 4.6;
 
+/// The titles of a series.
+pub struct SeriesTitles {
+    /// Of its tab.
+    pub tab: String,
+    /// Of the text about a point.
+    pub point: String,
+    /// The end of the titles of the pictures.
+    pub ending: String,
+}
+
 /// A series of points.
 pub struct PointSeries {
     /// The folder of its entities.
     pub root: Root,
-    /// Titles of the tab and of the text of a point, and the end of the titles of the pictures.
-    titles: [String; 3],
+    titles: SeriesTitles,
     /// The diagrams over the parameter, by their names in the layout.
     diagrams: Vec<(&'static str, Panel)>,
     views: PanelViews,
@@ -35,7 +44,7 @@ pub struct PointSeries {
 
 impl PointSeries {
     /// A series with its titles and its diagrams over the parameter.
-    pub fn new(root: Root, titles: [String; 3], diagrams: Vec<(&'static str, Panel)>) -> Self {
+    pub fn new(root: Root, titles: SeriesTitles, diagrams: Vec<(&'static str, Panel)>) -> Self {
         Self {
             views: PanelViews::new(root.clone()),
             root,
@@ -46,11 +55,13 @@ impl PointSeries {
 
     /// A view by its name in the layout; `None` for a diagram without data.
     pub fn view(&self, name: &str) -> Option<View> {
-        let [_, point, ending] = &self.titles;
         let row = Row::of(name)?;
-        let title = row.title.replace("{velocity}", "");
-        let title = title.replace("{displacement}", "") + ending;
-        let title = title.replace("{frequency}", "kHz");
+        let values = [
+            ("{velocity}", ""),
+            ("{displacement}", ""),
+            ("{frequency}", "kHz"),
+        ];
+        let title = row.title_with(&values) + &self.titles.ending;
         let path = self.root.at(row.paths[0]);
         let mut diagrams = self.diagrams.iter();
         if let Some((_, panel)) = diagrams.find(|(diagram, _)| *diagram == name) {
@@ -58,7 +69,7 @@ impl PointSeries {
             return Some(PanelView::of(name, &self.root).view(&panel));
         }
         match (row.kind[0], row.needs) {
-            ("text", _) => Some(View::text(point.as_str(), &path)),
+            ("text", _) => Some(View::text(self.titles.point.as_str(), &path)),
             ("cube", _) => Some(View::cube(title, &path, EYE)),
             (_, "diagram") => None,
             _ => row.picture(title, &self.root),
@@ -110,7 +121,7 @@ pub fn send(
     }
     for series in all {
         let screen = screen(single, series).map(|(_, screen)| screen);
-        tabs.extend(screen.map(|screen| Part::tab(&series.titles[0], vec![screen])));
+        tabs.extend(screen.map(|screen| Part::tab(&series.titles.tab, vec![screen])));
     }
     tabs.extend(more);
     let about = View::text("About this recording", paths::ABOUT);

@@ -8,8 +8,8 @@ use thiserror::Error;
 use super::schema::split;
 use crate::joint::ImportedModesError;
 
-/// A scene that cannot be run, or a change that a scene does not permit. The message contains position, key, permitted
-/// values and, for a likely misspelling, the most similar known name.
+/// A scene that cannot be run, or a change or value that a scene or a study does not permit. The message contains position,
+/// key, permitted values and, for a likely misspelling, the most similar known name.
 #[derive(Debug, Error)]
 #[error("{}{message}", at.as_ref().map_or_else(String::new, |at| format!("{at}: ")))]
 pub struct SceneError {

@@ -117,9 +117,9 @@ impl SurfaceProbe {
         (0..frame.len()).map(move |k| {
             let velocity = match &self.shares {
                 None => frame.velocity[k],
-                Some(row) => {
+                Some(shares) => {
                     let modes = frame.qdot[k * frame.modes..].iter();
-                    row.iter().zip(modes).map(|(r, v)| r * v).sum()
+                    shares.iter().zip(modes).map(|(r, v)| r * v).sum()
                 }
             };
             match self.quantity {

@@ -41,6 +41,13 @@ impl Row {
         })
     }
 
+    /// The title with its placeholders replaced.
+    pub fn title_with(&self, values: &[(&str, &str)]) -> String {
+        let title = self.title.to_owned();
+        let replaced = |title: String, (name, value): &(&str, &str)| title.replace(name, value);
+        values.iter().fold(title, replaced)
+    }
+
     /// Size of the plot area of a picture, and the space above it for a caption or names, pixels.
     pub fn field(&self) -> Option<([f32; 2], f32)> {
         let [_, size, above @ ..] = &self.kind[..] else {

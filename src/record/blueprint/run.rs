@@ -138,7 +138,7 @@ impl Run<'_> {
             _ => {}
         }
         let row = Row::of(name).filter(|row| self.has_data(row.needs))?;
-        let view = row.view(self.title(row.title), argument)?;
+        let view = row.view(self.title(&row), argument)?;
         let view = match row.kind[0] {
             "recent" | "states" => view.with_window(self.window()),
             "snapshots" => view.with_window(WINDOW.max(SNAPSHOTS / self.spec.patch_rate)),
@@ -176,8 +176,8 @@ impl Run<'_> {
         }
     }
 
-    /// A title with its placeholders replaced.
-    fn title(&self, title: &str) -> String {
+    /// The title of a view with its placeholders replaced.
+    fn title(&self, row: &Row) -> String {
         let subject = &self.header.subject;
         let of_run = [" of the velocity", " of the displacement"];
         let none = String::new;
@@ -199,10 +199,7 @@ impl Run<'_> {
             ("{key}", &key),
             ("{signal}", &signal),
         ];
-        let title = title.to_owned();
-        values
-            .into_iter()
-            .fold(title, |title, (name, value)| title.replace(name, value))
+        row.title_with(&values)
     }
 
     /// The range of a series whose size is known before the run.

@@ -11,7 +11,7 @@ use crate::{
     record::{
         paths::{self, Root},
         portrait,
-        series::PointSeries,
+        series::{PointSeries, SeriesTitles},
         stream::{Moment, RecordingStream},
         style::{self, capitalize},
     },
@@ -47,7 +47,11 @@ impl<'a> StartWriter<'a> {
         let diagrams = [("diagram", diagram(sweep, start))];
         let diagrams = diagrams.into_iter().chain(exponents).collect();
         let label = plot::start_label(start);
-        let titles = [capitalize(label), capitalize(label), format!(": {label}")];
+        let titles = SeriesTitles {
+            tab: capitalize(label),
+            point: capitalize(label),
+            ending: format!(": {label}"),
+        };
         Self {
             sweep,
             start,
@@ -88,7 +92,7 @@ impl<'a> StartWriter<'a> {
             ("portrait", phase(found, *reach).with_note(still)),
             ("section", section(axes, found).with_note(unmoved)),
             ("spectrum", spectrum(self.scales, found).with_note(unkept)),
-            ("recurrence", recurrence(rec, found, still)),
+            ("recurrence-of-point", recurrence(rec, found, still)),
         ];
         let text = description::point(self.sweep, self.start, value, point);
         self.series.draw_point(rec, (at, value), panels, text);

@@ -191,10 +191,15 @@ pub(super) fn settled_responses(
     for (starts, lowest, [before, part]) in parts {
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
         let plan = sweep_plan(scene, interval, starts, lowest);
-        let (all, known) = (Shard::WHOLE, Vec::new());
-        let points = sweep(&plan, all, known, threads, &mut progress, |_| {
-            Ok::<_, StudyError>(())
-        })?;
+        let keep = |_: &SweepPoint| Ok::<_, StudyError>(());
+        let points = sweep(
+            &plan,
+            Shard::WHOLE,
+            Vec::new(),
+            threads,
+            &mut progress,
+            keep,
+        )?;
         let is_whole = points.len() == plan.size();
         settled.extend(points);
         if !is_whole {

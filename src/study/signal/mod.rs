@@ -6,8 +6,8 @@
 //! Of a sound, the tonal events are found first ([`MeasuredSound`]): what sounds when. Spectrum, embedding,
 //! recurrence, exponents and the type of motion then belong to the longest stationary stretch of one event
 //! ([`AnalysedStretch`]), along its ridge where the frequency drifts. They belong to the whole signal if
-//! there is no tone within 40 dB of the recording and no event is requested, or if the sample rate is not that of sound. An analysis whose assumptions do not hold
-//! is skipped, and says why ([`Outcome`]).
+//! there is no tone within 40 dB of the recording and no event is requested, or if the sample rate is not that
+//! of sound. An analysis whose assumptions do not hold is skipped, and says why ([`Outcome`]).
 //!
 //! The analysis of a long signal takes about 200 MB in addition to the samples: the spectrum is an average
 //! over spans ([`MAX_SPECTRUM_SAMPLES`]), nonlinear methods use the newest samples

@@ -118,9 +118,9 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
         "{words}"
     );
     std::fs::write(&path, "no table").unwrap();
-    assert!(matches!(read_table(&path), Err(TableError::Invalid { .. })));
+    assert!(matches!(read_table(&path), Err(TableError::Invalid(..))));
     let missing = read_table(&folder.path().join("missing"));
-    assert!(matches!(missing, Err(TableError::Read { .. })));
+    assert!(matches!(missing, Err(TableError::Read(..))));
 }
 
 #[test]
