@@ -102,6 +102,7 @@ impl OwnSystems {
             period: Some(period),
             silence: SILENT * size(&state),
             seed: 1,
+            scene: None,
             prepared: Prepared {
                 probe: vec![1.0],
                 integrator,

@@ -3,10 +3,7 @@
 use crate::pipeline::{PipelineError, Prepared, prepare};
 use crate::scene::{Parameter, Scene, SceneError, SystemSpec};
 
-use super::response::{
-    InitialState, ResponsePlan, SettledResponse, respond, response, section_lag,
-};
-use super::{OnProgress, StudyError};
+use super::response::section_lag;
 
 /// Systems over parameters.
 pub trait Subject: Send + Sync {
@@ -15,23 +12,6 @@ pub trait Subject: Send + Sync {
     /// # Errors
     /// If there is no system.
     fn trial(&self, names: &[String], values: &[f64]) -> Result<Trial, PipelineError>;
-
-    /// The settled response at some values of the parameters of these names.
-    ///
-    /// # Errors
-    /// If there is no system, or its motion cannot be computed or analysed; [`StudyError::Stopped`].
-    fn response(
-        &self,
-        names: &[String],
-        values: &[f64],
-        from: InitialState<'_>,
-        plan: &ResponsePlan,
-        progress: OnProgress<'_>,
-    ) -> Result<SettledResponse, StudyError> {
-        let trial = self.trial(names, values)?;
-        let plan = plan.scaled(trial.period.unwrap_or(1.0));
-        respond(trial, from, &plan, |_| None, progress)
-    }
 
     /// Does work on a thread that calls the systems.
     fn enter(&self, work: &mut (dyn FnMut() + Send)) {
@@ -61,6 +41,8 @@ pub struct Trial {
     pub silence: f64,
     /// Seed of the tangent vectors.
     pub seed: u64,
+    /// The scene of the system, for its linear modes and its orbits; `None` for a system of a caller.
+    pub scene: Option<Scene>,
 }
 
 /// Displacement amplitude below which a scene is silent, m. Equals the default of
@@ -72,11 +54,11 @@ impl Trial {
     ///
     /// # Errors
     /// If it cannot be built.
-    pub fn of_scene(scene: &Scene) -> Result<Self, PipelineError> {
+    pub fn of_scene(scene: Scene) -> Result<Self, PipelineError> {
         Ok(Self {
-            prepared: prepare(scene)?,
+            prepared: prepare(&scene)?,
             sample_rate: scene.sample_rate,
-            lag: section_lag(scene),
+            lag: section_lag(&scene),
             max_step: scene.integrator.max_step,
             drive_period: match &scene.subject {
                 SystemSpec::Small(system) => system.drive_period(),
@@ -85,6 +67,7 @@ impl Trial {
             period: None,
             silence: SILENCE,
             seed: scene.start.seed,
+            scene: Some(scene),
         })
     }
 }
@@ -108,18 +91,7 @@ pub(super) fn scene_at(
 /// A scene over some of its keys, in the units of the scene file.
 impl Subject for Scene {
     fn trial(&self, names: &[String], values: &[f64]) -> Result<Trial, PipelineError> {
-        Trial::of_scene(&scene_at(self, names, values)?)
-    }
-
-    fn response(
-        &self,
-        names: &[String],
-        values: &[f64],
-        from: InitialState<'_>,
-        plan: &ResponsePlan,
-        progress: OnProgress<'_>,
-    ) -> Result<SettledResponse, StudyError> {
-        response(&scene_at(self, names, values)?, from, plan, progress)
+        Trial::of_scene(scene_at(self, names, values)?)
     }
 
     /// The displacement at which the sliding speed reverses, or 50 um for a system without sliding.

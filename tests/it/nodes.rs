@@ -4,7 +4,7 @@ use squeakscope::dynamics::Exponent;
 use squeakscope::joint::{BallJoint, Friction, MAX_NODES_WITH_STATES};
 use squeakscope::scene::{PRESETS, Scene, Schedule};
 use squeakscope::study::response::{InitialState, ResponsePlan, SettledResponse, response};
-use squeakscope::study::stability;
+use squeakscope::study::{Trial, stability};
 
 /// Numbers of nodes of a Gauss rule among which a scene chooses.
 const COUNTS: [usize; 5] = [16, 36, 64, 100, 300];
@@ -129,7 +129,8 @@ fn settled(scene: &Scene, nodes: usize, from: InitialState<'_>) -> SettledRespon
         portrait: false,
         ..ResponsePlan::default()
     };
-    response(&scene, from, &plan, &mut |_, _| Ok(())).unwrap()
+    let trial = Trial::of_scene(scene).unwrap();
+    response(trial, from, &plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.

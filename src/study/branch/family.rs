@@ -76,7 +76,7 @@ impl SubjectFamily {
     ///
     /// # Errors
     /// If the system cannot be built, or it has no equilibrium.
-    pub fn at_scene(&self, scene: &Scene) -> Result<SteadyState, StudyError> {
+    pub fn at_scene(&self, scene: Scene) -> Result<SteadyState, StudyError> {
         self.linearised(Trial::of_scene(scene)?)
     }
 

@@ -14,7 +14,7 @@ use crate::dynamics::continuation::{
 };
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::scene::Scene;
-use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
+use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, response};
 use crate::study::sweep::SweepPoint;
 use crate::study::{OnProgress, StudyError};
 
@@ -206,7 +206,7 @@ impl Study<'_> {
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let progress = &mut *self.progress;
-        let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_, _| {
+        let found = response(trial, InitialState::Fresh, &plan, &mut |_, _| {
             progress(0.0, &task)
         })
         .map_err(|error| match error {

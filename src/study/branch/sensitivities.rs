@@ -151,7 +151,7 @@ pub fn sensitivities(
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
     let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
-    let state = family.at_scene(scene)?;
+    let state = family.at_scene(scene.clone())?;
     let numbers = Number::all(scene)?;
     let mut modes = state.modes()?;
     modes.retain(|mode| mode.oscillates());
@@ -170,8 +170,7 @@ pub fn sensitivities(
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
         let (slope, error) = difference(STEP * number.size(), |step| {
-            let moved = (number.changed)(step)?;
-            let state = family.at_scene(&moved)?;
+            let state = family.at_scene((number.changed)(step)?)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;
         if slope.norm_max() <= ZERO * error {

@@ -10,7 +10,7 @@ use crate::joint::{AssemblyError, BallOnBeam};
 use crate::pipeline::prepare;
 use crate::scene::Scene;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
-use crate::study::{OnProgress, Stopped, StudyError};
+use crate::study::{OnProgress, Stopped, StudyError, Trial};
 
 /// Settling time of each run and its measurement, periods of the slowest mode.
 const SETTLING: f64 = 50.0;
@@ -164,7 +164,7 @@ impl<'a> Runner<'a> {
     ) -> Result<SettledResponse, StudyError> {
         let (task, share) = self.task;
         let mut progress = |_: f64, _: &str| (self.progress)(share, task);
-        response(scene, from, plan, &mut progress)
+        response(Trial::of_scene(scene.clone())?, from, plan, &mut progress)
     }
 
     /// The motion of a scene from the settled state.

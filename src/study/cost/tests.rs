@@ -3,7 +3,7 @@ use std::sync::LazyLock;
 use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
-use crate::study::Stopped;
+use crate::study::{Stopped, Trial};
 use crate::study::response::{InitialState, ResponsePlan, response};
 
 #[test]
@@ -81,7 +81,8 @@ fn the_verified_error_is_that_of_a_finer_run() {
             ..ResponsePlan::default()
         };
         let start = InitialState::State(&runner.state);
-        let found = response(&scene, start, &plan, &mut |_, _| Ok(()));
+        let trial = Trial::of_scene(scene).unwrap();
+        let found = response(trial, start, &plan, &mut |_, _| Ok(()));
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);

@@ -24,7 +24,6 @@ use crate::analysis::{
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
 use crate::pipeline::ChangeDetector;
-use crate::scene::Scene;
 
 use super::subject::Trial;
 use super::{OnProgress, POLL, StabilityAt, StudyError};
@@ -105,39 +104,23 @@ const ALIGN: f64 = 40.0;
 const PERIODIC_SHARE: f64 = 0.25;
 const PERIODIC_PERIODS: f64 = 250.0;
 
-/// Computes the settled response of a scene at the tilt of the scene's start.
-///
-/// # Errors
-/// [`StudyError::Stopped`]; if the scene's system cannot be built, or its integration or an analysis fails.
-pub fn response(
-    scene: &Scene,
-    from: InitialState<'_>,
-    plan: &ResponsePlan,
-    progress: OnProgress<'_>,
-) -> Result<SettledResponse, StudyError> {
-    let trial = Trial::of_scene(scene)?;
-    let linear = match (scene.joint(), &trial.prepared.ball) {
-        (Ok(tilted), Some(ball)) => Some(StabilityAt::new(ball, tilted.tilt.at(0.0))?),
-        _ => None,
-    };
-    let find_orbit = |run: &Run<'_>| orbit::stable_orbit(scene, run);
-    let found = respond(trial, from, plan, find_orbit, progress)?;
-    Ok(SettledResponse { linear, ..found })
-}
-
-/// [`response`] of any system, without its linear modes. `find_orbit` finds the stable orbit of a settled motion, if it has
-/// one and it is wanted.
+/// Computes the settled response of a system; of a scene at the tilt of its start, with its linear modes.
 ///
 /// # Errors
 /// [`StudyError::Stopped`]; if the integration or an analysis fails.
-pub(super) fn respond(
+pub fn response(
     mut trial: Trial,
     from: InitialState<'_>,
     plan: &ResponsePlan,
-    find_orbit: impl FnOnce(&Run<'_>) -> Option<PeriodicOrbit>,
     progress: OnProgress<'_>,
 ) -> Result<SettledResponse, StudyError> {
     let (lag, seed, silence) = (trial.lag, trial.seed, trial.silence);
+    let scene = trial.scene.take();
+    let joint = scene.as_ref().and_then(|scene| scene.joint().ok());
+    let linear = match joint.zip(trial.prepared.ball.as_ref()) {
+        Some((joint, ball)) => Some(StabilityAt::new(ball, joint.tilt.at(0.0))?),
+        None => None,
+    };
     let (state, bases) = match from {
         InitialState::Fresh => (None, Bases::None),
         InitialState::State(state) => (Some(state), Bases::None),
@@ -150,11 +133,8 @@ pub(super) fn respond(
     let mut run = Run::new(trial, plan, progress)?;
     let settled = run.settle()?;
     let transient = run.time();
-    let orbit = if settled && plan.orbits && plan.exponents > 0 {
-        find_orbit(&run)
-    } else {
-        None
-    };
+    let scene = scene.filter(|_| settled && plan.orbits && plan.exponents > 0);
+    let orbit = scene.and_then(|scene| orbit::stable_orbit(scene, &run));
     let measured = run.measure_motion(transient, orbit.as_ref(), seed)?;
     let mut by_samples = measured.samples.response(lag, silence, bases)?;
     run.end_a_period()?;
@@ -173,6 +153,7 @@ pub(super) fn respond(
         transient_s: measured.transient,
         settled: settled && !measured.changed,
         exponents: measured.exponents,
+        linear,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
         state: run.z[..run.integrator.system().tangent_dim()].to_vec(),
         stats: run.integrator.stats(),

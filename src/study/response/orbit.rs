@@ -28,20 +28,20 @@ const LONGEST: f64 = 5.0;
 
 /// The stable orbit of a settled motion of the scene. `None` for another or a silent motion, for a driven one, whose phase at
 /// the state is unknown, and for an orbit whose stability is doubtful.
-pub(super) fn stable_orbit(scene: &Scene, run: &Run<'_>) -> Option<PeriodicOrbit> {
+pub(super) fn stable_orbit(scene: Scene, run: &Run<'_>) -> Option<PeriodicOrbit> {
     if run.drive_period.is_some() {
         return None;
     }
     let (system, z) = (run.integrator.system(), &run.z[..]);
     system.differentiable()?;
-    let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
+    // The family has no parameter; its bounds only scale it.
+    let options = ContinuationOptions::new([-1.0, 1.0], scene.integrator.max_step);
+    let family = SubjectFamily::new(Arc::new(scene), Vec::new());
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: LONGEST * run.period,
         tolerance: RETURN,
     };
-    // The family has no parameter; its bounds only scale it.
-    let options = ContinuationOptions::new([-1.0, 1.0], scene.integrator.max_step);
     // A motion that does not return is not periodic.
     let orbit = settled_orbit(&family, 0.0, z, &search, &options).ok()?;
     let is_near = distance(system.omega(), z, &orbit) < NEAR;

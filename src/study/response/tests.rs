@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::analysis::{AnalysisError, recurrence::RecurrenceKind, regime::Regime};
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Scene};
 use crate::study::Stopped;
 use crate::study::subject::SILENCE;
 
 fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
-    response(scene, from, plan, &mut |_, _| Ok(())).unwrap()
+    let trial = Trial::of_scene(scene.clone()).unwrap();
+    response(trial, from, plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The response whose displacement (m) is a signal sampled at `rate` (Hz).
@@ -188,7 +189,8 @@ fn the_callback_stops_a_response() {
         ..SHORT
     };
     let mut calls = 0;
-    let stopped = response(&scene, InitialState::Fresh, &plan, &mut |share, _| {
+    let trial = Trial::of_scene(scene).unwrap();
+    let stopped = response(trial, InitialState::Fresh, &plan, &mut |share, _| {
         calls += 1;
         assert!((0.0..=1.0).contains(&share));
         if calls < 3 { Ok(()) } else { Err(Stopped) }
