@@ -3,7 +3,7 @@
 use squeakscope::dynamics::Exponent;
 use squeakscope::joint::{BallJoint, Friction, MAX_NODES_WITH_STATES};
 use squeakscope::scene::{PRESETS, Scene, Schedule};
-use squeakscope::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use squeakscope::study::response::{ResponsePlan, SettledResponse, response};
 use squeakscope::study::{Trial, stability};
 
 /// Numbers of nodes of a Gauss rule among which a scene chooses.
@@ -119,7 +119,7 @@ fn held(name: &str, tilt: Option<f64>) -> Scene {
     scene.without_analyses()
 }
 
-fn settled(scene: &Scene, nodes: usize, from: InitialState<'_>) -> SettledResponse {
+fn settled(scene: &Scene, nodes: usize, earlier: Option<&SettledResponse>) -> SettledResponse {
     let mut scene = scene.clone();
     scene.joint_mut().unwrap().spec.contact.nodes = nodes;
     let plan = ResponsePlan {
@@ -130,7 +130,7 @@ fn settled(scene: &Scene, nodes: usize, from: InitialState<'_>) -> SettledRespon
         ..ResponsePlan::default()
     };
     let trial = Trial::of_scene(scene).unwrap();
-    response(trial, from, &plan, &mut |_, _| Ok(())).unwrap()
+    response(trial, earlier, &plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.
@@ -140,7 +140,7 @@ fn reference(scene: &Scene) -> (Motion, [f64; 3]) {
         Friction::Dynamic { .. } => MAX_NODES_WITH_STATES,
         _ => REFERENCE,
     };
-    let mut found = settled(scene, nodes, InitialState::Fresh);
+    let mut found = settled(scene, nodes, None);
     let mut motion = Motion::of(&found);
     let is_chaotic = motion.exponent.is_some_and(|e| e.low() > 0.0);
     let (Some(_), true) = (motion.numbers, is_chaotic) else {
@@ -149,7 +149,7 @@ fn reference(scene: &Scene) -> (Motion, [f64; 3]) {
     let windows: Vec<[f64; 3]> = (0..WINDOWS)
         .map(|_| {
             let numbers = Motion::of(&found).numbers.expect("a line");
-            found = settled(scene, nodes, InitialState::After(&found));
+            found = settled(scene, nodes, Some(&found));
             numbers
         })
         .collect();
@@ -168,7 +168,7 @@ fn fewest(scene: &Scene, label: &str) -> usize {
     let (expected, scatter) = reference(scene);
     println!("| {label} | {REFERENCE} | {} |", expected.row());
     for nodes in COUNTS {
-        let found = Motion::of(&settled(scene, nodes, InitialState::Fresh));
+        let found = Motion::of(&settled(scene, nodes, None));
         let agrees = found.agrees(&expected, scatter);
         let growth = found.largest_growth_error(&expected);
         println!(
@@ -219,7 +219,7 @@ fn passed_motions_are_near_those_of_many_nodes() {
     for (name, tilt) in PASSED {
         let scene = held(name, Some(tilt));
         let shipped = scene.joint().unwrap().spec.contact.nodes;
-        let of = |nodes| Motion::of(&settled(&scene, nodes, InitialState::Fresh));
+        let of = |nodes| Motion::of(&settled(&scene, nodes, None));
         let (few, many) = (of(shipped), of(REFERENCE));
         println!("| {name}, {tilt} deg | {shipped} | {} |", few.row());
         println!("| {name}, {tilt} deg | {REFERENCE} | {} |", many.row());

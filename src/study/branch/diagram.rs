@@ -4,6 +4,8 @@
 //! The diagrams of the scenes that ship are stored in `assets/diagrams`, one JSON file each. `assets/diagrams/make`
 //! computes them with `squeakscope branch SCENE --tilt 0:10 --diagram FILE`.
 
+#[cfg(feature = "live")]
+use include_dir::{Dir, File, include_dir};
 use serde::{Deserialize, Serialize};
 
 use super::equilibria::BranchPlan;
@@ -13,7 +15,9 @@ use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
 use crate::number::{quantity, significant, to_digits};
-use crate::scene::{Parameter, Scene, preset};
+#[cfg(feature = "live")]
+use crate::scene::preset;
+use crate::scene::{Parameter, Scene};
 use crate::study::response::{ResponsePlan, SettledResponse};
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
 use crate::study::{OnProgress, StudyError};
@@ -287,43 +291,24 @@ fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
     }
 }
 
-macro_rules! shipped {
-    ($($name:literal),* $(,)?) => {
-        &[$((
-            $name,
-            include_str!(concat!("../../../assets/diagrams/", $name, ".json")),
-        )),*]
-    };
-}
-
-/// The stored diagrams: name of a scene, and text of the file. Scenes that differ in their loading over time share one.
-const SHIPPED: &[(&str, &str)] = shipped![
-    "tilt-ramp",
-    "printed-friction",
-    "periodic-2deg",
-    "torus-1.75deg",
-    "stick-slip",
-    "lift-off",
-    "which-mode-wins",
-    "hysteresis",
-    "measured-friction",
-    "mode-shift-3.5deg",
-    "exchanged-friction",
-    "paper",
-];
+/// The stored diagrams, one JSON file each with the name of a scene. Scenes that differ in their loading over time share one.
+#[cfg(feature = "live")]
+static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/diagrams");
 
 /// The stored diagram (JSON) of the joint and the start of a scene, at any tilt; `None` if no scene that ships has them.
+#[cfg(feature = "live")]
 pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
     let upright = |scene: &Scene| Some((scene.clone().with_tilt(0.0).ok()?.subject, scene.start));
     let own = upright(scene)?;
-    let is_own = |(name, _): &&(&str, &str)| {
-        let stored = preset(name).and_then(|preset| preset.scene().ok());
+    let name = |file: &File<'static>| file.path().file_stem()?.to_str();
+    let is_own = |file: &&File<'static>| {
+        let stored = name(file).and_then(preset).and_then(|it| it.scene().ok());
         stored.is_some_and(|stored| upright(&stored).as_ref() == Some(&own))
     };
-    let stored = SHIPPED.iter().filter(is_own);
+    let stored = SHIPPED.files().filter(is_own);
     // Its own, or that of a scene with the same joint and start.
-    let (_, text) = stored.min_by_key(|(name, _)| *name != scene.name)?;
-    Some(text)
+    let file = stored.min_by_key(|file| name(file) != Some(&*scene.name))?;
+    file.contents_utf8()
 }
 
 /// What happens to a periodic motion.
@@ -421,6 +406,8 @@ fn degrees(tilt: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![cfg(feature = "live")]
+
     use super::super::equilibria::add_equilibria;
     use super::super::orbits::add_orbits;
     use super::*;
@@ -522,10 +509,13 @@ mod tests {
 
     #[test]
     fn every_stored_diagram_belongs_to_a_scene_and_is_small() {
-        assert!(SHIPPED.len() >= 10);
-        for (name, text) in SHIPPED {
+        let is_diagram = |file: &&File<'_>| file.path().extension().is_some_and(|it| it == "json");
+        assert!(SHIPPED.files().filter(is_diagram).count() >= 10);
+        for file in SHIPPED.files().filter(is_diagram) {
+            let name = file.path().file_stem().unwrap().to_str().unwrap();
+            let text = file.contents_utf8().unwrap();
             let scene = Scene::load(name).unwrap();
-            assert_eq!(shipped_diagram(&scene), Some(*text), "{name}");
+            assert_eq!(shipped_diagram(&scene), Some(text), "{name}");
             assert!(text.len() < 40_000, "{name}: {} bytes", text.len());
             let diagram: TiltDiagram = serde_json::from_str(text).unwrap();
             assert_eq!(diagram.parameter, "tilt_deg");

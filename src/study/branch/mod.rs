@@ -23,9 +23,11 @@ mod tracking;
 #[cfg(feature = "table")]
 pub use coexistence::hysteresis_ends;
 pub use curve::{Curve, CurvePoint};
+#[cfg(feature = "live")]
+pub use diagram::shipped_diagram;
 pub use diagram::{
     DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramResponses, TiltDiagram,
-    UnstableModes, shipped_diagram, tilt_diagram,
+    UnstableModes, tilt_diagram,
 };
 pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint};
 pub use family::{SteadyState, SubjectFamily, portraits};

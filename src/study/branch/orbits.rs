@@ -14,7 +14,7 @@ use crate::dynamics::continuation::{
 };
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::scene::Scene;
-use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, response};
+use crate::study::response::{ResponsePlan, SLOWEST, SettledResponse, response};
 use crate::study::sweep::SweepPoint;
 use crate::study::{OnProgress, StudyError};
 
@@ -206,10 +206,8 @@ impl Study<'_> {
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let progress = &mut *self.progress;
-        let found = response(trial, InitialState::Fresh, &plan, &mut |_, _| {
-            progress(0.0, &task)
-        })
-        .map_err(|error| match error {
+        let found = response(trial, None, &plan, &mut |_, _| progress(0.0, &task));
+        let found = found.map_err(|error| match error {
             StudyError::Stopped(_) => error,
             error => no_orbit(name, value, &error),
         })?;

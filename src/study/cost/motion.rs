@@ -9,7 +9,7 @@ use crate::dynamics::Exponent;
 use crate::joint::{AssemblyError, BallOnBeam};
 use crate::pipeline::prepare;
 use crate::scene::Scene;
-use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use crate::study::response::{ResponsePlan, SettledResponse, response};
 use crate::study::{OnProgress, Stopped, StudyError, Trial};
 
 /// Settling time of each run and its measurement, periods of the slowest mode.
@@ -91,8 +91,8 @@ impl Motion {
 pub struct Runner<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Settled state `[q | dq/dt]`, without the states of friction, which belong to the nodes.
-    pub state: Vec<f64>,
+    /// The settled response, whose state lacks those of friction, which belong to the nodes; `None` until it has settled.
+    pub settled: Option<SettledResponse>,
     /// Settling time, s.
     pub settling: f64,
     /// Measurement time, s.
@@ -112,7 +112,7 @@ impl<'a> Runner<'a> {
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
         let mut runner = Self {
             scene,
-            state: Vec::new(),
+            settled: None,
             settling: whole(SETTLING * period),
             measurement: whole(MEASUREMENT * period),
             progress,
@@ -120,15 +120,14 @@ impl<'a> Runner<'a> {
         };
         let plan = ResponsePlan {
             max_transient_s: MAX_TRANSIENT.max(2.0 * runner.settling),
-            measurement_s: runner.measurement,
             ..runner.plan(0)
         };
-        let settled = runner.respond(&plain, InitialState::Fresh, &plan)?;
+        let mut settled = runner.respond(&plain, None, &plan)?;
         if settled.regime == Regime::Silent || settled.rms_velocity_m_per_s == 0.0 {
             return Err(StudyError::AtRest);
         }
-        runner.state = settled.state;
-        runner.state.truncate(2 * system.modes());
+        settled.state.truncate(2 * system.modes());
+        runner.settled = Some(settled);
         Ok(runner)
     }
 
@@ -159,33 +158,40 @@ impl<'a> Runner<'a> {
     fn respond(
         &mut self,
         scene: &Scene,
-        from: InitialState<'_>,
+        earlier: Option<&SettledResponse>,
         plan: &ResponsePlan,
     ) -> Result<SettledResponse, StudyError> {
         let (task, share) = self.task;
         let mut progress = |_: f64, _: &str| (self.progress)(share, task);
-        response(Trial::of_scene(scene.clone())?, from, plan, &mut progress)
+        response(
+            Trial::of_scene(scene.clone())?,
+            earlier,
+            plan,
+            &mut progress,
+        )
     }
 
     /// The motion of a scene from the settled state.
     pub fn motion(&mut self, scene: &Scene, exponents: usize) -> Result<Motion, StudyError> {
-        let (state, plan) = (self.state.clone(), self.plan(exponents));
-        let found = self.respond(scene, InitialState::State(&state), &plan)?;
+        let (settled, plan) = (self.settled.clone(), self.plan(exponents));
+        let found = self.respond(scene, settled.as_ref(), &plan)?;
         Ok(Motion::of(&found))
     }
 
     /// Two successive measurements of the motion of a scene, the first with its largest exponent.
     pub fn twice(&mut self, scene: &Scene) -> Result<(Motion, Motion), StudyError> {
-        let (state, plan) = (self.state.clone(), self.plan(1));
-        let first = self.respond(scene, InitialState::State(&state), &plan)?;
-        let plan = self.plan(0);
-        let next = self.respond(scene, InitialState::State(&first.state), &plan)?;
+        let (settled, plan) = (self.settled.clone(), self.plan(1));
+        let first = self.respond(scene, settled.as_ref(), &plan)?;
+        let next = self.respond(scene, Some(&first), &self.plan(0))?;
         Ok((Motion::of(&first), Motion::of(&next)))
     }
 
     /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
     pub fn time(&mut self, scene: &Scene) -> Result<[f64; 2], StudyError> {
-        let mut run = prepare(scene)?.starting_from(&self.state);
+        let mut run = prepare(scene)?;
+        if let Some(settled) = &self.settled {
+            run = run.starting_from(&settled.state);
+        }
         let simulated = TIMED * self.measurement;
         let seconds = self.shortest(|| {
             run.integrator.start(0.0, &run.state)?;

@@ -3,8 +3,8 @@ use std::sync::LazyLock;
 use super::settings::{by_rule, levels, verified};
 use super::*;
 use crate::scene::PRESETS;
+use crate::study::response::{ResponsePlan, response};
 use crate::study::{Stopped, Trial};
-use crate::study::response::{InitialState, ResponsePlan, response};
 
 #[test]
 fn the_error_falls_with_the_tolerance() {
@@ -80,9 +80,8 @@ fn the_verified_error_is_that_of_a_finer_run() {
             orbits: false,
             ..ResponsePlan::default()
         };
-        let start = InitialState::State(&runner.state);
         let trial = Trial::of_scene(scene).unwrap();
-        let found = response(trial, start, &plan, &mut |_, _| Ok(()));
+        let found = response(trial, runner.settled.as_ref(), &plan, &mut |_, _| Ok(()));
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);

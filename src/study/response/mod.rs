@@ -83,17 +83,6 @@ impl ResponsePlan {
     }
 }
 
-/// Initial state of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum InitialState<'a> {
-    /// The scene's initial state, with its kick.
-    Fresh,
-    /// The final state `[q | dq/dt]` of another run.
-    State(&'a [f64]),
-    /// The final state of another response. The lines keep its names as far as possible.
-    After(&'a SettledResponse),
-}
-
 /// Length of an energy block, periods of the slowest mode.
 const BLOCK: f64 = 5.0;
 
@@ -104,13 +93,15 @@ const ALIGN: f64 = 40.0;
 const PERIODIC_SHARE: f64 = 0.25;
 const PERIODIC_PERIODS: f64 = 250.0;
 
-/// Computes the settled response of a system; of a scene at the tilt of its start, with its linear modes.
+/// Computes the settled response of a system; of a scene at the tilt of its start, with its linear modes. It starts from the
+/// initial state of the scene, with its kick, or from the final state of an earlier response, whose lines give theirs their
+/// names as far as possible.
 ///
 /// # Errors
 /// [`StudyError::Stopped`]; if the integration or an analysis fails.
 pub fn response(
     mut trial: Trial,
-    from: InitialState<'_>,
+    earlier: Option<&SettledResponse>,
     plan: &ResponsePlan,
     progress: OnProgress<'_>,
 ) -> Result<SettledResponse, StudyError> {
@@ -121,14 +112,10 @@ pub fn response(
         Some((joint, ball)) => Some(StabilityAt::new(ball, joint.tilt.at(0.0))?),
         None => None,
     };
-    let (state, bases) = match from {
-        InitialState::Fresh => (None, Bases::None),
-        InitialState::State(state) => (Some(state), Bases::None),
-        InitialState::After(earlier) => (Some(&earlier.state[..]), earlier.bases()),
-    };
-    if let Some(z) = state {
+    let bases = earlier.map_or(Bases::None, SettledResponse::bases);
+    if let Some(earlier) = earlier {
         // Accumulated quantities at the end, such as work, restart from zero.
-        trial.prepared = trial.prepared.starting_from(z);
+        trial.prepared = trial.prepared.starting_from(&earlier.state);
     }
     let mut run = Run::new(trial, plan, progress)?;
     let settled = run.settle()?;

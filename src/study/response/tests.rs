@@ -6,9 +6,9 @@ use crate::scene::{Parameter, Scene};
 use crate::study::Stopped;
 use crate::study::subject::SILENCE;
 
-fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
+fn take(scene: &Scene, earlier: Option<&SettledResponse>, plan: &ResponsePlan) -> SettledResponse {
     let trial = Trial::of_scene(scene.clone()).unwrap();
-    response(trial, from, plan, &mut |_, _| Ok(())).unwrap()
+    response(trial, earlier, plan, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The response whose displacement (m) is a signal sampled at `rate` (Hz).
@@ -40,7 +40,7 @@ const SHORT: ResponsePlan = ResponsePlan {
 #[test]
 fn a_pure_tone_is_classified_as_periodic() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let found = take(&scene, InitialState::Fresh, &SHORT);
+    let found = take(&scene, None, &SHORT);
     assert!(found.settled, "{}", found.transient_s);
     // It grows from zero at about 750 1/s; the slowest decay towards the limit cycle has a rate of 60 1/s.
     assert!(
@@ -96,8 +96,7 @@ fn a_periodic_motion_has_the_exponents_of_its_orbit() {
         orbits: true,
         ..averaged
     };
-    let [averaged, of_orbit] =
-        [averaged, of_orbit].map(|plan| take(&scene, InitialState::Fresh, &plan));
+    let [averaged, of_orbit] = [averaged, of_orbit].map(|plan| take(&scene, None, &plan));
     let [long, exact] = [&averaged, &of_orbit].map(|found| found.exponents.as_ref().unwrap());
     assert_eq!((long.time, exact.dimension), (0.4, 22));
     assert!((exact.time * 4110.8 - 1.0).abs() < 1e-3, "{exact:?}");
@@ -128,16 +127,16 @@ fn a_torus_has_no_orbit() {
         orbits: true,
         ..SHORT
     };
-    let found = take(&scene, InitialState::Fresh, &plan);
+    let found = take(&scene, None, &plan);
     assert_eq!(found.exponents.unwrap().time, plan.measurement_s);
 }
 
 #[test]
 fn continuation_from_a_final_state_shortens_the_transient() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let first = take(&scene, InitialState::Fresh, &SHORT);
+    let first = take(&scene, None, &SHORT);
     let next = scene.with_values(&[(Parameter::tilt(), 2.1)]).unwrap();
-    let on = take(&next, InitialState::State(&first.state), &SHORT);
+    let on = take(&next, Some(&first), &SHORT);
     assert!(
         on.settled && on.transient_s < first.transient_s,
         "{} {}",
@@ -150,7 +149,7 @@ fn continuation_from_a_final_state_shortens_the_transient() {
 #[test]
 fn printed_friction_is_silent() {
     let scene = Scene::load("printed-friction").unwrap();
-    let found = take(&scene, InitialState::Fresh, &SHORT);
+    let found = take(&scene, None, &SHORT);
     assert_eq!((found.regime, found.settled), (Regime::Silent, true));
     assert_eq!(found.linear.unwrap().unstable().count(), 0);
     assert!(found.maxima_m.is_empty() && found.lines.is_empty() && found.recurrence.is_none());
@@ -168,7 +167,7 @@ fn a_small_system_has_a_settled_response() {
     };
     for orbits in [false, true] {
         let plan = ResponsePlan { orbits, ..plan };
-        let found = take(&scene, InitialState::Fresh, &plan);
+        let found = take(&scene, None, &plan);
         assert!(found.settled && found.linear.is_none());
         assert_eq!(found.regime, Regime::Periodic);
         let exponents = found.exponents.unwrap();
@@ -190,7 +189,7 @@ fn the_callback_stops_a_response() {
     };
     let mut calls = 0;
     let trial = Trial::of_scene(scene).unwrap();
-    let stopped = response(trial, InitialState::Fresh, &plan, &mut |share, _| {
+    let stopped = response(trial, None, &plan, &mut |share, _| {
         calls += 1;
         assert!((0.0..=1.0).contains(&share));
         if calls < 3 { Ok(()) } else { Err(Stopped) }

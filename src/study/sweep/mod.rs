@@ -19,7 +19,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::pool::{Emit, run_jobs};
-use super::response::{InitialState, SettledResponse, response};
+use super::response::{SettledResponse, response};
 use super::subject::Subject;
 use super::{OnProgress, StudyError};
 use crate::analysis::regime::Regime;
@@ -92,14 +92,11 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
                 continue;
             }
             let place = plan.place(index);
-            let from = before
-                .as_ref()
-                .map_or(InitialState::Fresh, InitialState::After);
             let mut check = |_: f64, _: &str| emit(None);
             let trial = plan.subject.trial(&names, &place.values);
             let found = trial.map_err(StudyError::from).and_then(|trial| {
                 let plan = plan.response.scaled(trial.period.unwrap_or(1.0));
-                response(trial, from, &plan, &mut check)
+                response(trial, before.as_ref(), &plan, &mut check)
             });
             let outcome = match found {
                 Err(StudyError::Stopped(_)) => return,

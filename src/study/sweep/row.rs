@@ -216,7 +216,7 @@ pub(super) fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<Re
 }
 
 /// The points of a record batch of a plan, or the reason why it has none.
-pub(super) fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<SweepPoint>, String> {
+pub(super) fn points(batch: &RecordBatch, plan: &SweepPlan) -> Result<Vec<SweepPoint>, String> {
     let rows: Vec<StoredRow> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
     let stored = |name: &str, row: usize| {
         let column = batch.column_by_name(name)?;

@@ -14,7 +14,6 @@ use arrow_ipc::writer::StreamWriter;
 use arrow_schema::SchemaRef;
 use serde_json::Value;
 
-use super::plan::PlanRecord;
 use super::row::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
@@ -70,7 +69,9 @@ pub struct TableWriter {
 /// A sweep table read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepTable {
-    /// Identity of the sweep's plan ([`SweepPlan::identity`]).
+    /// Plan of the sweep.
+    pub plan: SweepPlan,
+    /// Identity of the plan ([`SweepPlan::identity`]), which has the version of the program, too.
     pub identity: String,
     /// The points in the order of the file.
     pub points: Vec<SweepPoint>,
@@ -168,13 +169,13 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let identity = identity.ok_or_else(|| {
         foreign("its metadata has no sweep plan of this version; choose another --out")
     })?;
-    let plan = PlanRecord::parse(&identity).map_err(|reason| {
+    let plan = SweepPlan::from_identity(&identity).map_err(|reason| {
         foreign(&format!(
             "its sweep plan cannot be read ({reason}); it may be of another version: choose another --out"
         ))
     })?;
-    let plan = plan.plan(());
     let mut found = SweepTable {
+        plan,
         identity,
         points: Vec::new(),
         truncated: false,
@@ -184,7 +185,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             found.truncated = true;
             break;
         };
-        let read = points(&batch, &plan).map_err(|reason| foreign(&one_line(reason)))?;
+        let read = points(&batch, &found.plan).map_err(|reason| foreign(&one_line(reason)))?;
         found.points.extend(read);
     }
     Ok(found)
