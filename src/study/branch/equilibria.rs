@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::family::{SteadyState, SubjectFamily};
+use super::family::SubjectFamily;
 use super::hopf::{Bracket, SteadyBifurcation, locate, sign};
 use super::result::{At, Branch, BranchBifurcation, name_of};
 use super::tracking::{Tracked, Tracks};
@@ -109,13 +109,6 @@ impl BranchPlan {
     }
 }
 
-/// A point with what is needed to follow its modes.
-struct Solved {
-    value: f64,
-    state: SteadyState,
-    tracked: Vec<Tracked>,
-}
-
 /// Adds the equilibria of a plan to a result, with their bifurcations. If `progress` stops the study, the branch ends at the
 /// last point.
 ///
@@ -130,8 +123,8 @@ pub fn add_equilibria(
     let name = plan.name();
     let family = plan.family();
     let mut tracks = Tracks::default();
-    let mut last = solve(&family, &mut tracks, from, &[])?;
-    let mut points = vec![point(name, &last)];
+    let (first, mut tracked) = solve(&family, &mut tracks, At::new(name, from), &[])?;
+    let (mut points, mut last) = (vec![first], from);
     let mut brackets = Vec::new();
     let mut ended = None;
     let intervals = plan.points.max(2) - 1;
@@ -139,13 +132,14 @@ pub fn add_equilibria(
         let target = from + (to - from) * k as f64 / intervals as f64;
         let mut next = target;
         let mut halvings = 0;
-        while last.value < target {
-            if progress((last.value - from) / (to - from), TASK).is_err() {
+        while last < target {
+            if progress((last - from) / (to - from), TASK).is_err() {
                 ended = Some(INTERRUPTED.to_owned());
                 break 'branch;
             }
             let mut trial = tracks.clone();
-            let solved = match solve(&family, &mut trial, next, &last.tracked) {
+            let solved = solve(&family, &mut trial, At::new(name, next), &tracked);
+            let (point, followed) = match solved {
                 Ok(solved) => solved,
                 Err(error) => {
                     ended = Some(format!("at {name} = {next}: {}", chain_of_causes(&error)));
@@ -154,21 +148,18 @@ pub fn add_equilibria(
             };
             if trial.worst < MIN_CORRELATION && halvings < MAX_HALVINGS {
                 halvings += 1;
-                next = 0.5 * (last.value + next);
+                next = 0.5 * (last + next);
                 continue;
             }
             // A point exactly at a bifurcation has no side.
-            if solved.value == target && target < to && is_undamped_after(&last, &solved) {
+            if next == target && target < to && is_undamped_after(&tracked, &followed) {
                 next = target + OFF * (to - from);
                 continue;
             }
             tracks = trial;
-            brackets.extend(Bracket::between(
-                (last.value, &last.tracked),
-                (solved.value, &solved.tracked),
-            ));
-            points.push(point(name, &solved));
-            last = solved;
+            brackets.extend(Bracket::between((last, &tracked), (next, &followed)));
+            points.push(point);
+            (tracked, last) = (followed, next);
             (next, halvings) = (target, 0);
         }
     }
@@ -189,12 +180,9 @@ pub fn add_equilibria(
 }
 
 /// Whether a mode is undamped that was not at the point before.
-fn is_undamped_after(before: &Solved, here: &Solved) -> bool {
-    here.tracked.iter().any(|tracked| {
-        let old = before
-            .tracked
-            .iter()
-            .find(|old| old.number == tracked.number);
+fn is_undamped_after(before: &[Tracked], here: &[Tracked]) -> bool {
+    here.iter().any(|tracked| {
+        let old = before.iter().find(|old| old.number == tracked.number);
         sign(&tracked.mode) == 0 && old.is_some_and(|old| sign(&old.mode) != 0)
     })
 }
@@ -203,27 +191,20 @@ fn is_undamped_after(before: &Solved, here: &Solved) -> bool {
 fn solve(
     family: &SubjectFamily,
     tracks: &mut Tracks,
-    value: f64,
+    at: At,
     before: &[Tracked],
-) -> Result<Solved, StudyError> {
-    let state = family.at(&[value])?;
+) -> Result<(EquilibriumPoint, Vec<Tracked>), StudyError> {
+    let state = family.at(&[at.value])?;
     let tracked = tracks.follow(before, state.modes()?);
-    Ok(Solved {
-        value,
-        state,
-        tracked,
-    })
-}
-
-fn point(name: &str, solved: &Solved) -> EquilibriumPoint {
-    let modes = solved.tracked.iter().map(|tracked| BranchMode {
+    let modes = tracked.iter().map(|tracked| BranchMode {
         number: tracked.number,
-        mode: solved.state.named(&tracked.mode),
+        mode: state.named(&tracked.mode),
     });
     let modes: Vec<BranchMode> = modes.collect();
-    EquilibriumPoint {
+    let point = EquilibriumPoint {
         unstable_modes: modes.iter().filter(|mode| mode.mode.unstable).count(),
         modes,
-        at: At::new(name, solved.value),
-    }
+        at,
+    };
+    Ok((point, tracked))
 }

@@ -224,8 +224,14 @@ impl TorusStudy<'_> {
         let [first_hz, second_hz] = self.frequencies_hz;
         let first_hz = drive_hz.unwrap_or(first_hz);
         let rate = SAMPLES * first_hz;
-        let tones_in =
-            |signal: &[f64]| tones_in(signal, rate, [first_hz, second_hz], drive_hz.is_some());
+        let tones_in = |signal: &[f64]| {
+            let found = tones_in(signal, rate, [first_hz, second_hz], drive_hz.is_some());
+            found.unwrap_or(Tones {
+                first_hz,
+                second: None,
+                doubled: false,
+            })
+        };
         let mut simulate = |beats: f64| {
             let count = (beats * rate / second_hz).ceil() as usize;
             let signal = self.simulate(sys.as_ref(), parameter, (count, rate));
@@ -233,7 +239,7 @@ impl TorusStudy<'_> {
         };
         let mut before = 0.0;
         for _ in 0..MAX_LOOKS {
-            let second = tones_in(&simulate(BEATS[1])?).and_then(|tones| tones.second);
+            let second = tones_in(&simulate(BEATS[1])?).second;
             let now = second.map_or(0.0, |[_, amplitude]| amplitude);
             if (now - before).abs() <= SETTLED * now.max(LEAST) {
                 break;
@@ -242,38 +248,30 @@ impl TorusStudy<'_> {
         }
         let signal = simulate(BEATS[0])?;
         let (early, late) = signal.split_at(signal.len() / 2);
-        let rotation = |half: &[f64]| {
-            let tones = tones_in(half)?;
-            Some(tones.second?[0] / tones.first_hz)
-        };
-        let halves = rotation(early).zip(rotation(late));
-        let error = halves.map(|(a, b)| (0.5 * (a - b).abs()).max(LEAST_ERROR));
         let tones = tones_in(&signal);
-        let mut point = TorusPoint {
-            kind: TorusKind::Vanished,
-            first_hz: tones.as_ref().map_or(first_hz, |tones| tones.first_hz),
-            second_hz: None,
-            side_line: 0.0,
-            rotation_number: None,
+        let rotation = |tones: &Tones| Some(tones.second?[0] / tones.first_hz);
+        let halves = rotation(&tones_in(early)).zip(rotation(&tones_in(late)));
+        let error = halves.map(|(a, b)| (0.5 * (a - b).abs()).max(LEAST_ERROR));
+        let rotation_number = rotation(&tones);
+        let share = error.zip(rotation_number).map(|(error, of)| error / of);
+        if let Some([second, _]) = tones.second {
+            self.frequencies_hz = [tones.first_hz, second];
+        }
+        Ok(TorusPoint {
+            kind: match tones.second {
+                None => TorusKind::Vanished,
+                Some(_) if share.is_none_or(|share| share >= REGULAR) => TorusKind::Irregular,
+                Some(_) if tones.doubled => TorusKind::Doubled,
+                Some(_) => TorusKind::Torus,
+            },
+            first_hz: tones.first_hz,
+            second_hz: tones.second.map(|[second, _]| second),
+            side_line: tones.second.map_or(0.0, |[_, amplitude]| amplitude),
+            rotation_number,
             rotation_number_error: error,
             locking: None,
             at: At::new(self.name, parameter),
-        };
-        if let Some(tones) = tones
-            && let Some([second, side_line]) = tones.second
-        {
-            let rotation = second / tones.first_hz;
-            let is_regular = error.is_some_and(|error| error < REGULAR * rotation);
-            point.kind = match (is_regular, tones.doubled) {
-                (false, _) => TorusKind::Irregular,
-                (true, true) => TorusKind::Doubled,
-                (true, false) => TorusKind::Torus,
-            };
-            (point.second_hz, point.side_line) = (Some(second), side_line);
-            point.rotation_number = Some(rotation);
-            self.frequencies_hz = [tones.first_hz, second];
-        }
-        Ok(point)
+        })
     }
 
     /// Simulates `count` samples of the observable at a rate (Hz). The state becomes that at the end, at a multiple of the

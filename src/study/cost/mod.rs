@@ -73,8 +73,8 @@ pub fn cost(
             .joint()
             .map(LoadedJoint::fixed_at_start)
             .unwrap_or_default(),
-        settling_s: runner.settling,
-        measurement_s: runner.measurement,
+        settling_s: runner.plan.min_transient_s,
+        measurement_s: runner.plan.measurement_s,
         scatter: (!reference.has_lines()).then(|| again.difference(&reference)),
         reference,
         settings: Vec::new(),

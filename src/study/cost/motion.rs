@@ -93,10 +93,8 @@ pub struct Runner<'a> {
     pub scene: &'a Scene,
     /// The settled response, whose state lacks those of friction, which belong to the nodes; `None` until it has settled.
     pub settled: Option<SettledResponse>,
-    /// Settling time, s.
-    pub settling: f64,
-    /// Measurement time, s.
-    pub measurement: f64,
+    /// How each run settles and is measured.
+    pub plan: ResponsePlan,
     progress: OnProgress<'a>,
     /// The task, and the completed share of the whole.
     task: (&'static str, f64),
@@ -110,24 +108,30 @@ impl<'a> Runner<'a> {
         let omega = system.omega().iter().copied();
         let period = std::f64::consts::TAU / omega.filter(|w| *w > 0.0).fold(1e9, f64::min);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
+        let settling = whole(SETTLING * period);
         let mut runner = Self {
             scene,
             settled: None,
-            settling: whole(SETTLING * period),
-            measurement: whole(MEASUREMENT * period),
+            plan: ResponsePlan {
+                min_transient_s: settling,
+                max_transient_s: MAX_TRANSIENT.max(2.0 * settling),
+                measurement_s: whole(MEASUREMENT * period),
+                exponents: 0,
+                orbits: false,
+                portrait: false,
+                max_rhs_evals: Some(MAX_RHS_EVALS),
+            },
             progress,
             task: ("settling", 0.0),
         };
-        let plan = ResponsePlan {
-            max_transient_s: MAX_TRANSIENT.max(2.0 * runner.settling),
-            ..runner.plan(0)
-        };
-        let mut settled = runner.respond(&plain, None, &plan)?;
+        let mut settled = runner.respond(&plain, None, 0)?;
         if settled.regime == Regime::Silent || settled.rms_velocity_m_per_s == 0.0 {
             return Err(StudyError::AtRest);
         }
         settled.state.truncate(2 * system.modes());
         runner.settled = Some(settled);
+        // Less than one sample shorter, so that the window never counts as too short because of rounding.
+        runner.plan.max_transient_s = settling * (1.0 - 1e-9);
         Ok(runner)
     }
 
@@ -142,47 +146,29 @@ impl<'a> Runner<'a> {
         (self.progress)(share, task)
     }
 
-    fn plan(&self, exponents: usize) -> ResponsePlan {
-        ResponsePlan {
-            min_transient_s: self.settling,
-            // Less than one sample shorter, so that the window never counts as too short because of rounding.
-            max_transient_s: self.settling * (1.0 - 1e-9),
-            measurement_s: self.measurement,
-            exponents,
-            orbits: false,
-            portrait: false,
-            max_rhs_evals: Some(MAX_RHS_EVALS),
-        }
-    }
-
     fn respond(
         &mut self,
         scene: &Scene,
         earlier: Option<&SettledResponse>,
-        plan: &ResponsePlan,
+        exponents: usize,
     ) -> Result<SettledResponse, StudyError> {
-        let (task, share) = self.task;
-        let mut progress = |_: f64, _: &str| (self.progress)(share, task);
-        response(
-            Trial::of_scene(scene.clone())?,
-            earlier,
-            plan,
-            &mut progress,
-        )
+        let (trial, plan) = (Trial::of_scene(scene.clone())?, self.plan);
+        let plan = ResponsePlan { exponents, ..plan };
+        response(trial, earlier, &plan, &mut |_, _| self.check())
     }
 
     /// The motion of a scene from the settled state.
     pub fn motion(&mut self, scene: &Scene, exponents: usize) -> Result<Motion, StudyError> {
-        let (settled, plan) = (self.settled.clone(), self.plan(exponents));
-        let found = self.respond(scene, settled.as_ref(), &plan)?;
+        let settled = self.settled.clone();
+        let found = self.respond(scene, settled.as_ref(), exponents)?;
         Ok(Motion::of(&found))
     }
 
     /// Two successive measurements of the motion of a scene, the first with its largest exponent.
     pub fn twice(&mut self, scene: &Scene) -> Result<(Motion, Motion), StudyError> {
-        let (settled, plan) = (self.settled.clone(), self.plan(1));
-        let first = self.respond(scene, settled.as_ref(), &plan)?;
-        let next = self.respond(scene, Some(&first), &self.plan(0))?;
+        let settled = self.settled.clone();
+        let first = self.respond(scene, settled.as_ref(), 1)?;
+        let next = self.respond(scene, Some(&first), 0)?;
         Ok((Motion::of(&first), Motion::of(&next)))
     }
 
@@ -192,7 +178,7 @@ impl<'a> Runner<'a> {
         if let Some(settled) = &self.settled {
             run = run.starting_from(&settled.state);
         }
-        let simulated = TIMED * self.measurement;
+        let simulated = TIMED * self.plan.measurement_s;
         let seconds = self.shortest(|| {
             run.integrator.start(0.0, &run.state)?;
             Ok(run.integrator.integrate_to(simulated)?)

@@ -73,12 +73,9 @@ fn the_verified_error_is_that_of_a_finer_run() {
         let set = [("time.tolerance", tolerance)];
         let scene = scene.with_overrides(&set).unwrap().without_analyses();
         let plan = ResponsePlan {
-            min_transient_s: runner.settling,
-            max_transient_s: runner.settling * (1.0 - 1e-9),
-            measurement_s: runner.measurement,
             exponents: 1,
-            orbits: false,
-            ..ResponsePlan::default()
+            max_rhs_evals: None,
+            ..runner.plan
         };
         let trial = Trial::of_scene(scene).unwrap();
         let found = response(trial, runner.settled.as_ref(), &plan, &mut |_, _| Ok(()));

@@ -32,6 +32,11 @@ pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 
 /// A point of a sweep and its result.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "table", derive(JsonSchema))]
+#[cfg_attr(
+    feature = "table",
+    schemars(with = "row::Row", description = "A point; missing values are null.")
+)]
 pub struct SweepPoint {
     /// Place of the point: index, start and axis values.
     pub place: Place,

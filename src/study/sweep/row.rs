@@ -1,6 +1,5 @@
 //! A sweep point as a row of a table and as an object in JSON.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
@@ -9,7 +8,7 @@ use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
 use arrow_schema::{DataType, Field, FieldRef, Schema, SchemaRef};
-use schemars::{JsonSchema, SchemaGenerator};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
@@ -27,7 +26,7 @@ pub const IDENTITY: &str = "squeakscope sweep 3";
 
 /// A point; missing values are null.
 #[derive(Serialize, JsonSchema)]
-struct Row {
+pub struct Row {
     #[serde(flatten)]
     place: Place,
     /// Error message of a point without a response.
@@ -179,16 +178,6 @@ impl Serialize for SweepPoint {
             found.state.clear();
         }
         Row::new(point).serialize(to)
-    }
-}
-
-impl JsonSchema for SweepPoint {
-    fn schema_name() -> Cow<'static, str> {
-        "SweepPoint".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> schemars::Schema {
-        Row::json_schema(generator)
     }
 }
 
