@@ -430,7 +430,12 @@ pub fn exponents<'py>(
         })
     });
     let found = system.finish(done)?;
-    Fields::of(py, &Classified::study(&found))?
+    // A system of a caller has no modes.
+    let classified = Classified {
+        classification: found.classification(f64::INFINITY),
+        found: &found,
+    };
+    Fields::of(py, &classified)?
         .with("calls", system.calls.count())?
         .timed::<OwnExponents>(None)
 }

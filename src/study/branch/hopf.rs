@@ -3,10 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::equilibria::BranchPlan;
+use super::equilibria::{BranchPlan, Tracked, fastest_alike, most_alike};
 use super::family::{SteadyState, SubjectFamily};
 use super::result::At;
-use super::tracking::{Tracked, fastest_alike, most_alike};
 use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
 use crate::study::StudyError;
@@ -242,7 +241,7 @@ fn followed(
     } else {
         most_alike
     };
-    let mode = alike(state.modes()?, &bracket.ends[nearest].1);
+    let mode = alike(state.linearised.modes()?, &bracket.ends[nearest].1);
     Ok((state, mode))
 }
 

@@ -1,19 +1,34 @@
 //! Stability over two parameters: the number of unstable modes and the largest growth rate on a grid, and the curves on
 //! which a mode changes its stability.
+//!
+//! Curves in the plane of two parameters: each step sets the parameter that changes more and solves for the other one, so
+//! that turning points are passed. Lengths and angles are those in the unit square of the intervals.
+//!
+//! A Hopf curve is the zero of the growth rate of a mode that is followed by its shape. With one parameter set, the secant
+//! method solves for the other one.
+//!
+//! A curve of Neimark-Sacker points starts at each such point of the branch of periodic orbits over the first parameter, at the
+//! value of the scene for the second one. With one parameter set, a short piece of the branch over the other one is followed
+//! around the expected value, and the Neimark-Sacker point in it located.
 
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::curve::{Curve, PointOf, hopf_curve, of_mode, torus_curves};
+use super::equilibria::{BranchPlan, most_alike};
 use super::family::SubjectFamily;
-use super::tracking::most_alike;
+use super::orbits::{OrbitStarts, add_orbits};
+use super::result::Branch;
+use crate::dynamics::continuation::{
+    Bifurcation, BifurcationKind, BranchStart, ContinuationOptions, PeriodicOrbit, StepLimits,
+    continue_orbits,
+};
 use crate::dynamics::equilibrium::Eigenmode;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
 use crate::study::pool::{Emit, run_jobs};
-use crate::study::{OnProgress, StudyError};
+use crate::study::{OnProgress, Stopped, StudyError};
 
 /// Name of the work.
 const TASK: &str = "stability map";
@@ -203,8 +218,412 @@ fn seeds<'a>(
 /// The modes at a grid point, in ascending order of frequency.
 fn solve(family: &SubjectFamily, values: [f64; 2]) -> Solved {
     let state = family.at(&values)?;
-    let mut modes = state.modes()?;
+    let mut modes = state.linearised.modes()?;
     modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));
     let named = modes.iter().map(|mode| state.named(mode)).collect();
     Ok((modes, named))
+}
+
+/// Angles (rad) between successive steps below which the next step is doubled, and above which it is halved.
+const TURNS: [f64; 2] = [0.05, 0.15];
+/// Smallest cosine of the angle between successive steps; a longer turn is tried again with half the step.
+const MIN_COSINE: f64 = 0.9;
+/// Distance of a point from the chords of a curve that passes it.
+const ON_CURVE: f64 = 2e-3;
+/// Largest number of points of a curve in one direction.
+const MAX_POINTS: usize = 1000;
+
+/// Relative difference of the frequencies of one Hopf curve at neighbouring points.
+const SAME_FREQUENCY: f64 = 0.02;
+/// Largest change of the rotation number between neighbouring points of a curve of tori.
+const SAME_ROTATION: f64 = 0.05;
+
+/// A point of a curve: a Hopf point, or a Neimark-Sacker point, at which a torus is born: on one side the periodic motion
+/// attracts, on the other a torus has taken its place.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CurvePoint {
+    /// Values of both parameters, in the units of the scene file.
+    pub values: [f64; 2],
+    /// Frequency of the mode or of the periodic motion, Hz.
+    pub frequency_hz: f64,
+    /// Second base frequency of the torus, Hz; absent for a Hopf point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_hz: Option<f64>,
+}
+
+impl CurvePoint {
+    /// Rotation number of the torus.
+    fn rotation(&self) -> Option<f64> {
+        Some(self.second_hz? / self.frequency_hz)
+    }
+
+    /// Whether a point with almost the same values would be on the same curve.
+    fn is_alike(&self, other: &Self) -> bool {
+        match self.rotation().zip(other.rotation()) {
+            Some((a, b)) => (a - b).abs() < SAME_ROTATION,
+            None => (self.frequency_hz / other.frequency_hz - 1.0).abs() < SAME_FREQUENCY,
+        }
+    }
+}
+
+/// A point with its mode or periodic motion, from which the next one is found.
+type PointOf<M> = (CurvePoint, M);
+
+/// A curve on which a mode or a periodic motion changes its stability.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Curve {
+    /// Dominant mode of the body where a Hopf curve was found; empty for another curve.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub label: String,
+    /// The points, in their order along the curve.
+    pub points: Vec<CurvePoint>,
+    /// Whether the curve is closed: the last point is the first one.
+    pub closed: bool,
+    /// Why the curve ends inside the intervals, one sentence each.
+    pub ended: Vec<String>,
+}
+
+/// Finds the point of a curve next to another one: with the expected value of one parameter (the index) and near the
+/// expected value of the other one.
+type Solve<'a, M> =
+    &'a mut dyn FnMut(&PointOf<M>, usize, [f64; 2]) -> Result<Option<PointOf<M>>, StudyError>;
+
+impl MapPlan {
+    /// The values of the parameters relative to their intervals, 0 to 1.
+    fn relative(&self, values: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let [from, to] = self.intervals[axis];
+            (values[axis] - from) / (to - from)
+        })
+    }
+
+    fn between(&self, from: &CurvePoint, to: &CurvePoint) -> [f64; 2] {
+        let [a, b] = [from, to].map(|point| self.relative(point.values));
+        [b[0] - a[0], b[1] - a[1]]
+    }
+
+    /// Whether a curve passes a point at less than a distance.
+    fn passes(&self, curve: &[CurvePoint], point: &CurvePoint, within: f64) -> bool {
+        curve.windows(2).any(|pair| {
+            let [[x, y], [dx, dy]] = [&pair[1], point].map(|to| self.between(&pair[0], to));
+            let along = ((x * dx + y * dy) / (x * x + y * y)).clamp(0.0, 1.0);
+            let aside = (dx - along * x).hypot(dy - along * y);
+            aside < within && pair[0].is_alike(point)
+        })
+    }
+
+    /// Follows a curve from a point in both directions. `direction` is a first guess, `steps` are the first, the smallest and
+    /// the largest step.
+    fn follow<M: Clone>(
+        &self,
+        start: &PointOf<M>,
+        direction: [f64; 2],
+        steps: [f64; 3],
+        solve: Solve<'_, M>,
+    ) -> Result<Curve, StudyError> {
+        let mut curve = Curve {
+            label: String::new(),
+            points: vec![start.0.clone()],
+            closed: false,
+            ended: Vec::new(),
+        };
+        for way in [-1.0, 1.0] {
+            if !curve.closed {
+                // The first direction is the beginning of the curve, in reverse.
+                curve.points.reverse();
+                let direction = direction.map(|d| way * d);
+                self.trace(start.clone(), direction, steps, &mut curve, solve)?;
+            }
+        }
+        Ok(curve)
+    }
+
+    /// Continues a curve from its last point.
+    fn trace<M>(
+        &self,
+        mut now: PointOf<M>,
+        mut direction: [f64; 2],
+        [mut step, least, most]: [f64; 3],
+        curve: &mut Curve,
+        solve: Solve<'_, M>,
+    ) -> Result<(), StudyError> {
+        let start = curve.points.len();
+        let first = now.0.clone();
+        loop {
+            let here = self.relative(now.0.values);
+            let Some((axis, length)) = step_within(here, direction, step) else {
+                return Ok(());
+            };
+            let expected = [0, 1].map(|k| {
+                let [from, to] = self.intervals[k];
+                let share = (here[k] + length * direction[k]).clamp(0.0, 1.0);
+                from * (1.0 - share) + to * share
+            });
+            let cosine = if curve.points.len() > start {
+                MIN_COSINE
+            } else {
+                0.0
+            };
+            let next = solve(&now, axis, expected)?;
+            let next = next.filter(|next| {
+                let [x, y] = self.between(&now.0, &next.0);
+                x * direction[0] + y * direction[1] > cosine * x.hypot(y)
+            });
+            let Some(next) = next else {
+                // Not the next step, which a border may have shortened.
+                step = 0.5 * length;
+                if step >= least {
+                    continue;
+                }
+                let at = now.0.values;
+                let names = self.parameters.map(|parameter| parameter.name());
+                curve.ended.push(format!(
+                    "the curve ends at {} = {:.6}, {} = {:.6}: no further point was found",
+                    names[0], at[0], names[1], at[1],
+                ));
+                return Ok(());
+            };
+            let [x, y] = self.between(&now.0, &next.0);
+            let [dx, dy] = direction;
+            let turn = (y * dx - x * dy).atan2(x * dx + y * dy);
+            let moved = x.hypot(y);
+            direction = [x / moved, y / moved];
+            let pair = [now.0, next.0.clone()];
+            now = next;
+            if curve.points.len() > start + 2 && self.passes(&pair, &first, ON_CURVE) {
+                curve.points.push(first);
+                curve.closed = true;
+                return Ok(());
+            }
+            curve.points.push(now.0.clone());
+            if curve.points.len() - start >= MAX_POINTS {
+                let reason = "the maximum number of points was reached".to_owned();
+                curve.ended.push(reason);
+                return Ok(());
+            }
+            step *= match turn.abs() {
+                turn if turn < TURNS[0] => 2.0,
+                turn if turn > TURNS[1] => 0.5,
+                _ => 1.0,
+            };
+            step = step.clamp(least, most);
+        }
+    }
+}
+
+/// The length of a step in the unit square, shortened to end on its border, and the parameter that is set: the one whose
+/// border is reached, else the one that changes more. `None` for a step out of the square.
+fn step_within(here: [f64; 2], direction: [f64; 2], step: f64) -> Option<(usize, f64)> {
+    let inside = usize::from(direction[1].abs() > direction[0].abs());
+    let to_border = [0, 1].map(|axis| {
+        let room = if direction[axis] > 0.0 {
+            1.0 - here[axis]
+        } else {
+            here[axis]
+        };
+        room / direction[axis].abs()
+    });
+    let nearest = usize::from(to_border[1] < to_border[0]);
+    match to_border[nearest] {
+        room if room <= 1e-9 => None,
+        room if room <= step => Some((nearest, room)),
+        _ => Some((inside, step)),
+    }
+}
+
+/// First, smallest and largest step along a curve, relative to the intervals.
+const HOPF_STEPS: [f64; 3] = [0.01, 1e-4, 0.03];
+/// First step of the secant method, relative to the interval.
+const DIFFERENCE: f64 = 1e-5;
+/// Steps of the secant method.
+const SECANT_STEPS: usize = 12;
+/// Largest correction, as a fraction of the interval, of a converged point.
+const CONVERGED: f64 = 1e-11;
+
+/// A point of a Hopf curve, or a first approximation of one.
+fn of_mode(values: [f64; 2], mode: Eigenmode) -> PointOf<Eigenmode> {
+    let point = CurvePoint {
+        values,
+        frequency_hz: mode.frequency_hz(),
+        second_hz: None,
+    };
+    (point, mode)
+}
+
+/// The curve through a point near a first approximation, which lies on an edge of the grid along a parameter (`along`).
+/// `None` if there is no point.
+fn hopf_curve(
+    plan: &MapPlan,
+    family: &SubjectFamily,
+    (seed, mode): &PointOf<Eigenmode>,
+    along: usize,
+) -> Option<Curve> {
+    let start = hopf_point(plan, family, mode, along, seed.values)?;
+    // The tangent is normal to the gradient of the growth rate.
+    let slope = |axis: usize| {
+        let values = moved(plan, start.0.values, axis);
+        let [from, to] = plan.intervals[axis];
+        let growth = mode_at(family, values, &start.1)?.value.re - start.1.value.re;
+        Some(growth * (to - from) / (values[axis] - start.0.values[axis]))
+    };
+    let (a, b) = (slope(0)?, slope(1)?);
+    let tangent = [-b / a.hypot(b), a / a.hypot(b)];
+    let mut solve = |(_, mode): &PointOf<_>, axis: usize, expected: [f64; 2]| {
+        Ok(hopf_point(plan, family, mode, 1 - axis, expected))
+    };
+    plan.follow(&start, tangent, HOPF_STEPS, &mut solve).ok()
+}
+
+/// The mode next to another one at some values of the parameters.
+fn mode_at(family: &SubjectFamily, values: [f64; 2], near: &Eigenmode) -> Option<Eigenmode> {
+    most_alike(family.at(&values).ok()?.linearised.modes().ok()?, near)
+}
+
+/// Values that differ by [`DIFFERENCE`] in one parameter, towards the middle of its interval.
+fn moved(plan: &MapPlan, mut values: [f64; 2], axis: usize) -> [f64; 2] {
+    let [from, to] = plan.intervals[axis];
+    values[axis] += DIFFERENCE
+        * if 2.0 * values[axis] < from + to {
+            to - from
+        } else {
+            from - to
+        };
+    values
+}
+
+/// The point of a curve with a mode next to another one by the secant method over one parameter (`along`), from a guess.
+fn hopf_point(
+    plan: &MapPlan,
+    family: &SubjectFamily,
+    near: &Eigenmode,
+    along: usize,
+    guess: [f64; 2],
+) -> Option<PointOf<Eigenmode>> {
+    let [from, to] = plan.intervals[along];
+    let mut values = moved(plan, guess, along);
+    let mut mode = mode_at(family, guess, near)?;
+    let mut change = values[along] - guess[along];
+    for _ in 0..SECANT_STEPS {
+        let before = mode.value.re;
+        mode = mode_at(family, values, &mode)?;
+        if change.abs() < CONVERGED * (to - from) || mode.value.re == 0.0 {
+            return Some(of_mode(values, mode));
+        }
+        change *= mode.value.re / (before - mode.value.re);
+        values[along] += change;
+        if !values[along].is_finite() {
+            return None;
+        }
+    }
+    None
+}
+
+/// Half the length of the piece of the branch around the expected point, relative to the interval of its parameter.
+const REACH: f64 = 0.05;
+/// Steps along this piece, relative to its length.
+const PIECE: StepLimits = StepLimits {
+    initial: 0.2,
+    min: 1e-3,
+    max: 0.5,
+};
+/// First, smallest and largest step along a curve, relative to the intervals.
+const TORUS_STEPS: [f64; 3] = [0.025, 5e-4, 0.1];
+
+fn of_orbit(values: [f64; 2], found: &Bifurcation) -> PointOf<PeriodicOrbit> {
+    let point = CurvePoint {
+        values,
+        frequency_hz: found.frequency_hz,
+        second_hz: found.torus_frequency_hz,
+    };
+    (point, found.orbit.clone())
+}
+
+/// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
+///
+/// # Errors
+/// [`StudyError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
+pub(super) fn torus_curves(
+    plan: &MapPlan,
+    check: &mut dyn FnMut() -> Result<(), Stopped>,
+) -> Result<Vec<Curve>, StudyError> {
+    let [from, to] = plan.intervals[1];
+    let own = plan.scene.value_of(plan.parameters[1]);
+    let own = own.filter(|value| (from..=to).contains(value));
+    let start = own.unwrap_or(0.5 * (from + to));
+    let first = branch_over(plan, 0, start)?;
+    let mut branch = Branch::new(&first);
+    let progress = &mut |_: f64, _: &str| check();
+    add_orbits(
+        &first,
+        OrbitStarts::Scene,
+        &mut branch,
+        progress,
+        &mut |_| (),
+    )?;
+    let points = branch.orbit_bifurcations();
+    let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
+    let mut curves: Vec<Curve> = Vec::new();
+    for found in points {
+        let found = of_orbit([found.at.value, start], &found.bifurcation);
+        let is_known = |curve: &Curve| plan.passes(&curve.points, &found.0, ON_CURVE);
+        if !curves.iter().any(is_known) {
+            let mut solve = |near: &PointOf<_>, axis: usize, expected: [f64; 2]| {
+                check()?;
+                torus_point(plan, near, axis, expected)
+            };
+            curves.push(plan.follow(&found, [0.0, 1.0], TORUS_STEPS, &mut solve)?);
+        }
+    }
+    check()?;
+    Ok(curves)
+}
+
+/// The plan of the branch over one of the parameters at a value of the other one.
+fn branch_over(plan: &MapPlan, axis: usize, other: f64) -> Result<BranchPlan, StudyError> {
+    let (parameter, interval) = (plan.parameters[axis], plan.intervals[axis]);
+    let scene = plan
+        .scene
+        .with_values(&[(plan.parameters[1 - axis], other)])?;
+    Ok(BranchPlan::new(scene, parameter, interval, 2))
+}
+
+/// The Neimark-Sacker point next to another one, with the expected value of one parameter (`axis`) and near that of
+/// the other one.
+fn torus_point(
+    plan: &MapPlan,
+    (near, orbit): &PointOf<PeriodicOrbit>,
+    axis: usize,
+    expected: [f64; 2],
+) -> Result<Option<PointOf<PeriodicOrbit>>, StudyError> {
+    let over = 1 - axis;
+    let branch = branch_over(plan, over, expected[axis])?;
+    let [low, high] = plan.intervals[over];
+    let reach = REACH * (high - low);
+    let middle = expected[over];
+    let bounds = [(middle - reach).max(low), (middle + reach).min(high)];
+    let options = ContinuationOptions {
+        steps: PIECE,
+        ..ContinuationOptions::new(bounds, plan.scene.integrator.max_step)
+    };
+    let start = BranchStart::from(PeriodicOrbit {
+        parameter: middle,
+        ..orbit.clone()
+    });
+    let family = branch.family();
+    let Ok(piece) = continue_orbits(&family, &start, &options, &mut |_| Ok(())) else {
+        return Ok(None);
+    };
+    let found = piece.bifurcations.iter();
+    let tori = found.filter(|found| found.kind == BifurcationKind::NeimarkSacker);
+    let tori = tori.map(|found| {
+        let mut values = expected;
+        values[over] = found.parameter;
+        of_orbit(values, found)
+    });
+    let change = |(found, _): &PointOf<_>| {
+        let change = found.rotation().zip(near.rotation());
+        change.map_or(f64::NAN, |(a, b)| (a - b).abs())
+    };
+    let nearest = tori.min_by(|a, b| change(a).total_cmp(&change(b)));
+    Ok(nearest.filter(|(found, _)| found.is_alike(near)))
 }

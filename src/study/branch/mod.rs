@@ -2,9 +2,7 @@
 
 #[cfg(feature = "table")]
 mod coexistence;
-mod curve;
 mod diagram;
-mod differences;
 mod equilibria;
 mod family;
 mod hopf;
@@ -18,11 +16,9 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod tori;
-mod tracking;
 
 #[cfg(feature = "table")]
 pub use coexistence::hysteresis_ends;
-pub use curve::{Curve, CurvePoint};
 #[cfg(feature = "live")]
 pub use diagram::shipped_diagram;
 pub use diagram::{
@@ -32,7 +28,7 @@ pub use diagram::{
 pub use equilibria::{BranchMode, BranchPlan, EquilibriumPoint};
 pub use family::{SteadyState, SubjectFamily, portraits};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
-pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
+pub use map::{Curve, CurvePoint, MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
 pub use orbits::OrbitStarts;
 pub use result::{At, Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, by_stability};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};

@@ -295,7 +295,7 @@ impl Study<'_> {
         let value = found.at.value;
         let state = self.family.at(&[value])?;
         let omega = std::f64::consts::TAU * found.frequency_hz;
-        let modes = state.modes()?;
+        let modes = state.linearised.modes()?;
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
             (mode.value - faer::c64::new(0.0, omega)).norm()
         };

@@ -9,12 +9,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::differences::difference;
-use super::family::{STEP, SubjectFamily};
+use super::family::{SubjectFamily, difference, first_step};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
 use crate::joint::{BallJoint, BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
-use crate::study::{OnProgress, StudyError};
+use crate::study::{OnProgress, StudyError, Trial};
 
 /// A derivative of the matrix is zero if it is within this multiple of its error.
 const ZERO: f64 = 10.0;
@@ -126,14 +125,6 @@ impl<'a> Number<'a> {
         }
     }
 
-    /// Size of the steps of differences.
-    fn size(&self) -> f64 {
-        match self.value.abs() {
-            0.0 => 1.0,
-            size => size.min(1.0),
-        }
-    }
-
     /// What 1 % of the number is.
     fn percent(&self) -> f64 {
         let is_absent_damping = self.name == DAMPING && self.value == 0.0;
@@ -151,9 +142,9 @@ pub fn sensitivities(
     progress: OnProgress<'_>,
 ) -> Result<Vec<ModeSensitivities>, StudyError> {
     let family = SubjectFamily::new(Arc::new(scene.clone()), Vec::new());
-    let state = family.at_scene(scene.clone())?;
+    let state = family.linearised(Trial::of_scene(scene.clone())?)?;
     let numbers = Number::all(scene)?;
-    let mut modes = state.modes()?;
+    let mut modes = state.linearised.modes()?;
     modes.retain(|mode| mode.oscillates());
     modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));
     let lefts: Vec<_> = modes
@@ -169,8 +160,8 @@ pub fn sensitivities(
         .collect();
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
-        let (slope, error) = difference(STEP * number.size(), |step| {
-            let state = family.at_scene((number.changed)(step)?)?;
+        let (slope, error) = difference(first_step(number.value, 1.0), |step| {
+            let state = family.linearised(Trial::of_scene((number.changed)(step)?)?)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;
         if slope.norm_max() <= ZERO * error {

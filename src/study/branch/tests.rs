@@ -182,7 +182,7 @@ fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
     let value = scene.value_of(parameter).unwrap();
     let family = SubjectFamily::new(Arc::new(scene.clone()), vec![parameter.path().to_owned()]);
     let at = |value: f64| {
-        let modes = family.at(&[value]).unwrap().modes().unwrap();
+        let modes = family.at(&[value]).unwrap().linearised.modes().unwrap();
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
             (mode.frequency_hz() - frequency_hz).abs()
         };
@@ -363,7 +363,12 @@ fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
         // On both sides the growth rate has the sign and size of the crossing speed.
         let step = 1e-6 * hopf.at.value;
         for side in [-step, step] {
-            let modes = family.at(&[hopf.at.value + side]).unwrap().modes().unwrap();
+            let modes = family
+                .at(&[hopf.at.value + side])
+                .unwrap()
+                .linearised
+                .modes()
+                .unwrap();
             let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
                 (mode.frequency_hz() - hopf.frequency_hz).abs()
             };
@@ -445,7 +450,7 @@ fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
         size: [2, 2],
         orbits: true,
     };
-    let curves = curve::torus_curves(&plan, &mut || Ok(())).unwrap();
+    let curves = map::torus_curves(&plan, &mut || Ok(())).unwrap();
     let [curve] = &curves[..] else {
         panic!("{} curves", curves.len());
     };

@@ -8,7 +8,6 @@
 
 mod effects;
 mod motion;
-mod report;
 mod settings;
 
 #[cfg(test)]
@@ -18,6 +17,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{OnProgress, StudyError};
+use crate::number::{error, quantity, short, tolerance};
+use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{FixedAt, LoadedJoint, Scene};
 
 pub use effects::{Effect, RunAll};
@@ -91,4 +92,132 @@ pub fn cost(
         done => done?,
     }
     Ok(study)
+}
+
+impl Report for Cost {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let rest = format!(
+            ": {}; settles for {}, measured for {}",
+            motion(&self.reference),
+            quantity(self.settling_s, 3, "s"),
+            quantity(self.measurement_s, 3, "s"),
+        );
+        let mut blocks = vec![Block::heading(scene, rest)];
+        if let Some(held) = self.fixed_at.description() {
+            blocks.push(Block::text(format!("held at its initial values: {held}")));
+        }
+        if let Some(scatter) = self.scatter {
+            blocks.push(Block::text(format!(
+                "two measurements of this motion differ by {}: smaller errors cannot be seen",
+                error(scatter)
+            )));
+        }
+        for setting in Setting::ALL {
+            let sets = self.settings.iter().filter(|set| set.setting == setting);
+            let sets: Vec<&WorkPrecision> = sets.collect();
+            if !sets.is_empty() {
+                let rest = format!(": error, and {}", setting.time());
+                blocks.push(Block::heading(setting.name(), rest));
+                blocks.push(levels(&sets));
+            }
+        }
+        if !self.choices.is_empty() {
+            let rest = ", verified by a run at the next finer level of everything";
+            blocks.push(Block::heading("settings for a total error", rest));
+            blocks.push(choices(self));
+        }
+        if let Some(run) = self.run_cpu_s_per_s {
+            let run = short(run);
+            let rest = format!(": a complete run takes {run} s of CPU time per simulated s");
+            blocks.push(Block::heading("effects", rest));
+            blocks.push(effects(&self.effects));
+        }
+        blocks
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.stopped
+    }
+}
+
+/// The type of a motion, its frequency, amplitude, velocity and largest exponent.
+fn motion(motion: &Motion) -> String {
+    let mut text = motion.regime.to_string();
+    if let (Some(frequency), Some(amplitude)) = (motion.frequency_hz, motion.amplitude_m) {
+        let amplitude = quantity(amplitude, 4, "m");
+        text += &format!(", {frequency:.1} Hz with {amplitude}");
+    }
+    let rms = quantity(motion.rms_velocity_m_per_s, 4, "m/s");
+    text += &format!(", rms velocity {rms}");
+    if let Some(exponent) = motion.exponent_per_s {
+        let exponent = Measured::from(&exponent).unit("1/s");
+        text += &format!(", largest exponent {exponent}");
+    }
+    text
+}
+
+/// The levels of one setting: a column for each method.
+fn levels(sets: &[&WorkPrecision]) -> Block {
+    let table = Table::of(sets[0].points.iter().enumerate());
+    let table = table.right("", |(_, level)| tolerance(level.value));
+    let table = sets.iter().fold(table, |table, set| {
+        table
+            .right(&set.method, |(row, _)| match set.points.get(*row)?.error {
+                Some(found) => Some(error(found)),
+                None => Some("failed".to_owned()),
+            })
+            .right("", |(row, _)| {
+                let point = set.points.get(*row)?;
+                point.error.map(|_| short(point.cpu_s))
+            })
+    });
+    table.into()
+}
+
+fn choices(study: &Cost) -> Block {
+    Table::of(&study.choices)
+        .right("error", |choice| error(choice.target))
+        .left("", |choice| match choice.origin {
+            Origin::Cheapest => "cheapest",
+            Origin::Accuracy => "--accuracy",
+        })
+        .left("method", |choice| choice.settings.method.clone())
+        .right("tolerance", |choice| tolerance(choice.settings.tolerance))
+        .right("nodes", |choice| {
+            choice.settings.nodes.map(|nodes| nodes.to_string())
+        })
+        .right("elements, mm", |choice| {
+            choice.settings.element_size_mm.map(short)
+        })
+        .right("s per s", |choice| short(choice.cpu_s_per_s))
+        .right("verified", |choice| error(choice.error))
+        .left("", |choice| match (choice.is_met, choice.exponents_agree) {
+            (false, _) => "not met",
+            (true, Some(false)) => "exponents differ",
+            (true, _) => "",
+        })
+        .into()
+}
+
+fn effects(effects: &[Effect]) -> Block {
+    Table::of(effects)
+        .left("effect", |effect| effect.name.clone())
+        .left("key", |effect| effect.key.clone())
+        .right("s per s", |effect| {
+            let price = effect.price_s_per_s?;
+            Some(if price.abs() < effect.noise_s_per_s {
+                format!("< {}", short(effect.noise_s_per_s))
+            } else {
+                short(price)
+            })
+        })
+        .right("ratio", |effect| effect.ratio.map(short))
+        .left("without it", |effect| {
+            if let Some(reason) = &effect.unavailable {
+                return Some(format!("cannot be switched off alone: {reason}"));
+            }
+            let (other, change) = effect.without.as_ref().zip(effect.change)?;
+            Some(format!("{} ({} different)", motion(other), error(change)))
+        })
+        .into()
 }

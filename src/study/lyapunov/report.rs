@@ -416,16 +416,6 @@ impl<'a> Classified<&'a Exponents> {
     }
 }
 
-impl<'a> Classified<&'a LyapunovStudy> {
-    /// The study of a system without modes.
-    pub fn study(found: &'a LyapunovStudy) -> Self {
-        Self {
-            found,
-            classification: found.classification(f64::INFINITY),
-        }
-    }
-}
-
 #[cfg(test)]
 #[path = "report_tests.rs"]
 mod tests;

@@ -4,8 +4,6 @@ mod plan;
 #[cfg(feature = "table")]
 mod result;
 #[cfg(feature = "table")]
-mod row;
-#[cfg(feature = "table")]
 mod table;
 #[cfg(all(test, feature = "table"))]
 mod table_tests;
@@ -35,7 +33,7 @@ pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 #[cfg_attr(feature = "table", derive(JsonSchema))]
 #[cfg_attr(
     feature = "table",
-    schemars(with = "row::Row", description = "A point; missing values are null.")
+    schemars(with = "table::Row", description = "A point; missing values are null.")
 )]
 pub struct SweepPoint {
     /// Place of the point: index, start and axis values.

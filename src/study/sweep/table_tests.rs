@@ -151,7 +151,7 @@ fn a_row_that_does_not_match_the_plan_is_refused() {
 #[test]
 fn columns_of_one_value_come_first_and_state_their_units() {
     let (plan, _) = swept();
-    let schema = super::row::schema(&plan).unwrap();
+    let schema = super::table::schema(&plan).unwrap();
     let fields = schema.fields();
     let first_list = fields.iter().position(|f| f.data_type().is_nested());
     let (single, lists) = fields.split_at(first_list.unwrap());
@@ -185,7 +185,7 @@ fn a_csv_table_has_the_columns_of_one_value() {
     write_table(&path, &plan, &points).unwrap();
     let mut csv = csv::Reader::from_path(&path).unwrap();
     let head = csv.headers().unwrap().clone();
-    let schema = super::row::schema(&plan).unwrap();
+    let schema = super::table::schema(&plan).unwrap();
     let single = schema
         .fields()
         .iter()
