@@ -1,8 +1,6 @@
 //! Panels of the choice of a delay embedding, as in Fig. 8 of the paper.
 
-use super::axis::{Axis, extent, round_up};
-use super::color::Color;
-use super::figure::{Layer, Panel};
+use super::{Axis, Color, Layer, Panel, axis::extent, round_up};
 use crate::analysis::delay::DelayChoice;
 
 /// Average mutual information over the delay, with the chosen delay and its legend entry; `step` is the delay of one sample

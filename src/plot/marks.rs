@@ -3,9 +3,7 @@
 use base64::Engine as _;
 
 use super::canvas::{Anchor, Canvas, PlotArea, Rect, hex};
-use super::color::Color;
-use super::figure::{Image, Layer, Marker, Shape};
-use super::text;
+use super::{Color, Image, Layer, Marker, Shape, text};
 
 /// Radius of the marker of a legend entry.
 const SAMPLE: f64 = 2.3;

@@ -1,12 +1,8 @@
 //! A figure as SVG; one user unit is a point (1/72 inch).
 
-use super::axis::{Axis, Scale};
 use super::canvas::{Anchor, Canvas, LINE_HEIGHT, PlotArea, Rect, TextStyle};
-use super::color::Color;
-use super::figure::{Figure, Layer, Panel, Shape};
-use super::marks;
-use super::style::FigureOptions;
 use super::text::{self, FALLBACK, escape};
+use super::{Axis, Color, Figure, FigureOptions, Layer, Panel, Scale, Shape, marks};
 
 /// Points per millimetre.
 const POINTS: f64 = 72.0 / 25.4;

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use strum::VariantArray as _;
 
-use super::axis::{Axis, readable};
-use super::color::{Color, Rgb, colormap, colormap_index};
-use super::figure::{Figure, Layer, Marker, Panel, regime_legend};
+use super::axis::readable;
+use super::color::{colormap, colormap_index};
+use super::figure::regime_legend;
+use super::{Axis, Color, Figure, Layer, Marker, Panel, Rgb};
 use crate::analysis::{regime::Regime, stats::range};
 use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
@@ -234,7 +235,7 @@ impl<'a> ParameterPanels<'a> {
             let color = Color::Exponent(k);
             let shown = all(k).filter(|(start, ..)| self.starts.contains(start));
             let spans = shown.map(|(_, x, exponent)| [x, exponent.low(), exponent.high()]);
-            layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
+            layers.push(Layer::intervals(spans, color));
             let radius = 1.6 + 0.8 * k as f64;
             let points = self.points(radius, color, |found| kth(found, k).map(|e| e.value));
             let id = format!("exponent-{}", k + 1);
@@ -350,7 +351,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{}: {}", plan.subject.name, start_label(start));
-    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels);
+    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, panels);
     figure.size_mm[0] = 160.0;
     figure
 }
