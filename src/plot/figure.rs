@@ -297,10 +297,12 @@ impl Layer {
         line.with_size(0.8).with_id("level")
     }
 
-    /// A dashed vertical line across the panel.
-    pub fn vertical_line(x: f64, color: Color) -> Self {
-        let line = Self::line(vec![[x, -FAR], [x, FAR]], color);
-        line.dashed().with_id("chosen")
+    /// Dashed vertical lines across the panel.
+    pub fn vertical_lines(places: impl IntoIterator<Item = f64>, color: Color) -> Self {
+        let strips = places.into_iter().map(|x| vec![[x, -FAR], [x, FAR]]);
+        Self::lines(strips.collect(), color)
+            .dashed()
+            .with_id("chosen")
     }
 
     /// An image.

@@ -191,7 +191,7 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
         vec![
             curve(law, Color::Series(0), "used here"),
             curve(&printed, Color::Series(2), "as printed"),
-            Layer::vertical_line(1e3 * sliding, Color::Faint)
+            Layer::vertical_lines([1e3 * sliding], Color::Faint)
                 .with_label(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
         ],
     );

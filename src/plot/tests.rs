@@ -408,7 +408,7 @@ fn everything() -> Figure {
             ([0.51, 0.8], "f2".to_owned()),
         ]),
         Layer::horizontal_line(0.5),
-        Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),
+        Layer::vertical_lines([0.7], Color::Accent).with_label("chosen"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);
     let panel = Panel::new("one panel", axis("x, mm"), axis("y, s"), layers).with_note("a note");
