@@ -316,17 +316,16 @@ impl Layer {
         [x, y]: [&Axis; 2],
         columns: usize,
         cells: &[Option<u8>],
-        palette: impl IntoIterator<Item = Rgb>,
+        palette: &[Rgb],
     ) -> Self {
-        let palette = plain_palette(palette.into_iter().chain([UNKNOWN]));
-        let unknown = palette.len() as u8 - 1;
+        let unknown = palette.len() as u8;
         let rows = cells.chunks(columns).rev();
         Self::image(Image {
             x: x.range,
             y: y.range,
             size: [columns, rows.len()],
             pixels: rows.flatten().map(|cell| cell.unwrap_or(unknown)).collect(),
-            palette,
+            palette: plain_palette(palette.iter().copied().chain([UNKNOWN])),
         })
     }
 

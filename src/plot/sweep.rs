@@ -282,7 +282,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
         for (place, response) in &found {
             cells[place.index % (columns * rows)] = color(response);
         }
-        Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
+        Layer::cells([&x, &y], columns, &cells, palette)
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
     let colors = Regime::VARIANTS.iter();
