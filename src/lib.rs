@@ -206,7 +206,7 @@ mod escape;
 #[cfg(feature = "live")]
 #[doc(hidden)]
 pub mod live;
-#[cfg(any(feature = "figure", feature = "record"))]
+#[cfg(feature = "figure")]
 pub mod plot;
 #[cfg(feature = "record")]
 pub mod record;

@@ -1,9 +1,6 @@
 //! Figure of coexisting attractors: the share of kicks that lead to each, and their phase portraits.
 
-use super::axis::Axis;
-use super::color::Color;
-use super::figure::{Figure, Layer, Panel};
-use super::response;
+use super::{Axis, Color, Figure, Layer, Panel, response};
 use crate::study::basins::Attractor;
 use crate::study::sweep::SweepPoint;
 

@@ -2,10 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::axis::Axis;
-use super::color::{Color, Rgb};
-use super::figure::{FAR, Panel};
 use super::text::{escape, shown, width};
+use super::{Axis, Color, Panel, Rgb, figure::FAR};
 
 /// Line height over font size.
 pub const LINE_HEIGHT: f64 = 1.4;

@@ -1,9 +1,6 @@
 //! Evidence of chaos in a signal: divergence of nearby states, 0-1 test, exponents over time.
 
-use super::axis::{Axis, extent, round_up};
-use super::color::Color;
-use super::figure::{Layer, Panel};
-use super::unit::Unit;
+use super::{Axis, Color, Layer, Panel, Unit, axis::extent, round_up};
 use crate::analysis::chaos::{Divergence, ScalingRegion, ZeroOne};
 use crate::number::{short, with_error};
 
@@ -67,10 +64,9 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
 /// The largest exponents of windows (end in s, and the value between the ends of its interval in 1/s) over a span (s).
 pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
     let intervals = exponents.iter().map(|[t, low, _, high]| [*t, *low, *high]);
-    let intervals: Vec<[f64; 3]> = intervals.collect();
     let values = exponents.iter().map(|[t, _, value, _]| [*t, *value]);
     let layers = vec![
-        Layer::intervals(&intervals, Color::Faint),
+        Layer::intervals(intervals, Color::Faint),
         Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
     ];
     let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);

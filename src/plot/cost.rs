@@ -1,8 +1,6 @@
 //! Work-precision picture: error against CPU time, a panel for each setting.
 
-use super::axis::{Axis, decades};
-use super::color::Color;
-use super::figure::{Figure, Layer, Panel};
+use super::{Axis, Color, Figure, Layer, Panel, axis::decades};
 use crate::study::cost::{Cost, Setting, WorkPrecision, WorkPrecisionPoint};
 
 /// Smaller errors are drawn at the lower end of the axis.

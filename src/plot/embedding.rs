@@ -1,8 +1,6 @@
 //! Panels of the choice of a delay embedding, as in Fig. 8 of the paper.
 
-use super::axis::{Axis, extent, round_up};
-use super::color::Color;
-use super::figure::{Layer, Panel};
+use super::{Axis, Color, Layer, Panel, axis::extent, round_up};
 use crate::analysis::delay::DelayChoice;
 
 /// Average mutual information over the delay, with the chosen delay and its legend entry; `step` is the delay of one sample
@@ -16,7 +14,7 @@ pub fn mutual_information(choice: &DelayChoice, (step, unit): (f64, &str), label
     let x = Axis::linear("delay", [0.0, largest]).of(unit);
     let range = [0.0, round_up(most.max(1e-3))];
     let y = Axis::linear("average mutual information, bits", range);
-    let chosen = Layer::vertical_line(step * choice.lag as f64, Color::Accent);
+    let chosen = Layer::vertical_lines([step * choice.lag as f64], Color::Accent);
     let layers = vec![Layer::line(curve, Color::Ink), chosen.with_label(label)];
     Panel::new("average mutual information", x, y, layers)
 }
@@ -33,7 +31,7 @@ pub fn false_neighbours(choice: &DelayChoice, label: &str) -> Panel {
         vec![
             Layer::line(shares.clone(), Color::Ink),
             Layer::points(shares, 2.4, Color::Ink),
-            Layer::vertical_line(choice.dimension as f64, Color::Accent).with_label(label),
+            Layer::vertical_lines([choice.dimension as f64], Color::Accent).with_label(label),
         ],
     )
 }

@@ -3,8 +3,7 @@
 use serde::Serialize;
 use strum::VariantArray as _;
 
-use super::axis::Axis;
-use super::color::{Color, Rgb};
+use super::{Axis, Color, Rgb};
 use crate::analysis::regime::Regime;
 
 /// Rows of panels with a title and a caption.
@@ -53,20 +52,21 @@ impl Figure {
         title: impl Into<String>,
         row_mm: f64,
         columns: usize,
-        panels: &[Panel],
+        panels: impl IntoIterator<Item = Panel>,
     ) -> Self {
-        let rows: Vec<Vec<Panel>> = panels.chunks(columns).map(<[Panel]>::to_vec).collect();
+        let panels = Vec::from_iter(panels);
+        let rows = Vec::from_iter(panels.chunks(columns).map(<[Panel]>::to_vec));
         let height = row_mm * rows.len().max(1) as f64;
         Self::new(name, title, height, rows)
     }
 
     /// A figure for each panel, with the number of the panel in its name. A figure of one panel remains as it is.
     pub fn panels(&self) -> Vec<Self> {
-        let panels: Vec<&Panel> = self.rows.iter().flatten().collect();
-        if panels.len() == 1 {
+        let panels = || self.rows.iter().flatten();
+        if panels().count() == 1 {
             return vec![self.clone()];
         }
-        let figures = panels.into_iter().zip(1..).map(|(panel, number)| Self {
+        let figures = panels().zip(1..).map(|(panel, number)| Self {
             name: format!("{}-{number}", self.name),
             rows: vec![vec![panel.clone()]],
             ..self.clone()
@@ -121,9 +121,9 @@ impl Panel {
         let bars = bars.into_iter().map(|(row, [from, to], color)| {
             let [low, high] = [-0.32, 0.32].map(|half| y.row(row) + half);
             let outline = vec![[from, low], [to, low], [to, high], [from, high]];
-            Layer::areas(vec![outline], 1.0, color).with_id("bars")
+            Layer::areas(vec![outline], 1.0, color)
         });
-        let zero = Layer::line(vec![[0.0, 0.0], [0.0, y.range[1]]], Color::Ink).with_id("zero");
+        let zero = Layer::line(vec![[0.0, 0.0], [0.0, y.range[1]]], Color::Ink);
         let layers = bars.chain([zero]).collect();
         Self::new(title, x, y, layers)
     }
@@ -276,35 +276,33 @@ impl Layer {
 
     /// The area between two curves, with low opacity. Each span is abscissa, lower and upper end; spans with
     /// a non-finite value are skipped.
-    pub fn band(spans: &[[f64; 3]], color: Color) -> Self {
-        let spans = spans
-            .iter()
-            .filter(|span| span.iter().all(|c| c.is_finite()));
-        let lower = spans.clone().map(|[x, from, _]| [*x, *from]);
-        let upper = spans.rev().map(|[x, _, to]| [*x, *to]);
-        Self::areas(vec![lower.chain(upper).collect()], 0.2, color).with_id("band")
+    pub fn band(spans: impl IntoIterator<Item = [f64; 3]>, color: Color) -> Self {
+        let spans = spans.into_iter();
+        let spans = Vec::from_iter(spans.filter(|span| span.iter().all(|c| c.is_finite())));
+        let lower = spans.iter().map(|[x, from, _]| [*x, *from]);
+        let upper = spans.iter().rev().map(|[x, _, to]| [*x, *to]);
+        Self::areas(vec![lower.chain(upper).collect()], 0.2, color)
     }
 
     /// Vertical error bars. Each span is abscissa, lower and upper end.
-    pub fn intervals(spans: &[[f64; 3]], color: Color) -> Self {
-        let strips = spans
-            .iter()
-            .map(|[x, from, to]| vec![[*x, *from], [*x, *to]]);
+    pub fn intervals(spans: impl IntoIterator<Item = [f64; 3]>, color: Color) -> Self {
+        let spans = spans.into_iter();
+        let strips = spans.map(|[x, from, to]| vec![[x, from], [x, to]]);
         Self::lines(strips.collect(), color).with_id("intervals")
     }
 
     /// A horizontal line across the panel.
     pub fn horizontal_line(y: f64) -> Self {
-        let ends = [[-FAR, y], [FAR, y]];
-        Self::line(ends.to_vec(), Color::Ink)
-            .with_size(0.8)
-            .with_id("level")
+        let line = Self::line(vec![[-FAR, y], [FAR, y]], Color::Ink);
+        line.with_size(0.8).with_id("level")
     }
 
-    /// A dashed vertical line across the panel.
-    pub fn vertical_line(x: f64, color: Color) -> Self {
-        let ends = [[x, -FAR], [x, FAR]];
-        Self::line(ends.to_vec(), color).dashed().with_id("chosen")
+    /// Dashed vertical lines across the panel.
+    pub fn vertical_lines(places: impl IntoIterator<Item = f64>, color: Color) -> Self {
+        let strips = places.into_iter().map(|x| vec![[x, -FAR], [x, FAR]]);
+        Self::lines(strips.collect(), color)
+            .dashed()
+            .with_id("chosen")
     }
 
     /// An image.
@@ -318,17 +316,16 @@ impl Layer {
         [x, y]: [&Axis; 2],
         columns: usize,
         cells: &[Option<u8>],
-        palette: impl IntoIterator<Item = Rgb>,
+        palette: &[Rgb],
     ) -> Self {
-        let palette = plain_palette(palette.into_iter().chain([UNKNOWN]));
-        let unknown = palette.len() as u8 - 1;
+        let unknown = palette.len() as u8;
         let rows = cells.chunks(columns).rev();
         Self::image(Image {
             x: x.range,
             y: y.range,
             size: [columns, rows.len()],
             pixels: rows.flatten().map(|cell| cell.unwrap_or(unknown)).collect(),
-            palette,
+            palette: plain_palette(palette.iter().copied().chain([UNKNOWN])),
         })
     }
 
@@ -346,12 +343,12 @@ impl Layer {
 
     /// All points of lines and of points.
     pub fn points_of(&self) -> impl Iterator<Item = [f64; 2]> {
-        let (strips, points) = match &self.shape {
-            Shape::Lines(strips) => (&strips[..], &[][..]),
-            Shape::Points(points) => (&[][..], &points[..]),
-            _ => (&[][..], &[][..]),
+        let strips = match &self.shape {
+            Shape::Lines(strips) => &strips[..],
+            Shape::Points(points) => std::slice::from_ref(points),
+            _ => &[],
         };
-        strips.iter().flatten().chain(points).copied()
+        strips.iter().flatten().copied()
     }
 
     /// Whether the layer has points.

@@ -1,8 +1,6 @@
 //! Figure of the Lyapunov exponents: convergence, and final spectrum.
 
-use super::axis::Axis;
-use super::color::Color;
-use super::figure::{Figure, Layer, Marker, Panel};
+use super::{Axis, Color, Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
 use crate::report::Measured;
 use crate::study::lyapunov::{LyapunovStudy, SceneLyapunov};
@@ -18,12 +16,8 @@ pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     let spectrum = &found.study.spectrum;
     let below = vec![all(spectrum), largest(spectrum, found.omega_1_rad_per_s)];
     let title = format!("Lyapunov exponents of {name}");
-    Figure::new(
-        "lyapunov",
-        title,
-        135.0,
-        vec![vec![running(&found.study)], below],
-    )
+    let rows = vec![vec![running(&found.study)], below];
+    Figure::new("lyapunov", title, 135.0, rows)
 }
 
 /// Number of exponents in the detail panels: the non-negative ones and a few negative ones.
@@ -39,7 +33,7 @@ fn running(study: &LyapunovStudy) -> Panel {
     let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend((0..count).map(|k| {
         let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
-        Layer::band(&spans.collect::<Vec<_>>(), Color::Exponent(k))
+        Layer::band(spans, Color::Exponent(k))
     }));
     layers.extend((0..count).map(|k| {
         let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
@@ -57,11 +51,9 @@ fn running(study: &LyapunovStudy) -> Panel {
         [_, .., last] => format!(" after the motion changed at {:.3} s", last.start_s),
         _ => String::new(),
     };
+    let averaged = spectrum.time;
     Panel::new(
-        format!(
-            "running value with 95 % interval, {:.3} s averaged{since}",
-            spectrum.time
-        ),
+        format!("running value with 95 % interval, {averaged:.3} s averaged{since}"),
         Axis::logarithmic("averaging time, s", times),
         Axis::with_margin("exponent, 1/s", late.chain([0.0])),
         layers,
@@ -69,8 +61,8 @@ fn running(study: &LyapunovStudy) -> Panel {
 }
 
 fn all(spectrum: &LyapunovSpectrum) -> Panel {
-    let exponents = &spectrum.exponents;
-    let (values, count) = (exponents.iter().map(|e| e.value), exponents.len());
+    let count = spectrum.exponents.len();
+    let values = spectrum.exponents.iter().map(|e| e.value);
     let sum: f64 = values.clone().sum();
     let mut title = match spectrum.dimension {
         dimension if dimension > count => format!("the largest {count} of {dimension}"),
@@ -83,7 +75,7 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
         title += &format!("; minus infinity: {collapsed}");
     }
     let mut layers = vec![Layer::horizontal_line(0.0)];
-    layers.extend(by_sign(spectrum, exponents));
+    layers.extend(by_sign(spectrum, count, 1.0));
     let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
     let y = Axis::with_margin("exponent, 1/s", values);
     Panel::new(title, Axis::integers("index", count), y, layers)
@@ -91,20 +83,14 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
 
 fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
     let count = shown(spectrum);
-    let scale = 1e3 / omega_1;
-    let exponents = spectrum.exponents[..count].iter().map(|e| Exponent {
-        value: scale * e.value,
-        half_width: scale * e.half_width,
-    });
-    let exponents: Vec<Exponent> = exponents.collect();
-    let bound = scale * spectrum.resolution;
+    let factor = 1e3 / omega_1;
+    let bound = factor * spectrum.resolution;
     let x = Axis::integers("index", count);
-    let unresolved = x.range.map(|x| [x, -bound, bound]);
     let mut layers = vec![
-        Layer::band(&unresolved, Color::Faint),
+        Layer::band(x.range.map(|x| [x, -bound, bound]), Color::Faint),
         Layer::horizontal_line(0.0),
     ];
-    layers.extend(by_sign(spectrum, &exponents));
+    layers.extend(by_sign(spectrum, count, factor));
     let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
     let y = Axis::with_margin("exponent over ω1, 1e−3", values.chain([-bound, bound]));
     let title = format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero");
@@ -116,7 +102,7 @@ pub fn current_spectrum(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
     let numbered = || (0..).zip(&spectrum.exponents);
     let mut layers = vec![Layer::horizontal_line(0.0).with_id("zero")];
     layers.extend(numbered().map(|(k, exponent)| {
-        Layer::intervals(&[span(k as f64 + 1.0, *exponent)], Color::Exponent(k))
+        Layer::intervals([span(k as f64 + 1.0, *exponent)], Color::Exponent(k))
     }));
     layers.extend(numbered().map(|(k, exponent)| {
         let point = [k as f64 + 1.0, exponent.value];
@@ -131,25 +117,28 @@ pub fn current_spectrum(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
     Panel::new("Lyapunov exponents", index, values, layers).with_caption(caption)
 }
 
-/// Values with their intervals, with one marker for each sign.
-fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
+/// The first exponents times a factor with their intervals, with one marker for each sign.
+fn by_sign(spectrum: &LyapunovSpectrum, count: usize, factor: f64) -> impl Iterator<Item = Layer> {
     let kinds = [
         (Sign::Positive, Marker::Up, "positive"),
         (Sign::Zero, Marker::Ring, "zero"),
         (Sign::Negative, Marker::Down, "negative"),
         (Sign::Undetermined, Marker::Cross, "undetermined"),
     ];
-    let layers = kinds.into_iter().flat_map(|(sign, marker, label)| {
-        let own = exponents.iter().enumerate();
-        let own = own.filter(|(k, _)| spectrum.sign(*k) == sign);
-        let spans: Vec<[f64; 3]> = own.clone().map(|(k, e)| span(k as f64 + 1.0, *e)).collect();
-        let points = own.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
+    let layers = kinds.into_iter().flat_map(move |(sign, marker, label)| {
+        let own = (0..count).filter(|k| spectrum.sign(*k) == sign);
+        let own = own.map(|k| {
+            let Exponent { value, half_width } = spectrum.exponents[k];
+            let [value, half_width] = [value, half_width].map(|x| factor * x);
+            (k as f64 + 1.0, Exponent { value, half_width })
+        });
+        let spans = own.clone().map(|(x, exponent)| span(x, exponent));
+        let points = own.map(|(x, exponent)| [x, exponent.value]).collect();
         let points = Layer::points(points, 2.4, Color::Exponent(0)).with_marker(marker);
-        let intervals = Layer::intervals(&spans, Color::Exponent(0));
-        let layers = [intervals, points.with_label(label)].into_iter();
-        layers.filter(move |_| !spans.is_empty())
+        let intervals = Layer::intervals(spans, Color::Exponent(0));
+        [intervals, points.with_label(label)]
     });
-    layers.collect()
+    layers.filter(Layer::has_points)
 }
 
 /// Index of an exponent and the ends of its interval.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dynamics::{Motion, SolverStats};
-use crate::plot::FigureOptions;
+use crate::plot::{FigureOptions, Format};
 use crate::study::lyapunov::{Ending, LyapunovStudy, RunningExponents};
 
 /// Synthetic exponents of a chaotic motion that converge to `values` with the averaging time.
@@ -76,7 +76,7 @@ fn exponents_are_drawn() {
     for said in ["all 22", "positive", "negative", "λ1", "ω1 = 10669 rad/s"] {
         assert!(svg(&figure).contains(said), "{said}");
     }
-    let png = figure.png(&FigureOptions::default()).unwrap();
+    let png = figure.file(&FigureOptions::default(), Format::Png).unwrap();
     if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
         let path = std::path::Path::new(&folder).join("lyapunov.png");
         std::fs::write(path, png).unwrap();

@@ -3,9 +3,7 @@
 use base64::Engine as _;
 
 use super::canvas::{Anchor, Canvas, PlotArea, Rect, hex};
-use super::color::Color;
-use super::figure::{Image, Layer, Marker, Shape};
-use super::text;
+use super::{Color, Image, Layer, Marker, Shape, text};
 
 /// Radius of the marker of a legend entry.
 const SAMPLE: f64 = 2.3;
@@ -47,13 +45,8 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
 pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width: f64) {
     match &layer.shape {
         Shape::Lines(_) => {
-            let dashes = dashes(canvas, layer);
-            canvas.line(
-                [x, y, x + width, y],
-                layer.color,
-                layer.size.max(1.1),
-                &dashes,
-            );
+            let (ends, dashes) = ([x, y, x + width, y], dashes(canvas, layer));
+            canvas.line(ends, layer.color, layer.size.max(1.1), &dashes);
         }
         Shape::Areas(_) | Shape::Image(_) => {
             let (color, height) = (hex(layer.color), 0.8 * canvas.font_size);
@@ -192,10 +185,8 @@ pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
         let Some(place) = place else {
             continue;
         };
-        let Rect {
-            at: [left, top],
-            size: [width, height],
-        } = background(place);
+        let background = background(place);
+        let ([left, top], [width, height]) = (background.at, background.size);
         // A translucent background keeps the label legible.
         canvas.push(format_args!(
             "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"#fff\" fill-opacity=\"0.85\"/>"

@@ -2,7 +2,7 @@
 //!
 //! A [`Figure`] is data: rows of [`Panel`]s, each with two [`Axis`] and some [`Layer`]s. Each result type has
 //! a function that returns its figures ([`sweep_figures`], [`cost_figure`], ...), one file per result. The
-//! renderers do not depend on result types: [`Figure::svg`], [`Figure::png`] and [`Figure::pdf`] here, and
+//! renderers do not depend on result types: [`Figure::svg`] and [`Figure::file`] here, and
 //! the recordings of studies in `record`. The [`FigureOptions`] determines the size of a figure and whether it has a
 //! title; the [`Color`] is the meaning of a colour.
 //!
@@ -12,6 +12,7 @@
 mod axis;
 mod basins;
 mod branch;
+mod canvas;
 mod chaos;
 mod color;
 mod cost;
@@ -19,28 +20,19 @@ mod embedding;
 mod figure;
 mod lesson;
 mod lyapunov;
-mod orbits;
+mod marks;
 pub(crate) mod paper;
+mod raster;
 pub(crate) mod response;
 mod run;
 mod section;
 mod sensitivities;
 mod signal;
-mod sweep;
-mod unit;
-
-#[cfg(feature = "figure")]
-mod canvas;
-#[cfg(feature = "figure")]
-mod marks;
-#[cfg(feature = "figure")]
-mod raster;
-#[cfg(feature = "figure")]
 mod style;
-#[cfg(feature = "figure")]
 mod svg;
-#[cfg(feature = "figure")]
+mod sweep;
 mod text;
+mod unit;
 
 #[cfg(test)]
 mod layout_tests;
@@ -49,14 +41,13 @@ mod tests;
 
 pub use axis::{Axis, FullScale, Scale, round_up};
 pub use basins::basins_figure;
-pub use branch::{map_figure, modes_figure};
+pub use branch::{branch_figure, map_figure, modes_figure, multipliers_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
 use embedding::{false_neighbours, mutual_information};
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
 pub use lyapunov::lyapunov_figure;
-pub use orbits::{branch_figure, multipliers_figure, multipliers_panel};
 pub use response::NAMED_LINES;
 pub use run::{
     RUN_FIGURES, RedrawTimer, RunFigures, RunPanels, full_scale, letter, range_shown, units,
@@ -64,33 +55,15 @@ pub use run::{
 pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
 pub use signal::{signal_figure_names, signal_figures};
-#[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
 pub use sweep::{exponents, maxima, start_label, sweep_figures};
 pub use text::shown;
 pub use unit::{PREFIXES, Unit};
 
-#[cfg(feature = "figure")]
 impl Figure {
     /// The figure as an SVG document.
     pub fn svg(&self, options: &FigureOptions) -> String {
         svg::page(self, options, svg::layout(self, options), true).out
-    }
-
-    /// The figure as a PNG image.
-    ///
-    /// # Errors
-    /// [`FigureError`] if the SVG cannot be rendered.
-    pub fn png(&self, options: &FigureOptions) -> Result<Vec<u8>, FigureError> {
-        raster::png(&self.svg(options), options.resolution())
-    }
-
-    /// The figure as a single-page PDF.
-    ///
-    /// # Errors
-    /// [`FigureError`] if the SVG cannot be converted.
-    pub fn pdf(&self, options: &FigureOptions) -> Result<Vec<u8>, FigureError> {
-        raster::pdf(&self.svg(options))
     }
 
     /// The figure as a file in a format.
@@ -98,15 +71,15 @@ impl Figure {
     /// # Errors
     /// [`FigureError`] if the figure cannot be rendered.
     pub fn file(&self, options: &FigureOptions, format: Format) -> Result<Vec<u8>, FigureError> {
+        let svg = self.svg(options);
         match format {
-            Format::Svg => Ok(self.svg(options).into_bytes()),
-            Format::Png => self.png(options),
-            Format::Pdf => self.pdf(options),
+            Format::Svg => Ok(svg.into_bytes()),
+            Format::Png => raster::png(&svg, options.resolution()),
+            Format::Pdf => raster::pdf(&svg),
         }
     }
 }
 
-#[cfg(feature = "figure")]
 impl FigureOptions {
     /// The smallest size of the proportions of the chosen one at which all texts have room; `None` if they have room.
     pub fn needed_size(&self, figures: &[Figure]) -> Option<Size> {

@@ -1,6 +1,6 @@
 //! Rendering of SVG as PNG and PDF.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
@@ -48,13 +48,12 @@ pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
 
 /// The font, parsed once.
 fn fonts() -> Arc<fontdb::Database> {
-    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
-    let load = || {
+    static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
         let mut fonts = fontdb::Database::new();
         for face in text::FACES {
             fonts.load_font_data(face.to_vec());
         }
         Arc::new(fonts)
-    };
-    Arc::clone(FONTS.get_or_init(load))
+    });
+    Arc::clone(&FONTS)
 }

@@ -2,12 +2,8 @@
 //! section, recurrence plot. The figures of the paper and of the attractors and the recordings of sweeps use
 //! them.
 
-use super::axis::{Axis, round_up};
-use super::color::{Color, colormap, colormap_index};
-use super::figure::{Image, Layer, Panel};
-use super::run::{full_scale, units};
-use super::section::SectionAxes;
-use super::unit::Unit;
+use super::color::{colormap, colormap_index};
+use super::{Axis, Color, Image, Layer, Panel, SectionAxes, Unit, full_scale, round_up, units};
 use crate::analysis::{recurrence::RecurrenceImage, tones::SpectralLine};
 use crate::pipeline::message::{Header, Subject};
 use crate::scene::Evidence;

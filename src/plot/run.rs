@@ -3,23 +3,14 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::axis::FullScale;
 use super::chaos::{divergence, largest_exponents, zero_one_path};
-use super::color::Color;
-use super::embedding::{false_neighbours, mutual_information};
-use super::figure::{Figure, Panel};
-use super::lesson::LessonPictures;
 use super::lyapunov::current_spectrum;
-use super::response::{
-    self, SpectrumAxes, WINDOW, interpolated, phase_portrait, recurrence_caption, time_series,
-};
-use super::section::SectionAxes;
-use super::unit::Unit;
-use crate::analysis::{
-    chaos::ScalingRegion,
-    delay::{DelayChoice, LagReason},
-    poincare::SectionPoint,
-};
+use super::response::{self, SpectrumAxes, WINDOW};
+use super::{Color, Figure, FullScale, LessonPictures, Panel, SectionAxes, Unit};
+use super::{false_neighbours, mutual_information};
+use crate::analysis::chaos::ScalingRegion;
+use crate::analysis::delay::{DelayChoice, LagReason};
+use crate::analysis::poincare::SectionPoint;
 use crate::number::short;
 use crate::pipeline::message::{Frame, Header, Record, SignalInfo, Subject};
 use crate::pipeline::{Sink, SinkError};
@@ -169,7 +160,7 @@ impl RunPanels {
             }
             Record::Recurrence { time, image } => {
                 let panel = response::recurrence(Some(image), true);
-                let panel = panel.with_caption(recurrence_caption(image, unit));
+                let panel = panel.with_caption(response::recurrence_caption(image, unit));
                 (*time, vec![("recurrence", panel)])
             }
             Record::Delay {
@@ -295,18 +286,18 @@ impl RunFigures {
         let Some(RunPanels { header, .. }) = &kept.panels else {
             return Vec::new();
         };
-        let motion = interpolated(kept.samples.make_contiguous(), kept.dt);
+        let motion = response::interpolated(kept.samples.make_contiguous(), kept.dt);
         if !motion.is_empty() {
             if header.joint().is_some() {
-                let series = time_series(&motion, kept.dt, Color::Run);
+                let series = response::time_series(&motion, kept.dt, Color::Run);
                 kept.last.insert("displacement", series);
             }
-            let portrait = phase_portrait(&motion, None, Color::Run).square();
-            kept.last.insert("portrait", portrait);
+            let portrait = response::phase_portrait(&motion, None, Color::Run);
+            kept.last.insert("portrait", portrait.square());
         }
         let lesson = kept.lesson.panels(header);
         let title = format!("Lesson of {}", header.scene);
-        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", title, 90.0, 1, &lesson));
+        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", title, 90.0, 1, lesson));
         let pictures = RUN_FIGURES.iter().filter_map(|name| {
             let rows = vec![vec![kept.last.get(name)?.clone()]];
             Some(Figure::new(*name, header.scene.clone(), 100.0, rows))

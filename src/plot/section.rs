@@ -4,11 +4,7 @@
 //! intersection over the previous one; points on the diagonal are periodic. The times between crossings are those of a
 //! clock for a periodic motion, and spread for others.
 
-use super::axis::{Axis, round_up};
-use super::color::Color;
-use super::figure::{Layer, Panel};
-use super::run::{letter, range_shown, units};
-use super::unit::Unit;
+use super::{Axis, Color, Layer, Panel, Unit, letter, range_shown, round_up, units};
 use crate::analysis::{poincare::return_map, stats::range};
 use crate::pipeline::message::{Header, Subject};
 use crate::scene::StateCoordinate;

@@ -1,8 +1,7 @@
 //! Figures of the growth of the modes of steady sliding: what contributes to it, and what changes it.
 
-use super::axis::{Axis, extent, lowest_growth, readable};
-use super::color::Color;
-use super::figure::{Figure, Layer, Panel};
+use super::axis::{extent, lowest_growth, readable};
+use super::{Axis, Color, Figure, Layer, Panel};
 use crate::joint::{Cause, ExplainedMode};
 use crate::number::significant;
 use crate::study::StabilityAt;
@@ -79,11 +78,11 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
 /// The figure `sensitivities`: for each mode the numbers of the scene with the largest change of the growth rate per
 /// 1 %, from the top. `title` names the scene.
 pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure {
-    let panels: Vec<Panel> = modes.iter().map(|mode| panel(mode)).collect();
-    let columns = if panels.len() == 1 { 1 } else { 2 };
+    let panels = modes.iter().map(|mode| panel(mode));
+    let columns = if modes.len() == 1 { 1 } else { 2 };
     let row = ROW_MM[1] + ROW_MM[0] * MOST as f64;
     let title = format!("{title}: growth rate if a number increases by 1 %");
-    Figure::grid("sensitivities", title, row, columns, &panels)
+    Figure::grid("sensitivities", title, row, columns, panels)
 }
 
 fn panel(mode: &ModeSensitivities) -> Panel {

@@ -1,12 +1,8 @@
 //! A figure as SVG; one user unit is a point (1/72 inch).
 
-use super::axis::{Axis, Scale};
 use super::canvas::{Anchor, Canvas, LINE_HEIGHT, PlotArea, Rect, TextStyle};
-use super::color::Color;
-use super::figure::{Figure, Layer, Panel, Shape};
-use super::marks;
-use super::style::FigureOptions;
 use super::text::{self, FALLBACK, escape};
+use super::{Axis, Color, Figure, FigureOptions, Layer, Panel, Scale, Shape, marks};
 
 /// Points per millimetre.
 const POINTS: f64 = 72.0 / 25.4;
@@ -23,7 +19,9 @@ const NAMES: f64 = 0.42;
 const BELOW: f64 = 3.6;
 /// Largest number of ticks of an axis.
 const MOST_TICKS: usize = 10;
-/// The style of most texts: size, weight and colour.
+/// The styles of texts: size, weight and colour.
+const LARGE: TextStyle = (1.25, true, Color::Ink);
+const BOLD: TextStyle = (1.1, true, Color::Ink);
 const PLAIN: TextStyle = (1.0, false, Color::Ink);
 const FAINT: TextStyle = (1.0, false, Color::Faint);
 
@@ -75,11 +73,10 @@ pub fn page(
     ));
     let mut top = 0.3 * font_size;
     if options.has_title() {
-        let large = 1.25;
-        let size = large * font_size;
+        let size = LARGE.0 * font_size;
         for line in text::wrap(&figure.title, width - 2.0 * font_size, size, true) {
             let at = [EDGE * font_size, top + 0.5 * LINE_HEIGHT * size];
-            canvas.text(at, &line, Anchor::Start, (large, true, Color::Ink));
+            canvas.text(at, &line, Anchor::Start, LARGE);
             top += LINE_HEIGHT * size;
         }
     }
@@ -102,10 +99,8 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
         let rows = figure.rows.iter().zip(&heights).zip(&margins);
         let texts = rows.map(|((row, plot), margins)| {
             let cell = [body_width / row.len().max(1) as f64, *plot];
-            let texts = row
-                .iter()
-                .map(|panel| Texts::new(panel, cell, *margins, em));
-            texts.collect()
+            let texts = |panel| Texts::new(panel, cell, *margins, em);
+            row.iter().map(texts).collect()
         });
         placed = texts.collect();
         let aligned = |len: usize| placed.iter().filter(move |row| row.len() == len).flatten();
@@ -113,7 +108,13 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
         let right = |len| aligned(len).map(|texts| texts.right).fold(0.0, f64::max);
         let lengths = placed.iter().map(Vec::len);
         margins = lengths.map(|len| [left(len), right(len)]).collect();
-        heights = placed.iter().map(|row| height - outside(row, em)).collect();
+        let headers = placed.iter().map(|row| {
+            let headers = row.iter().map(|texts| texts.header_height(em));
+            headers.fold(0.0, f64::max)
+        });
+        heights = headers
+            .map(|header| height - (header + BELOW * em))
+            .collect();
     }
     for (number, row) in placed.iter().enumerate() {
         canvas.plots += heights[number] / canvas.page.size[1];
@@ -131,11 +132,11 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
             let frame_y = cell_y + height - plot[1] - BELOW * em;
             let frame = Rect::new([frame_x, frame_y], size.map(|side| side.max(em)));
             draw_panel(canvas, texts, frame, marks);
-            let name = &texts.names[1];
-            let half = 0.5 * text::width(name, em, false) + 0.3 * em;
+            let name = texts.panel.y.label();
+            let half = 0.5 * text::width(&name, em, false) + 0.3 * em;
             let [low, high] = [cell_y + half, cell_y + height - half];
             let y = (frame.at[1] + 0.5 * frame.size[1]).min(high).max(low);
-            canvas.turned_text([frame.at[0] - left + em, y], name, Color::Faint);
+            canvas.turned_text([frame.at[0] - left + em, y], &name, Color::Faint);
         }
     }
 }
@@ -149,20 +150,13 @@ fn sides(panel: &Panel, [width, height]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Height of the headers of a row, and of the labels of its horizontal axes.
-fn outside(row: &[Texts<'_>], em: f64) -> f64 {
-    let headers = row.iter().map(|texts| texts.header_height(em));
-    headers.fold(0.0, f64::max) + BELOW * em
-}
-
 /// The texts of a panel, broken into lines.
 struct Texts<'a> {
     panel: &'a Panel,
-    title: Vec<String>,
-    caption: Vec<String>,
+    /// The title and the caption.
+    header: Vec<(String, TextStyle)>,
     /// Layers with a legend entry, by lines.
     legend: Vec<Vec<&'a Layer>>,
-    names: [String; 2],
     ticks: [Ticks; 2],
     /// Space to the right of the plot area.
     right: f64,
@@ -189,11 +183,12 @@ impl<'a> Texts<'a> {
             .iter()
             .map(|(tick, lines)| 0.5 * widest(lines, em) - along * (1.0 - panel.x.fraction(*tick)));
         let header = (width - indent(panel, left, em) - EDGE * em).max(em);
+        let title = text::wrap(&panel.title, header, BOLD.0 * em, true).into_iter();
+        let caption = text::wrap(&panel.caption, header, em, false).into_iter();
+        let lines = title.map(|line| (line, BOLD));
         Self {
             panel,
-            names: [&panel.x, &panel.y].map(Axis::label),
-            title: text::wrap(&panel.title, header, 1.1 * em, true),
-            caption: text::wrap(&panel.caption, header, em, false),
+            header: lines.chain(caption.map(|line| (line, FAINT))).collect(),
             legend: legend(panel, header, em),
             right: overhangs.fold(GAP * em, f64::max) + EDGE * em,
             ticks: [x, y],
@@ -203,23 +198,19 @@ impl<'a> Texts<'a> {
     /// Space to the left of the plot area.
     fn left(&self, em: f64) -> f64 {
         let labels = self.ticks[1].iter().map(|(_, lines)| widest(lines, em));
-        let name = LINE_HEIGHT * f64::from(u8::from(!self.names[1].is_empty()));
+        let name = LINE_HEIGHT * f64::from(u8::from(!self.panel.y.label().is_empty()));
         labels.fold(0.0, f64::max) + (name + EDGE + GAP) * em
     }
 
     fn header_height(&self, em: f64) -> f64 {
-        let lines = self.title.len() + self.caption.len() + self.legend.len();
-        (LINE_HEIGHT * lines as f64 + 0.8) * em
+        (LINE_HEIGHT * (self.header.len() + self.legend.len()) as f64 + 0.8) * em
     }
 
     fn draw_header(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
         let em = canvas.font_size;
         let mut y = top + 0.5 * LINE_HEIGHT * em;
-        let bold = (1.1, true, Color::Ink);
-        let titles = self.title.iter().map(|line| (line, bold));
-        let captions = self.caption.iter().map(|line| (line, FAINT));
-        for (line, style) in titles.chain(captions) {
-            canvas.text([left, y], line, Anchor::Start, style);
+        for (line, style) in &self.header {
+            canvas.text([left, y], line, Anchor::Start, *style);
             y += LINE_HEIGHT * em;
         }
         for line in &self.legend {
@@ -365,7 +356,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
         centred(canvas, below, label, (Anchor::Middle, PLAIN));
     }
     let middle = [0.5 * (left + right), bottom + 2.4 * em];
-    canvas.text(middle, &texts.names[0], Anchor::Middle, FAINT);
+    canvas.text(middle, &panel.x.label(), Anchor::Middle, FAINT);
     for (value, label) in y_ticks {
         let y = bottom - frame.size[1] * panel.y.fraction(*value);
         if panel.y.scale != Scale::Rows {

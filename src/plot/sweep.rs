@@ -5,13 +5,14 @@ use std::ops::Range;
 
 use strum::VariantArray as _;
 
-use super::axis::{Axis, readable};
-use super::color::{Color, Rgb, colormap, colormap_index};
-use super::figure::{Figure, Layer, Marker, Panel, regime_legend};
-use crate::analysis::{regime::Regime, stats::range};
+use super::axis::readable;
+use super::color::{colormap, colormap_index};
+use super::figure::regime_legend;
+use super::{Axis, Color, Figure, Layer, Marker, Panel, Rgb};
+use crate::analysis::{regime::Regime, stats::range, tones::SpectralLine};
 use crate::dynamics::Exponent;
 use crate::study::response::SettledResponse;
-use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};
+use crate::study::sweep::{self, Place, Start, SweepPlan, SweepPoint};
 
 /// Number of exponents in a figure.
 const EXPONENTS: usize = 3;
@@ -29,32 +30,33 @@ const ROW_MM: f64 = 50.0;
 /// The panels over one parameter.
 struct ParameterPanels<'a> {
     axis: Axis,
-    /// The starts shown.
-    starts: Vec<Start>,
-    /// Start, place on the axis, and response of each point, also of starts that are not shown.
-    found: Vec<(Start, f64, &'a SettledResponse)>,
-    /// Parameters between two points of a start shown at which the motion doubles.
-    doublings: Vec<f64>,
+    /// The starts shown, each with the marker of its points.
+    starts: Vec<(Start, Marker)>,
+    /// Start, place on the axis, and response of each point shown.
+    shown: Vec<(Start, f64, &'a SettledResponse)>,
+    /// The responses of all starts, which determine the axes.
+    all: Vec<&'a SettledResponse>,
+    /// A line at each parameter between two points of a start shown at which the motion doubles; empty without any.
+    doublings: Option<Layer>,
 }
 
 /// All figures of a sweep: `bifurcation` over one parameter, with all starts in each panel; `regimes-START`
 /// for each start of a sweep over two parameters. Points that are not computed yet are omitted.
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
-    if let [_] = &plan.axes[..] {
-        let shared = ParameterPanels::new(plan, points, &plan.starts);
-        let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
-        rows.extend(shared.exponents(EXPONENTS).map(|panel| vec![panel]));
-        let starts: Vec<String> = plan.starts.iter().map(Start::to_string).collect();
-        let starts = match plan.starts[..] {
-            [start] => start_label(start).to_owned(),
-            _ => format!("starts {}", starts.join(", ")),
-        };
-        let title = format!("{}: {starts}", plan.subject.name);
-        let height = ROW_MM * rows.len() as f64;
-        return vec![Figure::new("bifurcation", title, height, rows)];
-    }
     let starts = plan.starts.iter();
-    starts.map(|start| map(plan, *start, points)).collect()
+    if plan.axes.len() > 1 {
+        return starts.map(|start| map(plan, *start, points)).collect();
+    }
+    let shared = ParameterPanels::new(plan, points, &plan.starts);
+    let panels = [shared.maxima(), shared.lines()].into_iter();
+    let panels = panels.chain(shared.exponents(EXPONENTS));
+    let names: Vec<String> = starts.map(Start::to_string).collect();
+    let starts = match plan.starts[..] {
+        [start] => start_label(start).to_owned(),
+        _ => format!("starts {}", names.join(", ")),
+    };
+    let title = format!("{}: {starts}", plan.subject.name);
+    vec![Figure::grid("bifurcation", title, ROW_MM, 1, panels)]
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
@@ -66,17 +68,14 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
         ("b", Some(shared.maxima())),
         ("c", Some(shared.lines())),
     ];
-    let rows = panels.into_iter().filter_map(|(letter, panel)| {
-        let panel = panel?;
-        let title = format!("{letter}: {}", panel.title);
-        Some(vec![Panel { title, ..panel }])
+    let panels = panels.into_iter().filter_map(|(letter, panel)| {
+        let title = format!("{letter}: {}", panel.as_ref()?.title);
+        Some(panel?.with_title(title))
     });
-    let rows: Vec<Vec<Panel>> = rows.collect();
-    let height = ROW_MM * rows.len() as f64;
     let starts: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
     let starts = starts.join(", ");
     let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
-    Figure::new("figure-11", title, height, rows)
+    Figure::grid("figure-11", title, ROW_MM, 1, panels)
 }
 
 /// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
@@ -98,17 +97,6 @@ pub fn start_label(start: Start) -> &'static str {
     }
 }
 
-/// The points of one start with a response.
-fn found(
-    points: &[SweepPoint],
-    start: Start,
-) -> impl Iterator<Item = (&[f64], &SettledResponse)> + Clone {
-    let of_start = points
-        .iter()
-        .filter(move |point| point.place.start == start);
-    of_start.filter_map(|point| Some((&point.place.values[..], point.found()?)))
-}
-
 /// The axis of a parameter.
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
     Axis::cells(readable(&axis.name, axis.unit()), &axis.values)
@@ -122,36 +110,35 @@ impl<'a> ParameterPanels<'a> {
         let step = (high - low) / plan.axes[0].values.len().max(1) as f64;
         let apart = OFFSET * step / starts.len() as f64;
         let middle = 0.5 * (starts.len() as f64 - 1.0);
-        let found = plan.starts.iter().flat_map(|&start| {
-            let place = starts.iter().position(|shown| *shown == start);
-            let shift = place.map_or(0.0, |k| apart * (k as f64 - middle));
-            found(points, start).map(move |(values, response)| (start, values[0] + shift, response))
+        let shown = starts.iter().enumerate().flat_map(|(k, &start)| {
+            let points = points.iter();
+            let points = points.filter(move |point| point.place.start == start);
+            let shift = apart * (k as f64 - middle);
+            points.filter_map(move |p| Some((start, p.place.values[0] + shift, p.found()?)))
         });
+        let marker = |start| match start {
+            Start::Upward if starts.len() > 1 => Marker::Up,
+            Start::Downward if starts.len() > 1 => Marker::Down,
+            _ => Marker::Dot,
+        };
         let doublings = sweep::transitions(points).into_iter();
         let doublings = doublings.filter(|t| t.doubling.is_some() && starts.contains(&t.start));
+        let doublings = doublings.map(|t| 0.5 * (t.from + t.to));
+        let doublings = Layer::vertical_lines(doublings, Color::Ink).with_label("doubling");
         Self {
             axis,
-            starts: starts.to_vec(),
-            found: found.collect(),
-            doublings: doublings.map(|t| 0.5 * (t.from + t.to)).collect(),
-        }
-    }
-
-    /// The marker of a start, if there are several.
-    fn marker(&self, start: Start) -> Marker {
-        match start {
-            Start::Upward if self.starts.len() > 1 => Marker::Up,
-            Start::Downward if self.starts.len() > 1 => Marker::Down,
-            _ => Marker::Dot,
+            shown: shown.collect(),
+            all: points.iter().filter_map(SweepPoint::found).collect(),
+            starts: starts.iter().map(|&start| (start, marker(start))).collect(),
+            doublings: Some(doublings).filter(Layer::has_points),
         }
     }
 
     /// Legend entries of the starts, if there are several.
-    fn start_legend(&self) -> Vec<Layer> {
+    fn start_legend(&self) -> impl Iterator<Item = Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
         let entry = |start: &Start| Layer::legend_entry(start.to_string(), Color::Ink);
-        let keys = starts.map(|start| entry(start).with_marker(self.marker(*start)));
-        keys.collect()
+        starts.map(move |(start, marker)| entry(start).with_marker(*marker))
     }
 
     /// Points with the markers of their starts; `of` returns the ordinates of a response.
@@ -161,53 +148,32 @@ impl<'a> ParameterPanels<'a> {
         color: Color,
         of: impl Fn(&'a SettledResponse) -> I,
     ) -> Vec<Layer> {
-        let layers = self.starts.iter().map(|shown| {
-            let found = self.found.iter().filter(|(start, ..)| start == shown);
+        let layers = self.starts.iter().map(|(shown, marker)| {
+            let found = self.shown.iter().filter(|(start, ..)| start == shown);
             let points = found.flat_map(|(_, x, found)| of(found).into_iter().map(|y| [*x, y]));
-            let points = Layer::points(points.collect(), radius, color);
-            points.with_marker(self.marker(*shown))
+            Layer::points(points.collect(), radius, color).with_marker(*marker)
         });
         layers.filter(Layer::has_points).collect()
     }
 
-    /// A vertical line at each doubling, the last with the legend entry.
-    fn doublings(&self) -> impl Iterator<Item = Layer> {
-        let places = self.doublings.iter().enumerate();
-        places.map(|(k, place)| {
-            let is_last = k + 1 == self.doublings.len();
-            let line = Layer::vertical_line(*place, Color::Ink);
-            line.with_label(if is_last { "doubling" } else { "" })
-        })
-    }
-
     /// The maxima of the displacement in the colour of the regime.
     fn maxima(&self) -> Panel {
-        let all = self
-            .found
-            .iter()
-            .flat_map(|(.., found)| maxima_or_zero(found));
+        let all = self.all.iter().flat_map(|found| maxima_or_zero(found));
         let y = Axis::with_margin("maximum", all).of("m");
-        let points = Regime::VARIANTS.iter().flat_map(|&regime| {
+        let mut points = Vec::new();
+        for &regime in Regime::VARIANTS {
             // The few points of a periodic motion are larger, so that they are visible.
-            [(false, 0.7), (true, 1.7)]
-                .into_iter()
-                .flat_map(move |(few, radius)| {
-                    self.points(radius, Color::Regime(regime), move |response| {
-                        let chosen =
-                            response.regime == regime && has_few(&response.maxima_m) == few;
-                        maxima_or_zero(response).filter(move |_| chosen)
-                    })
-                })
-        });
-        let points: Vec<Layer> = points.collect();
-        let shows = |regime| {
-            points
-                .iter()
-                .any(|layer| layer.color == Color::Regime(regime))
-        };
-        let mut layers: Vec<Layer> = regime_legend(shows).collect();
+            for (few, radius) in [(false, 0.7), (true, 1.7)] {
+                points.extend(self.points(radius, Color::Regime(regime), |response| {
+                    let chosen = response.regime == regime && has_few(&response.maxima_m) == few;
+                    maxima_or_zero(response).filter(move |_| chosen)
+                }));
+            }
+        }
+        let has = |color| points.iter().any(|layer| layer.color == color);
+        let mut layers: Vec<Layer> = regime_legend(|kind| has(Color::Regime(kind))).collect();
         layers.extend(self.start_legend());
-        layers.extend(self.doublings());
+        layers.extend(self.doublings.clone());
         layers.extend(points);
         let title = "local maxima of the displacement";
         Panel::new(title, self.axis.clone(), y, layers)
@@ -218,10 +184,7 @@ impl<'a> ParameterPanels<'a> {
         let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
             response.exponents.as_ref()?.exponents.get(k).copied()
         };
-        let all = |k: usize| {
-            let found = self.found.iter();
-            found.filter_map(move |(start, x, response)| Some((*start, *x, kth(response, k)?)))
-        };
+        let all = |k: usize| self.all.iter().filter_map(move |found| kth(found, k));
         all(0).next()?;
         let mut layers = vec![Layer::horizontal_line(0.0)];
         let numbers = || (0..most).take_while(|k| all(*k).next().is_some());
@@ -232,16 +195,18 @@ impl<'a> ParameterPanels<'a> {
         // visible.
         for k in (0..numbers().count()).rev() {
             let color = Color::Exponent(k);
-            let shown = all(k).filter(|(start, ..)| self.starts.contains(start));
-            let spans = shown.map(|(_, x, exponent)| [x, exponent.low(), exponent.high()]);
-            layers.push(Layer::intervals(&spans.collect::<Vec<_>>(), color));
+            let spans = self.shown.iter().filter_map(|(_, x, found)| {
+                let exponent = kth(found, k)?;
+                Some([*x, exponent.low(), exponent.high()])
+            });
+            layers.push(Layer::intervals(spans, color));
             let radius = 1.6 + 0.8 * k as f64;
             let points = self.points(radius, color, |found| kth(found, k).map(|e| e.value));
             let id = format!("exponent-{}", k + 1);
             layers.extend(points.into_iter().map(|points| points.with_id(&*id)));
         }
-        let shown = numbers().flat_map(all).map(|(.., exponent)| exponent);
-        let y = Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0]));
+        let values = exponent_axis_values(numbers().flat_map(all)).chain([0.0]);
+        let y = Axis::with_margin("exponent, 1/s", values);
         let title = "largest Lyapunov exponents with 95 % intervals";
         Some(Panel::new(title, self.axis.clone(), y, layers))
     }
@@ -255,26 +220,23 @@ impl<'a> ParameterPanels<'a> {
             (FAINTEST..0.1, 1.0, Color::Regime(Regime::Undetermined)),
         ];
         let frequencies = |response: &'a SettledResponse, shares: Range<f64>| {
-            let strongest = response
-                .lines
-                .first()
-                .map_or(f64::INFINITY, |line| line.amplitude);
             let lines = response.lines.iter();
-            let lines = lines.filter(move |line| shares.contains(&(line.amplitude / strongest)));
+            let strongest = response.lines.first().map(|line| line.amplitude);
+            let share = move |line: &SpectralLine| line.amplitude / strongest.unwrap_or(1.0);
+            let lines = lines.filter(move |line| shares.contains(&share(line)));
             lines.map(|line| line.frequency)
         };
-        let mut layers: Vec<Layer> = Vec::new();
-        layers.extend(kinds.iter().map(|(shares, _, color)| {
+        let keys = kinds.iter().map(|(shares, _, color)| {
             Layer::legend_entry(format!("from {:.0} %", 100.0 * shares.start), *color)
-        }));
-        layers.extend(self.start_legend());
-        layers.extend(self.doublings());
+        });
+        let mut layers: Vec<Layer> = keys.chain(self.start_legend()).collect();
+        layers.extend(self.doublings.clone());
         for (shares, radius, color) in kinds {
             layers.extend(self.points(radius, color, |found| frequencies(found, shares.clone())));
         }
-        let shown = self.found.iter();
-        let shown = shown.flat_map(|(.., found)| frequencies(found, FAINTEST..f64::INFINITY));
-        let [_, highest] = range(shown.chain([100.0]));
+        let all = self.all.iter();
+        let all = all.flat_map(|found| frequencies(found, FAINTEST..f64::INFINITY));
+        let [_, highest] = range(all.chain([100.0]));
         let y = Axis::linear("frequency", [0.0, 1.08 * highest]).of("Hz");
         let title = "spectral lines by amplitude relative to the strongest";
         Panel::new(title, self.axis.clone(), y, layers)
@@ -313,34 +275,34 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let [x, y] = axes.map(parameter_axis);
     let points = points.iter().filter(|point| point.place.start == start);
     let found = points.filter_map(|point| Some((&point.place, point.found()?)));
+    let found: Vec<(&Place, &SettledResponse)> = found.collect();
     let image = |palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
         // The first axis varies fastest.
         let mut cells = vec![None; columns * rows];
-        for (place, response) in found.clone() {
+        for (place, response) in &found {
             cells[place.index % (columns * rows)] = color(response);
         }
-        Layer::cells([&x, &y], columns, &cells, palette.iter().copied())
+        Layer::cells([&x, &y], columns, &cells, palette)
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
     let colors = Regime::VARIANTS.iter();
-    let colors: Vec<_> = colors
-        .map(|regime| Color::Regime(*regime).on_light())
-        .collect();
+    let colors: Vec<Rgb> = colors.map(|kind| Color::Regime(*kind).on_light()).collect();
     // The palette is in the order of the variants.
-    let regimes = image(&colors, &|response| Some(response.regime as u8));
-    let keys = regime_legend(|regime| found.clone().any(|(_, found)| found.regime == regime));
-    let unsettled = found.clone().filter(|(_, response)| !response.settled);
+    let mut regimes = vec![image(&colors, &|response| Some(response.regime as u8))];
+    regimes.extend(regime_legend(|kind| {
+        found.iter().any(|(_, found)| found.regime == kind)
+    }));
+    let unsettled = found.iter().filter(|(_, response)| !response.settled);
     let unsettled = unsettled.map(|(place, _)| [place.values[0], place.values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
-    let crosses = Some(crosses).filter(Layer::has_points);
-    let layers = [regimes].into_iter().chain(keys).chain(crosses);
-    let mut panels = vec![panel("type of motion".to_owned(), layers.collect())];
+    regimes.extend(Some(crosses).filter(Layer::has_points));
+    let mut panels = vec![panel("type of motion".to_owned(), regimes)];
     let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
     };
-    let values = || found.clone().filter_map(|(_, response)| largest(response));
+    let values = || found.iter().filter_map(|(_, response)| largest(response));
     let [_, most] = range(values().chain([1.0]));
     if values().next().is_some() {
         let image = image(&colormap()[..255], &|response| {
@@ -350,7 +312,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{}: {}", plan.subject.name, start_label(start));
-    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels);
+    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, panels);
     figure.size_mm[0] = 160.0;
     figure
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::analysis::{recurrence::RecurrencePeriods, tones::SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
-use crate::plot::{FigureOptions, Shape};
+use crate::plot::{FigureOptions, Format, Shape};
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::Axis as SweptAxis;
@@ -125,7 +125,11 @@ fn each_start_has_a_figure() {
         if let Ok(folder) = std::env::var("SQUEAKSCOPE_FIGURES") {
             for figure in &figures {
                 let path = std::path::Path::new(&folder).join(format!("{}.png", figure.name));
-                std::fs::write(path, figure.png(&FigureOptions::default()).unwrap()).unwrap();
+                std::fs::write(
+                    path,
+                    figure.file(&FigureOptions::default(), Format::Png).unwrap(),
+                )
+                .unwrap();
             }
         }
     }
@@ -159,11 +163,9 @@ fn a_doubling_is_marked_between_its_points() {
     let mut points = points(&plan);
     let marks = |points: &[SweepPoint]| {
         let panel = maxima(&plan, points, Start::Upward);
-        let dashed = panel
-            .layers
-            .into_iter()
-            .filter(|layer| layer.id == "chosen");
-        dashed.count()
+        let dashed = panel.layers.iter().filter(|layer| layer.id == "chosen");
+        // Each line has two ends.
+        dashed.flat_map(Layer::points_of).count() / 2
     };
     assert_eq!(marks(&points), 0);
     for point in &mut points {

@@ -285,7 +285,7 @@ fn every_name_has_a_figure() {
     let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
     assert_eq!(names, signal_figure_names());
     for figure in &figures {
-        let png = figure.png(&LOOK).unwrap();
+        let png = figure.file(&LOOK, Format::Png).unwrap();
         show(figure, &png);
         let svg = figure.svg(&LOOK);
         let document = resvg::usvg::roxmltree::Document::parse(&svg).unwrap();
@@ -307,7 +307,7 @@ fn every_name_has_a_figure() {
 fn names_are_escaped() {
     // XML has no escape character, and a direction override would reverse the rest of the line.
     let figures = signal_figures(&report("a<b & \"c\" \u{1b}[31m\u{202e}d"));
-    figures[0].png(&LOOK).unwrap();
+    figures[0].file(&LOOK, Format::Png).unwrap();
     let svg = figures[0].svg(&LOOK);
     let document = resvg::usvg::roxmltree::Document::parse(&svg).unwrap();
     let mut texts = document.descendants().filter_map(|node| node.text());
@@ -329,7 +329,7 @@ fn figures_without_data_are_valid() {
     empty.sound = None;
     empty.signal.samples = vec![0.0; 40];
     for figure in signal_figures(&empty) {
-        let png = figure.png(&LOOK).unwrap();
+        let png = figure.file(&LOOK, Format::Png).unwrap();
         assert!(size(&png)[0] > 0);
         assert!(is_finite(&figure), "{}", figure.name);
     }
@@ -387,7 +387,7 @@ fn everything() -> Figure {
     let layers = vec![
         Layer::image(image),
         Layer::band(
-            &[[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
+            [[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
             Color::Faint,
         ),
         Layer::areas(
@@ -396,7 +396,7 @@ fn everything() -> Figure {
             Color::Pale,
         )
         .with_label("columns"),
-        Layer::intervals(&[[0.5, 0.1, 0.9]], Color::Series(1)),
+        Layer::intervals([[0.5, 0.1, 0.9]], Color::Series(1)),
         Layer::line(points.clone(), Color::Series(0))
             .dashed()
             .with_label("a line"),
@@ -408,7 +408,7 @@ fn everything() -> Figure {
             ([0.51, 0.8], "f2".to_owned()),
         ]),
         Layer::horizontal_line(0.5),
-        Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),
+        Layer::vertical_lines([0.7], Color::Accent).with_label("chosen"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);
     let panel = Panel::new("one panel", axis("x, mm"), axis("y, s"), layers).with_note("a note");
@@ -427,7 +427,7 @@ fn layers_are_clipped_at_the_axes() {
         }
     };
     let accent = |figure: &Figure| -> Vec<[usize; 2]> {
-        let png = figure.png(&LOOK).unwrap();
+        let png = figure.file(&LOOK, Format::Png).unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(png))
             .read_info()
             .unwrap();
@@ -496,5 +496,8 @@ fn every_shape_is_drawn_in_every_format_and_style() {
             .contains("width=\"90.00mm\" height=\"60.00mm\"")
     );
     // 90 mm at 300 dpi.
-    assert_eq!(size(&everything().png(&sized).unwrap()), [1063, 709]);
+    assert_eq!(
+        size(&everything().file(&sized, Format::Png).unwrap()),
+        [1063, 709]
+    );
 }

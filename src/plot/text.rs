@@ -1,7 +1,8 @@
 //! Text metrics: width of a text, and line breaking.
 
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
+use regex::{Captures, Regex};
 use ttf_parser::Face;
 
 /// Font family.
@@ -19,15 +20,15 @@ const MISSING: f64 = 0.6;
 
 /// Width of a text at a font size, both in points.
 pub fn width(text: &str, size: f64, bold: bool) -> f64 {
-    static PARSED: OnceLock<[Option<Face<'static>>; 2]> = OnceLock::new();
-    let faces = PARSED.get_or_init(|| FACES.map(|face| Face::parse(face, 0).ok()));
-    let face = faces[usize::from(bold)].as_ref();
+    static PARSED: LazyLock<[Face<'static>; 2]> =
+        LazyLock::new(|| FACES.map(|face| Face::parse(face, 0).expect("an embedded font")));
+    let face = &PARSED[usize::from(bold)];
     let ems = |c: char| {
-        let advance = face.and_then(|face| {
-            let advance = face.glyph_hor_advance(face.glyph_index(c)?)?;
-            Some(f64::from(advance) / f64::from(face.units_per_em()))
-        });
-        advance.unwrap_or(MISSING)
+        let glyph = face.glyph_index(c);
+        let advance = glyph.and_then(|glyph| face.glyph_hor_advance(glyph));
+        advance.map_or(MISSING, |advance| {
+            f64::from(advance) / f64::from(face.units_per_em())
+        })
     };
     size * text.chars().map(ems).sum::<f64>()
 }
@@ -57,71 +58,30 @@ pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
 /// A text as it is shown: control characters escaped, a minus sign for a hyphen before a number or a frequency, and `2.5e-4` as
 /// `2.5 × 10⁻⁴`.
 pub fn shown(text: &str) -> String {
+    static PATTERNS: LazyLock<[Regex; 3]> = LazyLock::new(|| {
+        [POWER, SIGN, DIFFERENCE].map(|pattern| Regex::new(pattern).expect("a valid pattern"))
+    });
+    let [power, sign, difference] = &*PATTERNS;
     let text = crate::escape::lines(text);
-    let mut shown = String::with_capacity(text.len());
-    let mut left = &*text;
-    while let Some(c) = left.chars().next() {
-        left = &left[c.len_utf8()..];
-        let is_in_word = shown.ends_with(char::is_alphanumeric);
-        if c == 'e'
-            && let Some(power) = exponent(left)
-            && let Some(before) = number_before(&shown)
-        {
-            match &shown[before..] {
-                "1" => shown.truncate(before),
-                _ => shown += " × ",
-            }
-            shown += &power_of_ten(power);
-            left = &left[power.len()..];
-        } else if c == '-'
-            && (starts_with_digit(left) && !is_in_word || is_difference(&shown, left))
-        {
-            shown.push('−');
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
+    let text = power.replace_all(&text, |found: &Captures<'_>| {
+        let factor = format!("{} × ", &found[2]);
+        let factor = if &found[2] == "1" { "" } else { &factor };
+        format!("{}{factor}{}", &found[1], power_of_ten(&found[3]))
+    });
+    let text = sign.replace_all(&text, "${1}−${2}");
+    difference.replace_all(&text, " − ${1}").into_owned()
 }
 
-/// Whether a number follows, as after a sign.
-fn starts_with_digit(after: &str) -> bool {
-    after.starts_with(|next: char| next.is_ascii_digit())
-}
-
-/// Whether a text ends and the next one begins as at the minus of `2 f1 - f2`.
-fn is_difference(before: &str, after: &str) -> bool {
-    let next = after.strip_prefix(' ').unwrap_or_default();
-    before.ends_with(' ')
-        && (starts_with_digit(next)
-            || starts_with_digit(next.strip_prefix('f').unwrap_or_default()))
-}
-
-/// The exponent with which a text starts, unless it belongs to a word.
-fn exponent(text: &str) -> Option<&str> {
-    let digits = text.strip_prefix('-').unwrap_or(text);
-    let after = digits.trim_start_matches(|c: char| c.is_ascii_digit());
-    let is_number = after.len() < digits.len() && !after.starts_with(char::is_alphanumeric);
-    is_number.then(|| &text[..text.len() - after.len()])
-}
-
-/// Start of the number with which a text ends.
-fn number_before(text: &str) -> Option<usize> {
-    let before = text.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
-    let is_number = text.ends_with(|c: char| c.is_ascii_digit());
-    (is_number && !before.ends_with(char::is_alphanumeric)).then_some(before.len())
-}
+/// A number with an exponent and what is before it, the sign of a number, and the minus of `2 f1 - f2`; not in words.
+const POWER: &str = r"(^|[^\p{Alphabetic}\p{N}.])([0-9.]*[0-9])e(-?[0-9]+)\b{end-half}";
+const SIGN: &str = r"(^|[^\p{Alphabetic}\p{N}])-([0-9])";
+const DIFFERENCE: &str = " - (f?[0-9])";
 
 /// A power of ten with its exponent raised: `10⁻³`.
 pub fn power_of_ten(exponent: &str) -> String {
-    let raised = exponent.chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    });
-    format!("10{}", raised.collect::<String>())
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize]);
+    format!("10{}", exponent.chars().map(raised).collect::<String>())
 }
 
 /// Escapes a text as the content of an XML element or attribute. Control characters are not allowed in XML.

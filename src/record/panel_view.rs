@@ -158,7 +158,7 @@ impl PanelView {
 
     /// Draws a vertical line at an abscissa over a panel that is drawn.
     pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
-        let cursor = Layer::vertical_line(x, plot::Color::Ink).with_id(paths::CURSOR);
+        let cursor = Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR);
         let plot = self.plot(panel);
         self.draw_layers(rec, at, &plot, &[cursor]);
     }

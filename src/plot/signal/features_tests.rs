@@ -3,7 +3,7 @@
 use super::*;
 use crate::import::Signal;
 use crate::plot::figure::Shape;
-use crate::plot::{Figure, FigureOptions};
+use crate::plot::{FigureOptions, Format};
 use crate::study::signal::{SignalOptions, analyse_signal};
 use crate::test_signals::recorded::RECORDED;
 use crate::test_signals::textbook::{JUDGING, TEXTBOOK};
@@ -12,69 +12,69 @@ use crate::test_signals::textbook::{JUDGING, TEXTBOOK};
 const POINTS: usize = 160;
 
 /// The panel of a feature.
-type Feature = fn(&SignalFigures<'_>) -> Panel;
+type Feature = fn(&SignalAnalysis) -> Panel;
 
 /// Panel of each feature, and what it shows in a signal of which family: with the feature, and without it.
 const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
-        |view| first(view.spectrum().expect("analysed")),
+        |report| first(spectrum(report).expect("analysed")),
         [
             ["one tone", "squeak, locked harmonics"],
             ["more than one tone", "two tones in noise"],
         ],
     ),
     (
-        |view| first(view.spectrum().expect("analysed")),
+        |report| first(spectrum(report).expect("analysed")),
         [["two tones", "torus"], ["more than two tones", "music"]],
     ),
     (
-        |view| first(view.spectrum().expect("analysed")),
+        |report| first(spectrum(report).expect("analysed")),
         [
             ["broadband floor", "Lorenz"],
             ["no broadband floor", "periodic"],
         ],
     ),
     (
-        |view| first(view.section().expect("analysed")),
+        |report| first(section(report).expect("analysed")),
         [
             ["Poincaré section: curve", "torus"],
             ["Poincaré section: cloud", "Mackey-Glass"],
         ],
     ),
     (
-        |view| view.section().expect("analysed").1[0][1].clone(),
+        |report| section(report).expect("analysed").1[0][1].clone(),
         [
             ["repetition", "period doubling cascade"],
             ["no repetition", "Roessler"],
         ],
     ),
     (
-        |view| first(view.portrait().expect("analysed")),
+        |report| first(portrait(report).expect("analysed")),
         [
             ["predictable", "van der Pol, torus"],
             ["not predictable", "coloured noise, resonance"],
         ],
     ),
     (
-        |view| first(view.divergence().expect("analysed")),
+        |report| first(divergence(report).expect("analysed")),
         [
             ["divergence", "Roessler"],
             ["no divergence", "van der Pol, torus"],
         ],
     ),
     (
-        |view| view.zero_one().expect("analysed").1[0][1].clone(),
+        |report| zero_one(report).expect("analysed").1[0][1].clone(),
         [
             ["0–1 test: random walk", "Duffing, two wells"],
             ["0–1 test: bounded path", "near locking 1:3"],
         ],
     ),
     (
-        |view| first(view.waveform().expect("analysed")),
+        |report| first(waveform(report).expect("analysed")),
         [["steady", "periodic"], ["not steady", "decay or growth"]],
     ),
     (
-        |view| first(view.waveform().expect("analysed")),
+        |report| first(waveform(report).expect("analysed")),
         [["long record", "noisy periodic"], ["short record", "short"]],
     ),
 ];
@@ -111,7 +111,7 @@ fn report(name: &str) -> SignalAnalysis {
 /// The picture of a feature in a signal of a family.
 fn panel(picture: Feature, [title, name]: [&str; 2]) -> Panel {
     let report = report(name);
-    let mut panel = picture(&SignalFigures::new(&report));
+    let mut panel = picture(&report);
     panel.square = false;
     for layer in &mut panel.layers {
         layer.label.clear();
@@ -143,9 +143,11 @@ fn html() -> String {
     let panels: Vec<Panel> = features
         .flat_map(|(picture, pair)| pair.map(|one| panel(picture, one)))
         .collect();
-    let figure = Figure::grid("features", "Features", 40.0, 4, &panels);
+    let figure = Figure::grid("features", "Features", 40.0, 4, panels);
     if let Some(file) = std::env::var_os("SQUEAKSCOPE_PNG") {
-        let png = figure.png(&FigureOptions::default()).expect("drawn");
+        let png = figure
+            .file(&FigureOptions::default(), Format::Png)
+            .expect("drawn");
         std::fs::write(file, png).expect("written");
     }
     let svg = figure.svg(&FigureOptions::default()).replace('\n', " ");

@@ -1,0 +1,434 @@
+//! Figures of the report on a signal.
+
+use super::axis::extent;
+use super::color::{colormap, colormap_index};
+use super::figure::{plain_palette, regime_legend};
+use super::{Axis, Color, Figure, Image, Layer, Panel, SectionAxes, Unit};
+use super::{chaos, false_neighbours, mutual_information, range_shown, response};
+use crate::analysis::chaos::Divergence;
+use crate::analysis::levels::LevelReference;
+use crate::analysis::recurrence::{Measures, RecurrencePeriods};
+use crate::analysis::regime::Evidence;
+use crate::analysis::tones::{Bases, Column};
+use crate::number::significant;
+use crate::study::signal::{Outcome, SignalAnalysis, SkipReason};
+
+/// Maximum number of points of a curve; more cannot be resolved.
+const MOST_POINTS: usize = 4000;
+/// Periods shown in the detail panel; without a period, hundredths of the signal.
+const CLOSE_PERIODS: f64 = 12.0;
+/// Maximum number of labelled spectral lines.
+const NAMED_LINES: usize = 8;
+/// Range of the spectrum and of the spectrogram below the strongest line, dB.
+const DEPTH_DB: f64 = 100.0;
+const SPECTROGRAM_DB: f64 = 80.0;
+/// Maximum number of rows of a spectrogram.
+const ROWS: usize = 600;
+/// Colour of ridges: visible on the dark colours of strong tones.
+const RIDGE: Color = Color::Series(6);
+
+/// The rows of a figure and its height, mm.
+type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
+
+/// The figures: name, what it shows, and its picture.
+const FIGURES: [(&str, &str, fn(&SignalAnalysis) -> Picture); 13] = [
+    ("events", "Tonal events", events),
+    ("waveform", "Waveform", waveform),
+    ("spectrum", "Spectrum", spectrum),
+    ("spectrogram", "Spectrogram", spectrogram),
+    ("delay", "Delay and dimension", delay),
+    ("portrait", "Delay portrait", portrait),
+    ("recurrence", "Recurrence plot", recurrence),
+    ("measures", "Recurrence quantification over time", measures),
+    ("section", "Poincaré section y(t + τ) = mean", section),
+    (
+        "return_times",
+        "Times between the crossings of the Poincaré section",
+        return_times,
+    ),
+    ("divergence", "Divergence of nearby states", divergence),
+    ("zero_one", "0–1 test for chaos", zero_one),
+    ("regime", "Type of motion", regime),
+];
+
+/// Names of the figures of [`signal_figures`], in their order.
+pub fn signal_figure_names() -> [&'static str; 13] {
+    FIGURES.map(|(name, ..)| name)
+}
+
+/// The figures of a report.
+pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
+    let figures = FIGURES.into_iter().map(|(name, title, picture)| {
+        let skipped = |reason| (60.0, vec![vec![skipped_panel("skipped", reason)]]);
+        let (height, rows) = picture(report).unwrap_or_else(skipped);
+        let title = format!("{title} of {}", report.signal.name);
+        Figure::new(name, title, height, rows)
+    });
+    figures.collect()
+}
+
+/// The unit in which samples are written.
+fn unit(report: &SignalAnalysis) -> Unit {
+    let samples = &report.signal.samples;
+    let largest = samples.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    Unit::of(&report.signal.unit, largest)
+}
+
+/// An axis of times, s, in a unit that suits the duration.
+fn time_axis(report: &SignalAnalysis, times: [f64; 2]) -> Axis {
+    let seconds = report.signal.samples.len() as f64 / report.signal.rate;
+    Axis::linear("time", times).written_in(Unit::of("s", 0.5 * seconds.max(1e-6)))
+}
+
+/// An axis of frequencies up to the highest, Hz.
+fn frequency_axis(report: &SignalAnalysis, highest: f64) -> Axis {
+    let is_fast = report.signal.rate >= 4000.0;
+    let unit = Unit::of("Hz", if is_fast { 1e3 } else { 1.0 });
+    Axis::linear("frequency", [0.0, highest]).written_in(unit)
+}
+
+/// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.
+fn top(report: &SignalAnalysis) -> f64 {
+    report.highest_frequency(1.25)
+}
+
+/// A panel without data that says why.
+fn skipped_panel(title: &str, reason: SkipReason) -> Panel {
+    let axis = Axis::linear("", [0.0, 1.0]);
+    Panel::new(title, axis.clone(), axis, Vec::new()).with_note(reason.to_string())
+}
+
+/// A curve at the resolution of the figure: minimum and maximum of each interval if there are too many samples.
+fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Layer {
+    let stretch = values.len().div_ceil(MOST_POINTS / 2);
+    let ends = |(n, part): (usize, &[f64])| {
+        let x = at(n * stretch + part.len() / 2);
+        extent(part.iter().copied()).map(|y| [x, y])
+    };
+    let points = if values.len() <= MOST_POINTS {
+        let points = values.iter().enumerate();
+        points.map(|(k, &value)| [at(k), value]).collect()
+    } else {
+        values.chunks(stretch).enumerate().flat_map(ends).collect()
+    };
+    Layer::line(points, Color::Ink).with_size(0.8)
+}
+
+/// The spectrogram with the ridges of the events, numbered at their starts.
+fn events(report: &SignalAnalysis) -> Picture {
+    let mut panel = spectrogram_panel(report);
+    let events = report.events();
+    let title = match (&report.sound, events.len()) {
+        (None, _) => "no tonal events: the sample rate is not that of sound",
+        (Some(_), 0) => "no tonal events",
+        (Some(sound), _) => &format!(
+            "events with number and level ({}) at their starts",
+            sound.level_reference
+        ),
+    };
+    if !events.is_empty() {
+        let ridges = events.iter().map(|event| {
+            let ridge = event.ridge.iter();
+            ridge.map(|p| [p.time_s, p.frequency_hz]).collect()
+        });
+        let ridges = Layer::lines(ridges.collect(), RIDGE).with_size(1.3);
+        let starts = events.iter().zip(1..).map(|(event, number)| {
+            let start = [event.start_s, event.frequency_at(event.start_s)];
+            (start, format!("{number}: {:.1}", event.level_db))
+        });
+        let starts = Layer {
+            color: RIDGE,
+            ..Layer::peaks(starts.collect())
+        };
+        panel.layers.extend([ridges.with_id("ridges"), starts]);
+    }
+    Ok((88.0, vec![vec![panel.with_title(title)]]))
+}
+
+fn waveform(report: &SignalAnalysis) -> Picture {
+    let signal = &report.signal;
+    let all = &signal.samples;
+    let count = all.len();
+    let period = match report.tones.lines.first() {
+        Some(line) => signal.rate / line.line.frequency,
+        None => count as f64 / (100.0 * CLOSE_PERIODS),
+    };
+    let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
+    let y = Axis::with_margin("signal", all.iter().copied()).written_in(unit(report));
+    let panel = |title: &str, from: usize| {
+        let curve = envelope(&all[from..], |k| signal.time((from + k) as f64));
+        let times = [from as f64, count as f64 - 1.0].map(|sample| signal.time(sample));
+        Panel::new(title, time_axis(report, times), y.clone(), vec![curve])
+    };
+    let whole = panel("whole signal", 0);
+    let end = panel("end of the signal", count - close);
+    Ok((112.0, vec![vec![whole], vec![end]]))
+}
+
+fn spectrum(report: &SignalAnalysis) -> Picture {
+    let spectrum = &report.spectrum;
+    let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
+    // Relative to the strongest line, or to a sine of 20 uPa RMS.
+    let sound = LevelReference::SoundPressure;
+    let (zero, reference) = if report.signal.unit == LevelReference::PASCAL {
+        (sound.amplitude(strongest), sound.to_string())
+    } else {
+        let Unit { symbol, factor } = unit(report);
+        let shown = significant(strongest * factor, 3);
+        (strongest.max(1e-300), format!("dB re {shown} {symbol}"))
+    };
+    let level = |a: f64| 20.0 * (a.max(1e-12 * strongest).max(1e-300) / zero).log10();
+    let shown = ((top(report) / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
+    let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
+    let levels: Vec<f64> = levels.collect();
+    let lowest = extent(levels.iter().copied())[0].max(level(strongest) - DEPTH_DB - 20.0);
+    let lines = report.tones.lines.iter().take(NAMED_LINES);
+    let lines = lines.map(|named| &named.line);
+    let named = lines.filter(|line| !line.label.is_empty());
+    let peaks = named.map(|line| ([line.frequency, level(line.amplitude)], line.label.clone()));
+    let peaks = Layer::peaks(peaks.collect());
+    let bases = bases(&report.tones.naming.bases);
+    let floor = 100.0 * report.tones.broadband_share;
+    let name = format!("amplitude, {}", reference.trim_end());
+    let panel = Panel::new(
+        format!("{bases}; broadband floor {floor:.2} %"),
+        frequency_axis(report, top(report)),
+        Axis::linear(name, [lowest, level(strongest) + 20.0]),
+        vec![envelope(&levels, |k| k as f64 * spectrum.bin), peaks],
+    );
+    Ok((88.0, vec![vec![panel]]))
+}
+
+fn spectrogram(report: &SignalAnalysis) -> Picture {
+    Ok((88.0, vec![vec![spectrogram_panel(report)]]))
+}
+
+/// The spectrogram of the whole signal.
+fn spectrogram_panel(report: &SignalAnalysis) -> Panel {
+    let columns = &report.spectrogram;
+    let image = columns.first().zip(columns.last()).map(|(first, last)| {
+        let shown = ((top(report) / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
+        let times = [first.centre, last.centre].map(|sample| report.signal.time(sample));
+        image(columns, shown, times, [0.0, shown as f64 * first.bin])
+    });
+    let (x, y, note) = match &image {
+        Some(image) => (image.x, image.y[1], ""),
+        None => ([0.0, 1.0], 1.0, "the signal is too short for a spectrogram"),
+    };
+    let panel = Panel::new(
+        format!("dark is strong; range {SPECTROGRAM_DB:.0} dB"),
+        time_axis(report, x),
+        frequency_axis(report, y),
+        image.map(Layer::image).into_iter().collect(),
+    );
+    panel.with_note(note)
+}
+
+/// The lowest bins of the columns as an image; each pixel shows the largest amplitude of its bins.
+fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
+    let most = |amplitude: &[f64]| amplitude.iter().copied().fold(0.0, f64::max);
+    let strongest = columns.iter().map(|c| most(&c.amplitude[..bins]));
+    let strongest = strongest.fold(0.0, f64::max);
+    let height = bins.min(ROWS);
+    let pixels = (0..height).rev().flat_map(|row| {
+        let first = row * bins / height;
+        let bins = first..((row + 1) * bins / height).max(first + 1);
+        columns.iter().map(move |column| {
+            let share = most(&column.amplitude[bins.clone()]) / strongest;
+            colormap_index(1.0 + 20.0 * share.log10() / SPECTROGRAM_DB)
+        })
+    });
+    Image {
+        x,
+        y,
+        size: [columns.len(), height],
+        pixels: pixels.collect(),
+        palette: plain_palette(colormap()),
+    }
+}
+
+/// The base frequencies as text.
+fn bases(bases: &Bases) -> String {
+    let hertz = |f: f64| match f {
+        f if f >= 1000.0 => format!("{:.4} kHz", 1e-3 * f),
+        f => format!("{f:.3} Hz"),
+    };
+    match bases {
+        Bases::None => "no simple pattern of spectral lines".to_owned(),
+        Bases::One { f1 } => format!("f1 = {}", hertz(*f1)),
+        Bases::Modulated { f1, fm } => {
+            format!("f1 = {}, modulated at fm = {}", hertz(*f1), hertz(*fm))
+        }
+        Bases::Two { f1, f2 } => format!("f1 = {}, f2 = {}", hertz(*f1), hertz(*f2)),
+    }
+}
+
+fn delay(report: &SignalAnalysis) -> Picture {
+    let delay = &report.embedding.get()?.choice;
+    let lag = format!("τ = {}", delay.lag);
+    let mutual = mutual_information(delay, (1.0, "samples"), &lag);
+    let neighbours = false_neighbours(delay, &format!("m = {}", delay.dimension));
+    Ok((76.0, vec![vec![mutual, neighbours]]))
+}
+
+fn portrait(report: &SignalAnalysis) -> Picture {
+    let lag = report.embedding.get()?.choice.lag;
+    let samples = &report.analysed().samples;
+    let count = samples.len().saturating_sub(lag);
+    let newest = count.saturating_sub(2 * MOST_POINTS)..count;
+    let title = format!("delay {lag} samples, the last {}", newest.len());
+    let points = newest.map(|k| [samples[k], samples[k + lag]]).collect();
+    let [x, y] = ["y(t)", "y(t + τ)"]
+        .map(|name| Axis::with_margin(name, samples.iter().copied()).written_in(unit(report)));
+    let curve = Layer::line(points, Color::Ink).with_size(0.6);
+    let panel = Panel::new(title, x, y, vec![curve]);
+    Ok((108.0, vec![vec![panel.square()]]))
+}
+
+fn recurrence(report: &SignalAnalysis) -> Picture {
+    let recurrence = report.recurrence.get()?;
+    let picture = &recurrence.picture;
+    let mut panel = response::recurrence(Some(picture), true);
+    let marks = period_marks(&recurrence.recurrence_periods, picture.window);
+    panel.layers.extend(marks);
+    let share = 100.0 * picture.rate;
+    let panel = panel.with_title(format!("recurrence rate {share:.2} % in this plot"));
+    Ok((115.0, vec![vec![panel]]))
+}
+
+/// The diagonals at the recurrence periods that fit in a plot of a window (s), above the line of identity.
+fn period_marks(periods: &RecurrencePeriods, window: f64) -> impl Iterator<Item = Layer> {
+    let inside = periods.0.iter().filter(move |found| found.period < window);
+    inside.enumerate().map(move |(k, found)| {
+        let line = vec![[-window, found.period - window], [-found.period, 0.0]];
+        let label = format!("{}: {}", found.kind, Unit::write(found.period, "s"));
+        let line = Layer::line(line, Color::Series(k)).dashed();
+        line.with_label(label)
+    })
+}
+
+fn measures(report: &SignalAnalysis) -> Picture {
+    let windows = &report.recurrence.get()?.windows;
+    let times = time_axis(report, extent(windows.iter().map(|at| at.time_s)));
+    let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
+        let points = windows.iter();
+        let points = points.filter_map(|at| Some([at.time_s, value(&at.measures)?]));
+        Layer::line(points.collect(), color).with_label(label)
+    };
+    let most = |layers: &[Layer]| {
+        let points = layers.iter().flat_map(Layer::points_of);
+        extent(points.map(|p| p[1]))[1]
+    };
+    let [rates, lines, recurrences] = [0, 2, 3].map(Color::Series);
+    let shares = vec![
+        line("RR", rates, &|m| Some(m.recurrence_rate)),
+        line("DET", lines, &|m| m.determinism),
+        line("LAM", recurrences, &|m| m.laminarity),
+    ];
+    let lengths = vec![
+        line("L", lines, &|m| m.mean_diagonal),
+        line("TT", recurrences, &|m| m.trapping_time),
+        line("T²", Color::Series(4), &|m| m.recurrence_time_2),
+    ];
+    let entropy = vec![line("", Color::Ink, &|m| m.entropy)];
+    let share = Axis::linear("", [0.0, 1.05]);
+    let duration = Axis::linear("duration", [0.0, 1.08 * most(&lengths)]).of("s");
+    let nats = Axis::linear("nats", [0.0, 1.1 * most(&entropy)]);
+    let rows = [
+        ("RR, DET and LAM", share, shares),
+        (
+            "mean line lengths L and TT, recurrence time T²",
+            duration,
+            lengths,
+        ),
+        ("entropy of the diagonal line lengths", nats, entropy),
+    ];
+    let rows = rows.map(|(title, y, layers)| vec![Panel::new(title, times.clone(), y, layers)]);
+    Ok((145.0, rows.into()))
+}
+
+fn section(report: &SignalAnalysis) -> Picture {
+    let crossings = report.section.get()?.crossings.iter();
+    let points: Vec<[f64; 2]> = crossings.map(|crossing| crossing.at).collect();
+    let mut axes = section_axes(report);
+    axes.fit(points.iter());
+    let map = axes.return_map(&points, Color::Ink);
+    let section = axes.section(&points, Color::Ink);
+    let section = section.with_title(format!("{} intersections", points.len()));
+    Ok((96.0, vec![vec![section, map]]))
+}
+
+/// The axes of a section about the middle of the samples.
+fn section_axes(report: &SignalAnalysis) -> SectionAxes {
+    let span = extent(report.analysed().samples.iter().copied());
+    SectionAxes::delayed("y", &report.signal.unit, range_shown(span))
+}
+
+fn return_times(report: &SignalAnalysis) -> Picture {
+    let crossings = report.section.get()?.crossings.iter();
+    let times: Vec<f64> = crossings.map(|crossing| crossing.time_s).collect();
+    let panel = section_axes(report).return_times(&times, Color::Ink);
+    Ok((88.0, vec![vec![panel]]))
+}
+
+fn divergence(report: &SignalAnalysis) -> Picture {
+    let panel = |title: &str, divergence: &Outcome<Divergence>| match divergence.get() {
+        Ok(divergence) => chaos::divergence(divergence, &unit(report)).with_title(title),
+        Err(reason) => skipped_panel(&format!("{title}: skipped"), reason),
+    };
+    let rosenstein = panel("Rosenstein", &report.rosenstein);
+    Ok((82.0, vec![vec![rosenstein, panel("Kantz", &report.kantz)]]))
+}
+
+fn zero_one(report: &SignalAnalysis) -> Picture {
+    let test = report.zero_one.get()?;
+    let k = Panel::new(
+        format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
+        Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
+        Axis::linear("K", [-1.05, 1.05]),
+        vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
+    );
+    // The other panel has K as its title.
+    let path = chaos::zero_one_path(test, &report.signal.unit, test.path.len()).with_caption("");
+    Ok((84.0, vec![vec![k, path]]))
+}
+
+fn regime(report: &SignalAnalysis) -> Picture {
+    let verdict = report.verdict.get()?;
+    // What matters, as many as a slide has room for.
+    let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
+    let evidence: Vec<&Evidence> = evidence.take(8).collect();
+    let parts = evidence.iter().enumerate().map(|(row, piece)| {
+        let ends = [0.0, piece.contribution];
+        (row, ends, Color::Regime(piece.supports))
+    });
+    let names = evidence.iter().map(|piece| piece.criterion.clone());
+    let largest = evidence.iter().map(|piece| piece.contribution);
+    let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
+    let mut panel = Panel::bars(verdict.summary(), axis, names.collect(), parts);
+    let is_supported = |regime| evidence.iter().any(|e| e.supports == regime);
+    panel.layers.extend(regime_legend(is_supported));
+    Ok((34.0 + 7.0 * evidence.len() as f64, vec![vec![panel]]))
+}
+
+#[cfg(test)]
+mod features_tests;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_is_light() {
+        let image = |amplitude: Vec<f64>| {
+            let column = Column {
+                centre: 0.0,
+                bin: 1.0,
+                amplitude,
+            };
+            image(&[column], 2, [0.0, 1.0], [0.0, 1.0]).pixels
+        };
+        assert_eq!(image(vec![0.0, 0.0]), [0, 0]);
+        assert_eq!(image(vec![0.0, 1e-20]), [255, 0]);
+    }
+}
