@@ -19,8 +19,10 @@ pub struct LessonMeasurements {
     pub level: Level,
     /// Counts of contact nodes since the last evaluation.
     nodes: Vec<ContactSample>,
-    statuses: StatusCounts,
-    kinds: Vec<StatusKind>,
+    /// For each state of a small system, whether it is held in it.
+    holds: Vec<bool>,
+    /// Whether it was held at the samples since the last evaluation, and at the sample before them.
+    held: Vec<bool>,
     leaders: DominantModes,
     tilts: Option<TiltHistory>,
     turning: Option<Turning>,
@@ -39,14 +41,16 @@ pub struct LessonMeasurements {
 impl LessonMeasurements {
     /// No measurements yet, for a run described by `header`.
     pub fn new(spec: &AnalysisSpec, header: &Header, computed: &MechanismPrediction) -> Self {
-        let (lowest, kinds) = match &header.subject {
+        let (lowest, holds) = match &header.subject {
             Subject::Joint(joint) => (
                 joint.modes.first().map_or(1e3, |m| m.frequency_hz),
                 Vec::new(),
             ),
             Subject::Small(small) => (
                 small.frequency_hz,
-                small.statuses.iter().map(|status| status.kind).collect(),
+                (small.statuses.iter())
+                    .map(|status| status.kind == StatusKind::Held)
+                    .collect(),
             ),
             Subject::Signal(_) => (1e3, Vec::new()),
         };
@@ -56,7 +60,7 @@ impl LessonMeasurements {
         let is_turning = evidence == Evidence::Turning;
         Self {
             level: Level::new(segment, SMALL * computed.sliding_speed),
-            kinds,
+            holds,
             leaders: DominantModes::new(header.joint()),
             tilts: (is_turning || evidence == Evidence::Loop).then(|| TiltHistory::new(window)),
             turning: is_turning.then(|| Turning::new(SMALL * computed.sliding_speed)),
@@ -137,7 +141,11 @@ impl LessonMeasurements {
             self.next[1] += 1;
         }
         if let Some(&status) = frame.status.get(k) {
-            self.statuses.push(self.kinds[usize::from(status)]);
+            let is_held = self.holds[usize::from(status)];
+            if self.held.is_empty() {
+                self.held.push(is_held);
+            }
+            self.held.push(is_held);
         }
         let speed = frame.velocity[k].abs();
         self.fastest = self.fastest.max(speed);
@@ -154,7 +162,8 @@ impl LessonMeasurements {
     /// Evaluates the counts since the last call.
     pub fn evaluate(&mut self) {
         self.so_far.nodes = node_shares(&std::mem::take(&mut self.nodes));
-        self.so_far.statuses = self.statuses.take(self.dt);
+        self.so_far.statuses = status_shares(&self.held, self.dt);
+        self.held.drain(..self.held.len().saturating_sub(1));
         self.so_far.leader = self.leaders.evaluate();
         self.so_far.peak_speed = Some(std::mem::take(&mut self.fastest));
     }
@@ -203,34 +212,16 @@ fn node_shares(counts: &[ContactSample]) -> Option<NodeShares> {
     })
 }
 
-/// Counts of the states of a small system.
-#[derive(Clone, Debug, Default)]
-struct StatusCounts {
-    samples: u64,
-    held: u64,
-    /// Number of transitions into and out of the held state.
-    changes: u64,
-    before: Option<bool>,
-}
-
-impl StatusCounts {
-    fn push(&mut self, kind: StatusKind) {
-        let held = kind == StatusKind::Held;
-        self.samples += 1;
-        self.held += u64::from(held);
-        let before = self.before.replace(held);
-        self.changes += u64::from(before.is_some_and(|before| before != held));
-    }
-
-    /// The shares of samples `dt` (s) apart so far, if there are samples. Restarts the counts.
-    fn take(&mut self, dt: f64) -> Option<StatusShares> {
-        let taken = std::mem::take(self);
-        self.before = taken.before;
-        (taken.samples > 0).then(|| StatusShares {
-            held: taken.held as f64 / taken.samples as f64,
-            releases_per_s: 0.5 * (taken.changes as f64 / (taken.samples as f64 * dt)),
-        })
-    }
+/// Shares of the states of a small system, from whether it was held at samples `dt` (s) apart, of which the first belongs to
+/// the interval before; `None` without further samples.
+fn status_shares(held: &[bool], dt: f64) -> Option<StatusShares> {
+    let (_, samples) = held.split_first()?;
+    let changes = held.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let count = samples.len() as f64;
+    (count > 0.0).then(|| StatusShares {
+        held: samples.iter().filter(|held| **held).count() as f64 / count,
+        releases_per_s: 0.5 * (changes as f64 / (count * dt)),
+    })
 }
 
 /// Family of modes with the most energy: at the end of the growth, and since the last evaluation.

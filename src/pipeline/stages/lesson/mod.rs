@@ -10,12 +10,11 @@ mod second_tone;
 mod tilt_history;
 mod turning;
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use measured::LessonMeasurements;
 
-use super::clock::samples;
+use super::stage::samples;
 use crate::pipeline::message::{
     Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction, Record, TiltedTone,
 };
@@ -29,8 +28,6 @@ const EVERY: f64 = 25e-3;
 pub struct LessonStage {
     computed: Arc<MechanismPrediction>,
     measured: LessonMeasurements,
-    /// Records of other stages that are not processed yet, with their times, s, in time order.
-    found: VecDeque<(f64, Record)>,
     /// Number of samples between two lessons.
     every: u64,
     seen: u64,
@@ -44,20 +41,10 @@ impl LessonStage {
         Some(Self {
             measured: LessonMeasurements::new(spec, header, &computed),
             computed,
-            found: VecDeque::new(),
             every: samples(EVERY, header.sample_rate, 1) as u64,
             seen: 0,
             sent: None,
         })
-    }
-
-    /// Processes the records of other stages up to a time, s.
-    fn take_found(&mut self, until: f64, records: &mut Vec<Record>) {
-        while let Some((time, found)) = self.found.pop_front_if(|(time, _)| *time <= until) {
-            if let Some(tone) = self.measured.take(time, found) {
-                records.push(self.level_sample(time, Some(tone)));
-            }
-        }
     }
 
     /// The velocity level at a time (s), or the strongest line at a tilt.
@@ -86,30 +73,26 @@ impl LessonStage {
         }
     }
 
-    /// Keeps a record of another stage until its time.
-    fn observe(&mut self, record: &Record) {
-        let time = match record {
-            Record::Spectrum { time, .. } | Record::Regime { time, .. } => *time,
-            Record::TrajectoryDivergence(divergence) => divergence.time_s,
-            Record::Exponents(exponents) => exponents.time,
-            _ => return,
-        };
-        // The stages of one frame report one after the other, each in time order.
-        let place = self.found.partition_point(|(known, _)| *known <= time);
-        self.found.insert(place, (time, record.clone()));
-    }
-
     /// Processes a frame, and adds records to those of the other stages.
     pub fn push(&mut self, frame: &Frame, records: &mut Vec<Record>) {
-        records.iter().for_each(|record| self.observe(record));
+        let timed = |record: &Record| Some((time_of(record)?, record.clone()));
+        let mut found: Vec<(f64, Record)> = records.iter().filter_map(timed).collect();
+        // The stages report one after the other, each in time order.
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found = found.into_iter().peekable();
         if self.sent.is_none() {
             self.send(frame.t0, records);
         }
         self.measured.begin_frame(frame);
         for k in 0..frame.len() {
-            // Half a sample of tolerance: times are sums of rounded numbers.
             let time = frame.time(k);
-            self.take_found(time + 0.5 * frame.dt, records);
+            // Half a sample of tolerance: times are sums of rounded numbers.
+            let until = time + 0.5 * frame.dt;
+            while let Some((at, record)) = found.next_if(|(at, _)| *at <= until) {
+                if let Some(tone) = self.measured.take(at, record) {
+                    records.push(self.level_sample(at, Some(tone)));
+                }
+            }
             if self.measured.sample(frame, k) {
                 records.push(self.level_sample(time, None));
             }
@@ -124,10 +107,19 @@ impl LessonStage {
     /// The remaining records after the last sample, at a time, s.
     pub fn finish(&mut self, time: f64) -> Vec<Record> {
         let mut records = Vec::new();
-        self.take_found(f64::INFINITY, &mut records);
         if self.seen > 0 {
             self.send(time, &mut records);
         }
         records
+    }
+}
+
+/// Time of a result of another stage that a lesson uses, s.
+fn time_of(record: &Record) -> Option<f64> {
+    match record {
+        Record::Spectrum { time, .. } | Record::Regime { time, .. } => Some(*time),
+        Record::TrajectoryDivergence(divergence) => Some(divergence.time_s),
+        Record::Exponents(exponents) => Some(exponents.time),
+        _ => None,
     }
 }
