@@ -6,7 +6,7 @@ use serde::Serialize;
 use tokio::sync::broadcast;
 
 use crate::pipeline::message::{Frame, Record};
-use crate::pipeline::{Delivery, RunHandle, Sink, SinkError};
+use crate::pipeline::{RunHandle, Sink, SinkError};
 use crate::sound::{Resampler, Source, SurfaceProbe};
 
 /// Maximum number of audio blocks in the queue of a listener.
@@ -119,8 +119,8 @@ impl Sink for AudioSink {
         Ok(())
     }
 
-    fn delivery(&self) -> Delivery {
-        Delivery::LatestPictures
+    fn may_skip_pictures(&self) -> bool {
+        true
     }
 }
 

@@ -14,7 +14,7 @@ use tokio::sync::watch;
 use self::store::State;
 use super::lock;
 use crate::pipeline::message::Record;
-use crate::pipeline::{Delivery, Sink, SinkError};
+use crate::pipeline::{Sink, SinkError};
 use crate::plot::Panel;
 
 pub use self::store::ViewCursor;
@@ -81,8 +81,8 @@ impl Sink for ViewSink {
         Ok(())
     }
 
-    fn delivery(&self) -> Delivery {
-        Delivery::LatestPictures
+    fn may_skip_pictures(&self) -> bool {
+        true
     }
 }
 
