@@ -1,6 +1,6 @@
 //! `squeakscope live`: an interactive run, controlled from its page.
 
-use std::net::IpAddr;
+use std::net::{IpAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,7 +22,7 @@ use super::resources;
 use super::run::command_line;
 use crate::escape;
 use crate::live::{
-    BoundListener, Command, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, Tour, bind,
+    Command, Limits, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, Tour, bind,
 };
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
@@ -114,21 +114,25 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let plan = plan(args, scene)?;
     resources::check_memory()?;
     resources::start_thread_pool()?;
-    let serving = bound(args.host, args.port)?;
-    let is_local = serving.address.ip().is_loopback();
+    let listener = bound(args.host, args.port)?;
     let second = Arc::new(Session::new(second(&plan)));
     let session = Arc::new(Session::new(plan));
     if args.tour.is_some() {
         let first = session.apply(&Command::Tour { step: Some(0) });
         first.map_err(CliError::during(LIVE_RUN))?;
     }
-    let page = Page::open(serving, Arc::clone(&session), Some(second));
+    let page = Page::open(
+        listener,
+        Arc::clone(&session),
+        Some(second),
+        Limits::default(),
+    );
     let page = page.map_err(|source| CliError::Threads {
         purpose: "the page",
         source: source.into(),
     })?;
     console::print(&format!("live page: {}\n", page.url()))?;
-    if !is_local {
+    if !args.host.is_loopback() {
         console::print_warning(
             "whoever knows this address can control the run (--host); give the audience the address under \
              `Share`, which only watches",
@@ -156,7 +160,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
 ///
 /// # Errors
 /// [`CliError::Serve`].
-pub(super) fn bound(host: IpAddr, port: u16) -> Result<BoundListener, CliError> {
+pub(super) fn bound(host: IpAddr, port: u16) -> Result<TcpListener, CliError> {
     bind(host, port).map_err(|source| CliError::Serve { host, port, source })
 }
 

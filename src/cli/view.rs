@@ -34,8 +34,8 @@ pub struct ViewArgs {
 pub(super) fn execute(args: &ViewArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     check_recording(&args.recording)?;
     let failed = CliError::during::<std::io::Error>("server");
-    let serving = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
-    let page = Page::of_recording(serving, &args.recording).map_err(failed)?;
+    let listener = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
+    let page = Page::of_recording(listener, &args.recording).map_err(failed)?;
     interrupt::start_work();
     console::print(&format!(
         "recording: {} (Ctrl-C ends the server)\n",

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde::Serialize;
 use tokio::sync::broadcast;
 
-use crate::pipeline::message::{Frame, Record};
-use crate::pipeline::{Delivery, RunHandle, Sink, SinkError};
+use crate::pipeline::message::{Frame, Header, Record};
+use crate::pipeline::{RunHandle, Sink, SinkError};
 use crate::sound::{Resampler, Source, SurfaceProbe};
 
 /// Maximum number of audio blocks in the queue of a listener.
@@ -36,27 +36,30 @@ pub(super) struct AudioInfo {
 
 /// Sink that sends the sound of a run to listeners at the measured playback speed, which lowers the pitch accordingly.
 pub(super) struct AudioSink {
-    source: Source,
     /// The run, whose playback speed is followed.
     run: RunHandle,
     listeners: broadcast::Sender<Sound>,
     /// Sample rate of the run, Hz.
     rate: f64,
-    probe: Option<SurfaceProbe>,
+    probe: SurfaceProbe,
     resampler: Option<Resampler>,
     /// Peak level of the recent past, m/s or m/s^2.
     level: f32,
 }
 
 impl AudioSink {
-    /// A sink for the sound of the given quantity and point.
-    pub fn new(source: Source, run: RunHandle, listeners: broadcast::Sender<Sound>) -> Self {
+    /// A sink for the sound of the given quantity and point, for the run described by `header`.
+    pub fn new(
+        source: Source,
+        header: &Header,
+        run: RunHandle,
+        listeners: broadcast::Sender<Sound>,
+    ) -> Self {
         Self {
-            source,
             run,
             listeners,
-            rate: 0.0,
-            probe: None,
+            rate: header.sample_rate,
+            probe: SurfaceProbe::with_fallback(source, header),
             resampler: None,
             level: 0.0,
         }
@@ -74,9 +77,7 @@ impl AudioSink {
         let resampler = self.resampler.get_or_insert_with(|| Resampler::new(rate));
         resampler.set_rate(rate);
         let mut sound = Vec::new();
-        if let Some(probe) = &mut self.probe {
-            resampler.push(probe.samples(frame), &mut sound);
-        }
+        resampler.push(self.probe.samples(frame), &mut sound);
         self.normalise(&mut sound);
         sound
     }
@@ -94,10 +95,6 @@ impl AudioSink {
 impl Sink for AudioSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match record {
-            Record::Header(header) => {
-                self.rate = header.sample_rate;
-                self.probe = Some(SurfaceProbe::with_fallback(self.source, &header));
-            }
             // Without listeners there is nothing to compute.
             Record::Samples(_) if self.listeners.receiver_count() == 0 => self.resampler = None,
             Record::Samples(frame) => {
@@ -105,9 +102,8 @@ impl Sink for AudioSink {
                 let speed = now.measured_speed.unwrap_or(now.speed).min(now.speed);
                 let sound = self.convert(&frame, speed);
                 if !sound.is_empty() {
-                    let probe = self.probe.as_ref();
                     let info = AudioInfo {
-                        what: probe.map_or_else(String::new, SurfaceProbe::description),
+                        what: self.probe.description(),
                         time_stretch: (1.0 / speed) as f32,
                     };
                     // The last listener may have disconnected in the meantime.
@@ -119,8 +115,8 @@ impl Sink for AudioSink {
         Ok(())
     }
 
-    fn delivery(&self) -> Delivery {
-        Delivery::LatestPictures
+    fn may_skip_pictures(&self) -> bool {
+        true
     }
 }
 
@@ -133,11 +129,10 @@ mod tests {
     #[test]
     fn audio_of_a_frame_has_a_maximum_duration() {
         let scene = Scene::load("mass-on-belt").unwrap();
-        let header = Simulation::new(&scene).unwrap().header("");
-        let listeners = broadcast::channel(QUEUE).0;
-        let mut sink = AudioSink::new(Source::default(), RunHandle::new(1.0), listeners);
-        sink.rate = 1e5;
-        sink.probe = Some(SurfaceProbe::with_fallback(Source::default(), &header));
+        let mut header = Simulation::new(&scene).unwrap().header("");
+        header.sample_rate = 1e5;
+        let (run, listeners) = (RunHandle::new(1.0), broadcast::channel(QUEUE).0);
+        let mut sink = AudioSink::new(Source::default(), &header, run, listeners);
         let frame = |count: usize| Frame {
             dt: 1e-5,
             velocity: vec![1e-3; count],

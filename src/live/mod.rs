@@ -26,7 +26,7 @@ mod views;
 pub use command::{Command, HARD_KICK, KICK_RANGE, Promise, Rejected, SPEED_RANGE};
 pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
-pub use server::{BoundListener, Page, bind};
+pub use server::{Limits, Page, bind};
 pub use session::{Session, SessionOptions};
 pub use tour::{Tour, TourError, TourQuantity, TourStep, TourView};
 pub use views::{ViewCursor, ViewStore};

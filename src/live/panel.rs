@@ -506,8 +506,8 @@ impl Sink for StatusSink {
         Ok(())
     }
 
-    fn delivery(&self) -> crate::pipeline::Delivery {
-        crate::pipeline::Delivery::LatestPictures
+    fn may_skip_pictures(&self) -> bool {
+        true
     }
 }
 

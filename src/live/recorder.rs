@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use super::lock;
 use super::panel::StatusStore;
 use crate::pipeline::message::{Frame, Header, Record};
-use crate::pipeline::{Delivery, Sink, SinkError};
+use crate::pipeline::{Sink, SinkError};
 use crate::record::{PartFile, RecordError, RerunSink};
 use crate::scene::RecordSpec;
 
@@ -245,8 +245,8 @@ impl Sink for Recorder {
         Ok(())
     }
 
-    fn delivery(&self) -> Delivery {
-        Delivery::LatestPictures
+    fn may_skip_pictures(&self) -> bool {
+        true
     }
 
     /// Applies requests while the run is paused.

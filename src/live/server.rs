@@ -28,7 +28,7 @@ mod sockets;
 mod tests;
 
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket};
 use std::sync::{Arc, LazyLock};
 use std::thread::JoinHandle;
 
@@ -39,10 +39,9 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
 use re_web_viewer_server::WebViewerData;
-use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 
-use self::accept::Limits;
+pub use self::accept::Limits;
 use self::guard::Access;
 use self::roles::Keys;
 use super::session::Session;
@@ -57,23 +56,14 @@ struct Shared {
     second: Option<Arc<Session>>,
 }
 
-/// A listener bound to an address: a listening socket.
-#[derive(Debug)]
-pub struct BoundListener {
-    listener: std::net::TcpListener,
-    /// Its address.
-    pub address: SocketAddr,
-}
-
 /// Opens a port; 0 selects a free one.
 ///
 /// # Errors
 /// Errors of the operating system, for example if the port is in use.
-pub fn bind(host: IpAddr, port: u16) -> std::io::Result<BoundListener> {
-    let listener = std::net::TcpListener::bind((host, port))?;
+pub fn bind(host: IpAddr, port: u16) -> io::Result<TcpListener> {
+    let listener = TcpListener::bind((host, port))?;
     listener.set_nonblocking(true)?;
-    let address = listener.local_addr()?;
-    Ok(BoundListener { listener, address })
+    Ok(listener)
 }
 
 /// An address that a browser can open: the unspecified address is replaced by one of this machine.
@@ -96,7 +86,7 @@ fn reachable(address: SocketAddr) -> SocketAddr {
 
 /// Serves until stopped.
 fn serve(
-    listener: std::net::TcpListener,
+    listener: TcpListener,
     router: Router,
     limits: Limits,
     stopped: oneshot::Receiver<()>,
@@ -107,7 +97,7 @@ fn serve(
         .enable_all()
         .build()?;
     let served = runtime.block_on(async {
-        let listener = TcpListener::from_std(listener)?;
+        let listener = tokio::net::TcpListener::from_std(listener)?;
         tokio::select! {
             () = accept::accept(listener, router, limits) => {}
             _ = stopped => {}
@@ -142,21 +132,14 @@ impl Page {
     /// # Errors
     /// Errors of the operating system.
     pub fn open(
-        serving: BoundListener,
-        session: Arc<Session>,
-        second: Option<Arc<Session>>,
-    ) -> io::Result<Self> {
-        Self::limited(serving, session, second, Limits::default())
-    }
-
-    fn limited(
-        serving: BoundListener,
+        listener: TcpListener,
         session: Arc<Session>,
         second: Option<Arc<Session>>,
         limits: Limits,
     ) -> io::Result<Self> {
-        let keys = (!serving.address.ip().is_loopback()).then(Keys::new);
-        let plain = format!("http://{}/", reachable(serving.address));
+        let address = listener.local_addr()?;
+        let keys = (!address.ip().is_loopback()).then(Keys::new);
+        let plain = format!("http://{}/", reachable(address));
         let keyed = |key: &String| format!("{plain}?key={key}");
         let url = keys.as_ref().map(|keys| keyed(&keys.presenter));
         let shared = Arc::new(Shared {
@@ -164,7 +147,7 @@ impl Page {
             audience_url: keys.as_ref().map(|keys| keyed(&keys.audience)),
             second: second.clone(),
         });
-        let page = Self::start(serving, keys, router(shared), limits)?;
+        let page = Self::start(listener, keys, router(shared), limits)?;
         let url = url.unwrap_or(plain);
         Ok(Self {
             second,
@@ -177,24 +160,24 @@ impl Page {
     ///
     /// # Errors
     /// Errors of the operating system.
-    pub fn of_recording(serving: BoundListener, recording: &std::path::Path) -> io::Result<Self> {
+    pub fn of_recording(listener: TcpListener, recording: &std::path::Path) -> io::Result<Self> {
         let router = recording::router(recording)?;
-        Self::start(serving, None, router, Limits::default())
+        Self::start(listener, None, router, Limits::default())
     }
 
     fn start(
-        serving: BoundListener,
+        listener: TcpListener,
         keys: Option<Keys>,
         router: Router,
         limits: Limits,
     ) -> io::Result<Self> {
-        let address = serving.address;
+        let address = listener.local_addr()?;
         let access = Arc::new(Access { address, keys });
         let router = router.layer(middleware::from_fn_with_state(access, guard::guard));
         let (stop, stopped) = oneshot::channel();
         let serving = std::thread::Builder::new()
             .name("page".to_owned())
-            .spawn(move || serve(serving.listener, router, limits, stopped))?;
+            .spawn(move || serve(listener, router, limits, stopped))?;
         Ok(Self {
             stop,
             serving,

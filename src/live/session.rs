@@ -21,7 +21,7 @@ use super::recorder::{Recorder, RecordingControl, SavedFile};
 use super::tour::{Tour, TourStep};
 use super::views::ViewStore;
 use crate::escape;
-use crate::pipeline::message::Summary;
+use crate::pipeline::message::{Header, Summary};
 use crate::pipeline::{
     InteractiveSource, Monitor, PipelineError, RunCommand, RunHandle, Simulation, Sink, SinkError,
     Source as _, Tee, drive, joined,
@@ -211,7 +211,7 @@ impl Session {
             }
             self.store.begin_run(&header, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
-            let mut sinks = self.display_sinks(&scene, handle, viewer.as_mut())?;
+            let mut sinks = self.display_sinks(&scene, &header, handle, viewer.as_mut())?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
@@ -248,12 +248,13 @@ impl Session {
     fn display_sinks(
         &self,
         scene: &Scene,
+        header: &Header,
         handle: RunHandle,
         output: Option<&mut Output>,
     ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
         // The views of the page come first: they answer at once.
         let views = self.views.sink(scene.record.deformation_scale);
-        let audio = AudioSink::new(self.options.source, handle, self.audio.clone());
+        let audio = AudioSink::new(self.options.source, header, handle, self.audio.clone());
         let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(audio)];
         if let Some(output) = output {
             let viewer = RerunSink::new(output, scene.record).map_err(sink)?;

@@ -155,24 +155,22 @@ fn threads_do_not_change_the_records_or_their_order() {
 }
 
 /// A stage that fails at the first frame: with a panic, or with an error that states a number.
-struct Failing(Option<usize>);
-
-impl Stage for Failing {
-    fn push(&mut self, _frame: &Frame, _context: &mut Context) -> Result<(), AnalysisError> {
+fn failing(have: Option<usize>) -> Stage {
+    Box::new(move |_frame, _context| {
         Err(AnalysisError::TooShort {
             what: "test",
-            have: self.0.expect("a stage that panics"),
+            have: have.expect("a stage that panics"),
             need: 9,
         })
-    }
+    })
 }
 
 #[test]
 fn errors_and_panics_of_any_thread_end_the_analysis() {
-    let analyse = |failing: [Failing; 2]| {
-        let groups = failing.map(|stage| StageGroup {
+    let analyse = |have: [Option<usize>; 2]| {
+        let groups = have.map(|have| StageGroup {
             context: Context::new(RATE),
-            stages: vec![Box::new(stage)],
+            stages: vec![failing(have)],
         });
         let mut analyser = Analyser::new(&AnalysisSpec::default(), &header());
         analyser.groups = groups.into();
@@ -180,7 +178,7 @@ fn errors_and_panics_of_any_thread_end_the_analysis() {
         analyser.push(&frames[0], &mut Vec::<Record>::new())
     };
     // The first in the order of the records, whichever fails first.
-    let error = analyse([Failing(Some(1)), Failing(Some(2))]).unwrap_err();
+    let error = analyse([Some(1), Some(2)]).unwrap_err();
     assert!(
         matches!(
             error,
@@ -188,7 +186,7 @@ fn errors_and_panics_of_any_thread_end_the_analysis() {
         ),
         "{error:?}"
     );
-    let panic = AssertUnwindSafe(|| analyse([Failing(Some(1)), Failing(None)]));
+    let panic = AssertUnwindSafe(|| analyse([Some(1), None]));
     assert!(catch_unwind(panic).is_err());
 }
 

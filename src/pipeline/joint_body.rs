@@ -1,18 +1,20 @@
-//! The joint of a simulation: its loading, its contact, and its energy.
+//! The joint of a simulation: its loading over time, its contact, and its energy.
+//!
+//! A gradual change of the loading is applied at multiples of a number of samples, counted from the start of the run, and a
+//! jump at its time: the motion does not depend on the length of the frames.
 
 use std::sync::Arc;
 
 use super::PipelineError;
 use super::computed::sliding_speed;
-use super::loading::{LoadingClock, ball_of, check_reach};
 use super::message::{
     ContactSample, EnergySample, Frame, JointInfo, ModeInfo, NodeState, PatchGeometry,
 };
 use super::patch::ShownPatch;
-use super::prepare::{Unstarted, joint_integrator};
+use super::prepare::{Unstarted, ball_of, joint_integrator};
 use super::simulate::Motion;
 use crate::dynamics::System;
-use crate::joint::{BallJoint, Joint, Loading, Model};
+use crate::joint::{AssemblyError, BallJoint, Joint, Loading, Model};
 use crate::scene::{Carry, LoadedJoint, Parameter, Scene};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
@@ -24,8 +26,15 @@ pub(super) struct JointBody {
     pub ball: BallJoint,
     /// The joint under the present tilt, load and rotation.
     pub joint: Arc<Joint>,
-    /// Tilt, load and rotation over time.
-    pub clock: LoadingClock,
+    /// The scene's joint, with tilt, load and rotation over time.
+    loaded: LoadedJoint,
+    /// Present tilt, load and rotation.
+    pub now: Loading,
+    /// Times of future jumps of the loading, s, in descending order.
+    jumps: Vec<f64>,
+    /// Samples between two updates of a loading that changes gradually: a frame of the scene. A frame of a live run may be
+    /// shorter or longer.
+    update_every: u64,
     patch: ShownPatch,
     geometry: Arc<PatchGeometry>,
     /// Contact nodes that are separated at the previous sample and at the present one, one bit per node.
@@ -63,12 +72,12 @@ fn joint_of(model: &Model, audited: bool) -> Joint {
 impl JointBody {
     /// Computes the modes and assembles the joint of a scene under the initial tilt, load and rotation; with its integrator,
     /// not started, and its initial state.
-    pub fn new(scene: &Scene, tilted: &LoadedJoint) -> Result<(Self, Unstarted), PipelineError> {
-        let clock = LoadingClock::new(tilted.clone(), scene.frame_samples as u64);
-        let tilt = clock.now.tilt;
-        let ball = ball_of(tilted)?;
-        if tilted.varies() {
-            check_reach(&ball, tilted, scene.duration)?;
+    pub fn new(scene: &Scene, loaded: &LoadedJoint) -> Result<(Self, Unstarted), PipelineError> {
+        let now = loaded.loading(0.0);
+        let tilt = now.tilt;
+        let ball = ball_of(loaded)?;
+        if loaded.varies() {
+            check_reach(&ball, loaded, scene.duration)?;
         }
         let energy_every = stride(scene.sample_rate, scene.record.energy_rate);
         let joint = Arc::new(joint_of(&ball.model(tilt)?, energy_every.is_some()));
@@ -80,7 +89,10 @@ impl JointBody {
             patch,
             ball,
             joint,
-            clock,
+            now,
+            jumps: jumps_after(loaded, 0.0),
+            loaded: loaded.clone(),
+            update_every: scene.frame_samples as u64,
             separated: [vec![0; bytes], vec![0; bytes]],
             counted: Vec::new(),
             count_every: stride(scene.sample_rate, scene.record.patch_rate),
@@ -104,9 +116,8 @@ impl JointBody {
 
     /// Description of the joint for the header of a run.
     pub fn info(&self, scene: &Scene) -> JointInfo {
-        let tilted = &self.clock.tilted;
-        let spec = &tilted.spec;
-        let [min_tilt, max_tilt] = tilted.tilt_span(scene.duration);
+        let loaded = &self.loaded;
+        let [min_tilt, max_tilt] = loaded.tilt_span(scene.duration);
         let outline = if scene.record.body_rate > 0.0 {
             self.ball.outline(OUTLINE.0, OUTLINE.1)
         } else {
@@ -114,12 +125,12 @@ impl JointBody {
         };
         let labels = self.ball.mode_labels();
         // The rotation at a factor of 1, independent of the present factor, and the largest load.
-        let (rotation, load_span) = (tilted.full_rotation, tilted.load_span());
+        let (rotation, load_span) = (loaded.full_rotation, loaded.load_span());
         let mut extreme = self.ball.clone();
         extreme.set_loading(&Loading {
             load: load_span[1],
             rotation,
-            ..self.clock.now
+            ..self.now
         });
         JointInfo {
             body: self.ball.body_description(),
@@ -134,14 +145,14 @@ impl JointBody {
             min_tilt,
             max_tilt,
             tilt_range: None,
-            azimuth: spec.azimuth,
+            azimuth: loaded.spec.azimuth,
             outline: outline.unwrap_or_default(),
             rotation,
-            rotation_span: tilted.rotation_span(),
+            rotation_span: loaded.rotation_span(),
             load_span,
             ball_radius: self.ball.ball_radius(),
             patch_radius: extreme.patch_radius(),
-            sliding_speed: sliding_speed(&extreme, self.clock.now.tilt),
+            sliding_speed: sliding_speed(&extreme, self.now.tilt),
         }
     }
 
@@ -153,10 +164,10 @@ impl JointBody {
         time: f64,
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
-        while let Some(jump) = self.clock.take_jump(time) {
+        while let Some(jump) = self.jumps.pop_if(|jump| *jump <= time) {
             self.apply_loading(jump, motion)?;
         }
-        if sample.is_none_or(|sample| self.clock.last_update(sample) == sample) {
+        if sample.is_none_or(|sample| sample.is_multiple_of(self.update_every)) {
             self.apply_loading(time, motion)?;
         }
         Ok(())
@@ -166,12 +177,12 @@ impl JointBody {
     /// The perturbation or the displacement continues, and so do the tangent vectors and their growth: the
     /// exponents of a ramp are averages since the last change of the motion.
     fn apply_loading(&mut self, time: f64, motion: &mut Motion) -> Result<(), PipelineError> {
-        let loading = self.clock.tilted.loading(time);
-        if loading == self.clock.now {
+        let loading = self.loaded.loading(time);
+        if loading == self.now {
             return Ok(());
         }
         self.ball.set_loading(&loading);
-        self.clock.now = loading;
+        self.now = loading;
         let model = self.ball.model(loading.tilt)?;
         self.continue_with(&model, time, motion)
     }
@@ -194,7 +205,7 @@ impl JointBody {
         let difference = |old: &[f64], new: &[f64]| -> Vec<f64> {
             new.iter().zip(old).map(|(new, old)| new - old).collect()
         };
-        if self.clock.tilted.carry == Carry::Displacement {
+        if self.loaded.carry == Carry::Displacement {
             let [old, new] = [&*self.joint, &joint].map(|joint| &joint.equilibrium().q);
             integrator.translate(&difference(new, old))?;
         }
@@ -207,7 +218,7 @@ impl JointBody {
         self.joint = Arc::new(joint);
         motion.probe = self.joint.probe().to_vec();
         integrator.restart(self.joint.clone())?;
-        self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.clock.now.tilt)?);
+        self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.now.tilt)?);
         motion.sensitivity.parameters_changed(time);
         Ok(())
     }
@@ -219,34 +230,47 @@ impl JointBody {
         [time, rate]: [f64; 2],
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
-        let mut loaded = self.clock.last_update(sample) as f64 / rate;
-        while let Some(jump) = self.clock.take_jump(time) {
-            loaded = loaded.max(jump);
+        let mut changed = (sample - sample % self.update_every) as f64 / rate;
+        while let Some(jump) = self.jumps.pop_if(|jump| *jump <= time) {
+            changed = changed.max(jump);
         }
-        motion.integrator.start(loaded, &motion.z)?;
-        self.apply_loading(loaded, motion)
+        motion.integrator.start(changed, &motion.z)?;
+        self.apply_loading(changed, motion)
     }
 
     /// Continues as another joint, of which a parameter differs, from a time (s) on.
     pub fn set(
         &mut self,
-        mut tilted: LoadedJoint,
+        mut loaded: LoadedJoint,
         parameter: Parameter,
         time: f64,
         motion: &mut Motion,
     ) -> Result<(), PipelineError> {
         // If the rotation moves the patch, it moves it from this tilt on.
-        tilted.patch_moves_from = self.clock.tilted.patch_moves_from;
+        loaded.patch_moves_from = self.loaded.patch_moves_from;
         if parameter == Parameter::tilt() {
-            tilted.patch_moves_from = tilted.patch_moves_from.map(|_| time);
+            loaded.patch_moves_from = loaded.patch_moves_from.map(|_| time);
         }
-        let loading = tilted.loading(time);
-        let mut ball = ball_of(&tilted)?;
+        let loading = loaded.loading(time);
+        let mut ball = ball_of(&loaded)?;
         ball.set_loading(&loading);
         let model = ball.model(loading.tilt)?;
-        self.ball = ball;
-        self.clock.replace(tilted, time);
+        self.jumps = jumps_after(&loaded, time);
+        (self.ball, self.loaded, self.now) = (ball, loaded, loading);
         self.continue_with(&model, time, motion)
+    }
+
+    /// Number of samples at `rate` (Hz) from a sample on that belong to one joint.
+    pub fn samples_until_change(&self, sample: u64, rate: f64) -> u64 {
+        let until_update = if self.loaded.varies() {
+            self.update_every - sample % self.update_every
+        } else {
+            u64::MAX
+        };
+        let next_jump = self.jumps.last();
+        next_jump.map_or(until_update, |&jump| {
+            until_update.min(first_sample_from(jump, rate) - sample)
+        })
     }
 
     /// Adds the energy of a kick from one state to another to the work of the loading.
@@ -257,9 +281,9 @@ impl JointBody {
 
     /// Adds the present loading to a frame.
     pub fn begin_frame(&self, frame: &mut Frame) {
-        frame.tilt = self.clock.now.tilt;
-        frame.load = self.clock.now.load;
-        frame.rotation_factor = self.clock.now.rotation_factor;
+        frame.tilt = self.now.tilt;
+        frame.load = self.now.load;
+        frame.rotation_factor = self.now.rotation_factor;
         frame.geometry = Arc::clone(&self.geometry);
     }
 
@@ -320,5 +344,49 @@ impl JointBody {
             residual: total - self.audit.start - self.audit.added - work,
             modal: energy.modal,
         }
+    }
+}
+
+/// Times of the jumps of the loading after a time, s, in descending order.
+fn jumps_after(loaded: &LoadedJoint, time: f64) -> Vec<f64> {
+    let mut jumps = loaded.jumps();
+    jumps.retain(|jump| *jump > time);
+    jumps.reverse();
+    jumps
+}
+
+/// Reports an unreachable loading of a run of a duration (s) before the run: the patch is closest to the beam where
+/// it is farthest from the pole, under the largest load.
+///
+/// # Errors
+/// If the patch extends into the beam.
+fn check_reach(ball: &BallJoint, loaded: &LoadedJoint, duration: f64) -> Result<(), AssemblyError> {
+    let mut ball = ball.clone();
+    let [_, load] = loaded.load_span();
+    let moved = loaded
+        .loadings(duration)
+        .filter_map(|now| Some((now.patch?.direction[2], now)));
+    let farthest = moved.min_by(|a, b| a.0.total_cmp(&b.0));
+    let start = Loading {
+        patch: None,
+        ..loaded.loading(0.0)
+    };
+    let ends = [loaded.tilt.min(), loaded.tilt.max()].map(|tilt| Loading { tilt, ..start });
+    for at in farthest.map(|(_, at)| at).into_iter().chain(ends) {
+        ball.set_loading(&Loading { load, ..at });
+        ball.model(at.tilt)?;
+    }
+    Ok(())
+}
+
+/// Index of the first sample at or after a time (s).
+fn first_sample_from(time: f64, rate: f64) -> u64 {
+    let near = (time * rate).ceil() as u64;
+    // Rounding of the product may shift the index by one.
+    let is_from = |index: u64| index as f64 / rate >= time;
+    match near {
+        1.. if is_from(near - 1) => near - 1,
+        _ if is_from(near) => near,
+        _ => near + 1,
     }
 }

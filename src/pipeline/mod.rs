@@ -9,7 +9,6 @@ mod error;
 mod health;
 mod interactive;
 mod joint_body;
-mod loading;
 pub mod message;
 mod motion_changes;
 mod patch;
@@ -46,7 +45,7 @@ pub use run::{Monitor, drive, run};
 #[cfg(feature = "live")]
 pub(crate) use run::{joined, panic_message};
 pub use simulate::Simulation;
-pub use sink::{Delivery, Sink, SinkError, Tee};
+pub use sink::{Sink, SinkError, Tee};
 pub use source::Source;
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;

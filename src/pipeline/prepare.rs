@@ -8,10 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
-use super::loading::ball_of;
 use crate::dynamics::{Accuracy, Integrator, Switching, System, max_rk4_step};
-use crate::joint::{BallJoint, Joint};
-use crate::scene::{self, Events, Scene, SmallSystem, SystemSpec};
+use crate::joint::{AssemblyError, BallJoint, Joint};
+use crate::scene::{self, Events, LoadedJoint, Scene, SmallSystem, SystemSpec};
 
 /// Absolute tolerance of a scene's integrator: of the vibration, sqrt(kg) m/s, and of the work of friction,
 /// J. Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s per step.
@@ -62,6 +61,16 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
         state,
         ball,
     })
+}
+
+/// The joint under the load and the rotation at time 0.
+///
+/// # Errors
+/// As [`BallJoint::new`].
+pub(super) fn ball_of(tilted: &LoadedJoint) -> Result<BallJoint, AssemblyError> {
+    let mut ball = BallJoint::new(&tilted.spec)?;
+    ball.set_probe_rotation(tilted.full_rotation);
+    Ok(ball)
 }
 
 /// A small system as a trait object.

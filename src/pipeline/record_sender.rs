@@ -5,7 +5,7 @@ use std::mem::discriminant;
 use crossbeam_channel::{Sender, TrySendError};
 
 use super::message::Record;
-use super::sink::{Delivery, Sink, SinkError};
+use super::sink::{Sink, SinkError};
 
 /// Error of a channel that is closed; the recorder has the reason.
 const STOPPED: &str = "the recorder has stopped";
@@ -15,17 +15,18 @@ const STOPPED: &str = "the recorder has stopped";
 #[derive(Debug)]
 pub(super) struct RecordSender {
     sender: Sender<Record>,
-    delivery: Delivery,
+    /// See [`Sink::may_skip_pictures`].
+    may_skip_pictures: bool,
     /// Pictures that could not be sent yet, at most one of each kind.
     buffered: Vec<Record>,
     drops: u64,
 }
 
 impl RecordSender {
-    pub fn new(sender: Sender<Record>, delivery: Delivery) -> Self {
+    pub fn new(sender: Sender<Record>, may_skip_pictures: bool) -> Self {
         Self {
             sender,
-            delivery,
+            may_skip_pictures,
             buffered: Vec::new(),
             drops: 0,
         }
@@ -67,7 +68,7 @@ impl RecordSender {
 
 impl Sink for RecordSender {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        if self.delivery == Delivery::LatestPictures {
+        if self.may_skip_pictures {
             for buffered in std::mem::take(&mut self.buffered) {
                 self.send_or_buffer(buffered)?;
             }
@@ -101,7 +102,7 @@ mod tests {
     #[test]
     fn the_newest_picture_replaces_older_ones() {
         let (sender, receiver) = crossbeam_channel::bounded(1);
-        let mut record_sender = RecordSender::new(sender, Delivery::LatestPictures);
+        let mut record_sender = RecordSender::new(sender, true);
         record_sender.accept(text(0.0)).unwrap();
         for k in 1..=5 {
             record_sender.accept(picture(f64::from(k))).unwrap();
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn every_picture_waits_when_saving() {
         let (sender, receiver) = crossbeam_channel::bounded(1);
-        let mut record_sender = RecordSender::new(sender, Delivery::Everything);
+        let mut record_sender = RecordSender::new(sender, false);
         let reader = std::thread::spawn(move || receiver.iter().count());
         for k in 0..50 {
             record_sender.accept(picture(f64::from(k))).unwrap();
@@ -135,7 +136,7 @@ mod tests {
     fn a_stopped_recorder_is_an_error() {
         let (sender, receiver) = crossbeam_channel::bounded(1);
         drop(receiver);
-        let mut record_sender = RecordSender::new(sender, Delivery::LatestPictures);
+        let mut record_sender = RecordSender::new(sender, true);
         assert!(
             record_sender.accept(text(0.0)).is_err() && record_sender.accept(picture(0.0)).is_err()
         );

@@ -89,7 +89,7 @@ pub fn drive(
         let simulating = spawn(scope, "simulate", move || {
             simulate(source, frame_out, monitor)
         })?;
-        let record_sender = RecordSender::new(record_out, sink.delivery());
+        let record_sender = RecordSender::new(record_out, sink.may_skip_pictures());
         let analysing = spawn(scope, "analyse", move || {
             analyse(analyser, budget, &frame_in, record_sender)
         })?;

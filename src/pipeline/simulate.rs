@@ -117,7 +117,7 @@ impl Simulation {
     /// Present tilt, load and rotation; `None` for a small system.
     pub fn loading(&self) -> Option<Loading> {
         match &self.body {
-            Body::Joint(body) => Some(body.clock.now),
+            Body::Joint(body) => Some(body.now),
             Body::Small(_) => None,
         }
     }
@@ -263,7 +263,7 @@ impl Simulation {
             return count;
         };
         let rate = self.scene.sample_rate;
-        count.min(body.clock.samples_until_change(self.next_sample, rate))
+        count.min(body.samples_until_change(self.next_sample, rate))
     }
 
     /// An empty frame that starts with the next sample.

@@ -5,17 +5,6 @@ use super::message::Record;
 /// Error of any sink.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Delivery to a sink: which records it must receive when it is slower than the analysis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Delivery {
-    /// Every record. The sender waits.
-    #[default]
-    Everything,
-    /// A waiting picture ([`Record::is_picture`]) may be replaced by a newer one of its kind. The number of
-    /// replaced pictures is reported in [`Health::drops`](super::message::Health::drops).
-    LatestPictures,
-}
-
 /// Consumes records in order, on one thread. The tests of the pipeline use a `Vec`; `record` writes Rerun.
 pub trait Sink: Send {
     /// Consumes one record.
@@ -24,9 +13,11 @@ pub trait Sink: Send {
     /// If the record cannot be stored (full disk, encoding error). The run then stops.
     fn accept(&mut self, record: Record) -> Result<(), SinkError>;
 
-    /// Which records may be dropped if the sink is too slow; by default none.
-    fn delivery(&self) -> Delivery {
-        Delivery::Everything
+    /// Whether a waiting picture ([`Record::is_picture`]) may be replaced by a newer one of its kind when the sink is slower than
+    /// the analysis; by default it must receive every record, and the analysis waits. The number of replaced pictures is
+    /// reported in [`Health::drops`](super::message::Health::drops).
+    fn may_skip_pictures(&self) -> bool {
+        false
     }
 
     /// Called repeatedly while no record arrives, for example while an interactive run is paused.
@@ -92,10 +83,9 @@ impl Sink for Tee {
         self.sinks.iter_mut().try_for_each(|sink| sink.idle())
     }
 
-    fn delivery(&self) -> Delivery {
+    fn may_skip_pictures(&self) -> bool {
         // A sink that must receive everything decides.
-        let deliveries = self.sinks.iter().map(|sink| sink.delivery());
-        deliveries.min().unwrap_or_default()
+        self.sinks.iter().all(|sink| sink.may_skip_pictures())
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {

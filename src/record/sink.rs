@@ -19,7 +19,7 @@ use super::{
 use crate::{
     escape,
     pipeline::{
-        Delivery, Sink, SinkError,
+        Sink, SinkError,
         message::{Header, Record, Subject},
     },
     scene::RecordSpec,
@@ -335,11 +335,8 @@ impl Sink for RerunSink {
         self.stop_after_error(sent)
     }
 
-    fn delivery(&self) -> Delivery {
-        match self.destination {
-            Destination::File { .. } => Delivery::Everything,
-            Destination::Viewer(_) => Delivery::LatestPictures,
-        }
+    fn may_skip_pictures(&self) -> bool {
+        matches!(self.destination, Destination::Viewer(_))
     }
 
     /// Sends pending rows, closes the file and renames it.

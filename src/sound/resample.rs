@@ -83,7 +83,7 @@ impl Resampler {
     }
 
     /// Appends the remaining audio, at most `count` samples.
-    pub fn finish(mut self, sound: &mut Vec<f32>, count: usize) {
+    pub fn finish(&mut self, sound: &mut Vec<f32>, count: usize) {
         let end = sound.len() + count;
         let mut left = self.waiting.len();
         // Zeros flush the filter.

@@ -27,8 +27,7 @@ pub struct WavSink {
     probe: SurfaceProbe,
     /// Value at full scale, m/s or m/s^2; `None` normalises.
     full_scale: Option<f32>,
-    /// `None` after the end of the run.
-    resampler: Option<Resampler>,
+    resampler: Resampler,
     sound: Vec<f32>,
     /// Simulated time so far, s.
     time: f64,
@@ -51,7 +50,7 @@ impl WavSink {
             slower,
             probe: SurfaceProbe::new(source, header)?,
             full_scale: source.full_scale.map(|value| value as f32),
-            resampler: Some(Resampler::new(header.sample_rate / slower)),
+            resampler: Resampler::new(header.sample_rate / slower),
             sound: Vec::new(),
             time: 0.0,
             loudest: Arc::default(),
@@ -120,9 +119,8 @@ impl WavSink {
 impl Sink for WavSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if let Record::Samples(frame) = record {
-            if let Some(resampler) = &mut self.resampler {
-                resampler.push(self.probe.samples(&frame), &mut self.sound);
-            }
+            let samples = self.probe.samples(&frame);
+            self.resampler.push(samples, &mut self.sound);
             self.time += frame.end() - frame.t0;
         }
         Ok(())
@@ -130,9 +128,7 @@ impl Sink for WavSink {
 
     fn finish(&mut self) -> Result<(), SinkError> {
         let left = self.due().saturating_sub(self.sound.len());
-        if let Some(resampler) = self.resampler.take() {
-            resampler.finish(&mut self.sound, left);
-        }
+        self.resampler.finish(&mut self.sound, left);
         Ok(self.write()?)
     }
 }

@@ -12,7 +12,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Limits of the server.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub struct Limits {
     /// Connections at a time; further ones wait. A page has three, and a few more while it loads.
     pub connections: usize,
     /// Time for the request line and headers.

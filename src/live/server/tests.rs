@@ -49,9 +49,9 @@ impl Served {
             source: Source::default(),
             tour: None,
         }));
-        let serving = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
-        let host = serving.address.to_string();
-        let page = Page::limited(serving, Arc::clone(&session), None, limits).unwrap();
+        let listener = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
+        let host = listener.local_addr().unwrap().to_string();
+        let page = Page::open(listener, Arc::clone(&session), None, limits).unwrap();
         Self {
             page: Some(page),
             session,

@@ -42,52 +42,37 @@ pub fn passes(
     let times = (0..=POINTS).map(|k| duration * k as f64 / POINTS as f64);
     let course: Vec<Instant> = times.map(&mut at).collect::<Result<_, _>>()?;
     computed.sliding_speed = course.iter().map(|now| now.speed).fold(0.0, f64::max);
-    let mut found: Vec<UnstablePass> = Vec::new();
+    let steps: Vec<[Instant; 2]> = course.windows(2).map(|step| [step[0], step[1]]).collect();
+    let way = |[before, now]: &[Instant; 2]| TiltDirection::of(before.tilt, now.tilt);
+    let mut passes: Vec<UnstablePass> = Vec::new();
     let mut curves = vec![Vec::new(), Vec::new()];
     let mut marks = Vec::new();
-    for pair in course.windows(2) {
-        let [before, now] = [pair[0], pair[1]];
-        let way = TiltDirection::of(before.tilt, now.tilt);
-        let point = |now: Instant| [now.tilt.to_degrees(), now.growth];
-        if found.last().is_none_or(|pass| pass.way != way) {
-            found.push(UnstablePass {
-                way,
-                unstable: (before.growth > 0.0).then_some([before.tilt; 2]),
-                largest_growth_per_s: before.growth,
-            });
-        }
-        let is_first = found.len() <= 2;
-        let Some(pass) = found.last_mut() else {
-            continue;
-        };
-        let curve = &mut curves[usize::from(way == TiltDirection::Down)];
-        if is_first {
-            if curve.is_empty() {
-                curve.push(point(before));
+    for steps in steps.chunk_by(|a, b| way(a) == way(b)) {
+        let (way, start) = (way(&steps[0]), steps[0][0]);
+        let mut unstable = Vec::from_iter((start.growth > 0.0).then_some(start.tilt));
+        let mut limits = Vec::new();
+        for &[before, now] in steps {
+            if (before.growth > 0.0) != (now.growth > 0.0) {
+                let limit = limit_of_stability(before, now, &mut at)?;
+                unstable.push(limit);
+                limits.push([limit.to_degrees(), 0.0]);
             }
-            curve.push(point(now));
+            unstable.extend((now.growth > 0.0).then_some(now.tilt));
         }
-        pass.largest_growth_per_s = pass.largest_growth_per_s.max(now.growth);
-        let changes = (before.growth > 0.0) != (now.growth > 0.0);
-        let limit = if changes {
-            limit_of_stability(before, now, &mut at)?
-        } else {
-            now
-        };
-        if changes && is_first {
-            marks.push([limit.tilt.to_degrees(), 0.0]);
+        let pass = || std::iter::once(start).chain(steps.iter().map(|step| step[1]));
+        if passes.len() < 2 {
+            let points = pass().map(|now| [now.tilt.to_degrees(), now.growth]);
+            curves[usize::from(way == TiltDirection::Down)] = points.collect();
+            marks.append(&mut limits);
         }
-        if changes || now.growth > 0.0 {
-            let [first, _] = pass.unstable.unwrap_or([limit.tilt; 2]);
-            let last = if now.growth > 0.0 {
-                now.tilt
-            } else {
-                limit.tilt
-            };
-            pass.unstable = Some([first, last]);
-        }
+        let ends = unstable.first().zip(unstable.last());
+        passes.push(UnstablePass {
+            way,
+            unstable: ends.map(|(&first, &last)| [first, last]),
+            largest_growth_per_s: pass().map(|now| now.growth).fold(f64::MIN, f64::max),
+        });
     }
-    computed.passes = Some(found);
+    computed.passes = Some(passes);
     computed.picture = Some(PredictedCurves {
         title: "Computed growth rate of the fastest mode over the tilt; dots: zero",
         axes: ["tilt, deg", "growth rate, 1/s"],
@@ -98,18 +83,19 @@ pub fn passes(
     Ok(())
 }
 
-/// The instant at which the growth rate passes zero, between two instants with opposite signs.
+/// Tilt (rad) at which the growth rate passes zero, between two instants with opposite signs.
 fn limit_of_stability(
     mut before: Instant,
     mut after: Instant,
     at: &mut impl FnMut(f64) -> Result<Instant, PipelineError>,
-) -> Result<Instant, PipelineError> {
+) -> Result<f64, PipelineError> {
     for _ in 0..BISECTIONS {
         let middle = at(0.5 * (before.time + after.time))?;
-        match (middle.growth > 0.0) == (before.growth > 0.0) {
-            true => before = middle,
-            false => after = middle,
+        if (middle.growth > 0.0) == (before.growth > 0.0) {
+            before = middle;
+        } else {
+            after = middle;
         }
     }
-    Ok(after)
+    Ok(after.tilt)
 }

@@ -38,9 +38,8 @@
 //! During growth the envelope increases by 3 to 4 (natural logarithm) in 5 ms. A stationary vibration,
 //! including chaos, varies by at most 0.1.
 
-use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use super::stage::Context;
-use super::windowed::Window;
+use super::tones::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
     AnalysisError,
     tones::{Bases, SpectrumAnalyser},
@@ -142,25 +141,25 @@ impl AppearanceClassifier {
         }
     }
 
-    /// Evaluates velocity (m/s) and displacement (m) of the probe in a window, at most [`Self::MEMORY`] long, at the
-    /// operating point `now`. Returns the vibration if it is to be reported. The lines keep the names of those of the
+    /// Evaluates velocity (m/s) and displacement (m) of the probe in a window, at most [`Self::MEMORY`] long, that ends at a
+    /// time (s) at the operating point `now`. Returns the vibration if it is to be reported. The lines keep the names of those of the
     /// displayed spectrum in `context`, and lines that are close together form no floor if its longer window resolves them.
     ///
     /// # Errors
     /// If there are too few samples for a spectrum.
     pub fn classify(
         &mut self,
-        window: &Window<'_, 2>,
+        [velocity, displacement]: [&[f64]; 2],
+        time: f64,
         now: OperatingPoint,
         context: &Context,
     ) -> Result<Option<Vibration>, AnalysisError> {
-        let [velocity, displacement] = window.channels;
         let envelope = Envelope::of(velocity, self.rate);
         let change = self.change(&envelope, now.sliding_speed);
         if change.is_some() {
-            self.last_change = window.time;
+            self.last_change = time;
         }
-        let calm = ((window.time - self.last_change).max(Self::FIRST) * self.rate).round();
+        let calm = ((time - self.last_change).max(Self::FIRST) * self.rate).round();
         let count = velocity.len().min(calm as usize);
         let [velocity, displacement] =
             [velocity, displacement].map(|samples| &samples[samples.len() - count..]);
@@ -181,7 +180,7 @@ impl AppearanceClassifier {
             Bases::One { f1 } | Bases::Modulated { f1, .. } => (Some(f1), None),
             Bases::Two { f1, f2 } => (Some(f1), Some(f2)),
         };
-        Ok(self.is_due(appearance, window.time).then(|| Vibration {
+        Ok(self.is_due(appearance, time).then(|| Vibration {
             appearance,
             growth_rate: envelope.growth / SEGMENT,
             lines,
@@ -294,7 +293,6 @@ impl Envelope {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::message::Frame;
     use crate::pipeline::stages::synthetic_tests::{Motion, RATE, SLIDING_SPEED};
 
     const STEADY: OperatingPoint = OperatingPoint {
@@ -309,13 +307,8 @@ mod tests {
         motion: &Motion,
         time: f64,
     ) -> Option<Vibration> {
-        let window = Window {
-            channels: [&motion.velocity, &motion.displacement],
-            seen: 0,
-            time,
-            frame: &Frame::default(),
-        };
-        let vibration = classifier.classify(&window, STEADY, &Context::new(RATE));
+        let window = [&motion.velocity[..], &motion.displacement];
+        let vibration = classifier.classify(window, time, STEADY, &Context::new(RATE));
         vibration.unwrap()
     }
 

@@ -6,17 +6,25 @@
 //!
 //! [`PerturbedSamples::floor`]: crate::pipeline::message::PerturbedSamples::floor
 
-use super::clock::samples;
-use super::stage::{Context, Stage};
-use crate::analysis::{AnalysisError, stats::LineFit};
+use super::stage::{Context, Stage, samples};
+use crate::analysis::stats::LineFit;
 use crate::pipeline::message::{DivergenceFit, Frame, Observation, Record, TrajectoryDivergence};
 use crate::scene::PerturbedTrajectorySpec;
 
 /// Distance relative to the norm of the motion at which exponential growth ends.
 const SATURATED: f64 = 0.1;
 
+/// The stage of the perturbed trajectory, for samples at `rate` (Hz).
+pub fn divergence(spec: PerturbedTrajectorySpec, rate: f64) -> Stage {
+    let mut stage = DivergenceStage::new(spec, rate);
+    Box::new(move |frame, context| {
+        stage.push(frame, context);
+        Ok(())
+    })
+}
+
 /// Emits [`Record::TrajectoryDivergence`] at regular intervals, and [`Record::Narration`] once the distance is saturated.
-pub struct DivergenceStage {
+struct DivergenceStage {
     /// Number of samples between two records.
     every: usize,
     spec: PerturbedTrajectorySpec,
@@ -31,7 +39,7 @@ pub struct DivergenceStage {
 
 impl DivergenceStage {
     /// Sets up the stage for samples at `rate` (Hz).
-    pub fn new(spec: PerturbedTrajectorySpec, rate: f64) -> Self {
+    fn new(spec: PerturbedTrajectorySpec, rate: f64) -> Self {
         Self {
             every: samples(spec.every, rate, 1),
             spec,
@@ -71,12 +79,11 @@ impl DivergenceStage {
             saturated_s: self.saturated,
         }
     }
-}
 
-impl Stage for DivergenceStage {
-    fn push(&mut self, frame: &Frame, context: &mut Context) -> Result<(), AnalysisError> {
+    /// Processes the next frame.
+    fn push(&mut self, frame: &Frame, context: &mut Context) {
         let Some(perturbed) = &frame.perturbed else {
-            return Ok(());
+            return;
         };
         let first = frame.len() - perturbed.distance.len();
         for (k, distance) in perturbed.distance.iter().enumerate() {
@@ -104,7 +111,6 @@ impl Stage for DivergenceStage {
                     .push(Record::Narration { time, observation });
             }
         }
-        Ok(())
     }
 }
 
@@ -146,7 +152,7 @@ mod tests {
                 }),
                 ..Frame::default()
             };
-            stage.push(&frame, &mut context).unwrap();
+            stage.push(&frame, &mut context);
         }
         context.records
     }

@@ -1,32 +1,20 @@
 //! Analysis stages. Each keeps the samples that it needs and emits records at its own times.
 
 mod appearance;
-mod chaos;
-mod choices;
-mod clock;
-mod delay;
 mod divergence;
+mod embedding;
 mod lesson;
-mod named_lines;
-mod narration;
-mod quantification;
-mod recurrence;
 mod regime;
 mod section;
-mod spectrogram;
-mod spectrum;
 mod stage;
 mod summary;
 #[cfg(test)]
 pub(super) mod synthetic_tests;
-mod windowed;
+mod tones;
 
-pub use clock::Clock;
 pub use lesson::LessonStage;
-pub use stage::{Context, Stage, StageGroup};
+pub use stage::{Clock, Context, Stage, StageGroup};
 pub use summary::SummaryStage;
-
-use divergence::DivergenceStage;
 
 use super::message::Header;
 use crate::scene::{AnalysisSpec, EmbeddingSpec, SectionSurface};
@@ -35,46 +23,39 @@ use crate::scene::{AnalysisSpec, EmbeddingSpec, SectionSurface};
 pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
-    let joint = header.joint();
-    let rest = header.rest_speed;
-    let tones = [
-        boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate, rest)),
+    let mut groups: Vec<Vec<Stage>> = Vec::new();
+    if let Some(spec) = &spec.spectrum {
+        let spectrum = tones::spectrum(spec, rate, header.rest_speed);
         // Only a sliding joint is described, with the names of the lines of the spectrum.
-        boxed(&spec.spectrum.zip(joint), |(spec, joint)| {
-            narration::narration(spec.every, joint, header)
-        }),
-    ];
-    let spectrogram = boxed(&spec.spectrogram, |spec| {
-        spectrogram::spectrogram(spec, rate)
-    });
+        let joint = header.joint();
+        let narration = joint.map(|joint| tones::narration(spec.every, joint, header));
+        groups.push([spectrum].into_iter().chain(narration).collect());
+    }
+    if let Some(spec) = &spec.spectrogram {
+        groups.push(vec![tones::spectrogram(spec, rate)]);
+    }
+    let (recurrence, quantification) = (spec.recurrence, spec.quantification);
+    let section = spec.section.as_ref();
     let unfolded = [
         // Before the stages that use its choice.
-        boxed(&spec.delay, |spec| delay::delay(spec, rate)),
-        boxed(&spec.recurrence, |spec| {
-            recurrence::recurrence(spec, delay, rate)
-        }),
-        boxed(&spec.quantification, |spec| {
-            quantification::quantification(spec, delay, rate)
-        }),
-        spec.section
-            .as_ref()
-            .map(|spec| section::section(spec, delay, rate)),
-        boxed(&spec.chaos, |spec| chaos::chaos(spec, delay, rate)),
+        delay.map(|spec| embedding::delay(spec, rate)),
+        recurrence.map(|spec| embedding::recurrence(&spec, delay, rate)),
+        quantification.map(|spec| embedding::quantification(&spec, delay, rate)),
+        section.map(|spec| section::section(spec, delay, rate)),
+        spec.chaos.map(|spec| embedding::chaos(&spec, delay, rate)),
     ];
-    let regime = boxed(&spec.regime, |spec| regime::regime(spec, rate));
-    let divergence = boxed(&spec.perturbed_trajectory, |spec| {
-        DivergenceStage::new(*spec, rate)
-    });
-    let mut groups: Vec<Vec<_>> = vec![tones.into_iter().flatten().collect()];
-    groups.push(spectrogram.into_iter().collect());
+    let unfolded = unfolded.into_iter().flatten();
     if needs_choice(spec) {
-        groups.push(unfolded.into_iter().flatten().collect())
+        groups.push(unfolded.collect());
     } else {
-        groups.extend(unfolded.into_iter().flatten().map(|stage| vec![stage]))
+        groups.extend(unfolded.map(|stage| vec![stage]));
     }
-    groups.push(regime.into_iter().collect());
-    groups.push(divergence.into_iter().collect());
-    groups.retain(|stages| !stages.is_empty());
+    if let Some(spec) = &spec.regime {
+        groups.push(vec![regime::regime(spec, rate)]);
+    }
+    if let Some(spec) = spec.perturbed_trajectory {
+        groups.push(vec![divergence::divergence(spec, rate)]);
+    }
     let group = |stages| StageGroup {
         context: Context::new(rate),
         stages,
@@ -94,13 +75,4 @@ fn needs_choice(spec: &AnalysisSpec) -> bool {
     let surface = spec.section.as_ref().map(|spec| &spec.surface);
     let chosen_section = matches!(surface, Some(SectionSurface::Delay { lag: None, .. }));
     chosen_section || embeddings.iter().flatten().any(is_chosen)
-}
-
-/// The stage for a specification, if there is one.
-fn boxed<T, S: Stage + 'static>(
-    spec: &Option<T>,
-    stage: impl FnOnce(&T) -> S,
-) -> Option<Box<dyn Stage>> {
-    let stage = spec.as_ref().map(stage)?;
-    Some(Box::new(stage))
 }

@@ -2,33 +2,30 @@
 
 use std::sync::Arc;
 
-use super::stage::Stage;
-use super::windowed::{Windowed, displacement, sliding};
+use super::stage::{Stage, displacement, sliding, windowed};
 use crate::analysis::regime::{RegimeSearch, classify};
 use crate::pipeline::message::Record;
 use crate::scene::RegimeSpec;
 
 /// Emits [`Record::Regime`] of samples at `rate` (Hz). A window that cannot be classified is skipped.
-pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
+pub fn regime(spec: &RegimeSpec, rate: f64) -> Stage {
     let search = RegimeSearch {
         sample_rate: rate,
         silence: spec.silence,
         background: 0.0,
     };
     let sliding = sliding(spec.window, spec.every, rate);
-    let verdicts = Windowed::new(sliding, displacement, move |window, _| {
-        let [signal] = window.channels;
-        let Ok(verdict) = classify(signal, &search) else {
-            return Ok(None);
-        };
-        Ok(Some(Record::Regime {
-            time: window.time,
-            window: signal.len() as f64 / rate,
-            verdict: Arc::new(verdict),
-        }))
-    });
-    // Lessons and panels name the type of motion.
-    verdicts.complete()
+    windowed(displacement, sliding, false, move |window, context| {
+        let verdict = classify(window.signal, &search).ok();
+        context
+            .records
+            .extend(verdict.map(|verdict| Record::Regime {
+                time: window.time,
+                window: window.signal.len() as f64 / rate,
+                verdict: Arc::new(verdict),
+            }));
+        Ok(())
+    })
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
+use super::stage::samples;
+use super::tones::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
     regime::{RegimeSearch, Verdict, classify},
     sliding::History,

@@ -22,7 +22,7 @@ use super::{
     APPLICATION, Output, RecordError, RerunSink, blueprint, encode::Encoder, file, paths, stream,
 };
 use crate::pipeline::{
-    Delivery, Monitor, Sink,
+    Monitor, Sink,
     message::{Header, Health, JointInfo, Record, Subject},
     run,
 };

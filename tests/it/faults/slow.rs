@@ -3,13 +3,13 @@
 use std::time::{Duration, Instant};
 
 use squeakscope::pipeline::message::Record;
-use squeakscope::pipeline::{Delivery, Monitor, Sink, SinkError, run};
+use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
 /// A sink with a delay per record.
 struct Slow {
     pause: Duration,
-    delivery: Delivery,
+    may_skip_pictures: bool,
     taken: Vec<Record>,
 }
 
@@ -20,17 +20,17 @@ impl Sink for Slow {
         Ok(())
     }
 
-    fn delivery(&self) -> Delivery {
-        self.delivery
+    fn may_skip_pictures(&self) -> bool {
+        self.may_skip_pictures
     }
 }
 
-fn records(pause: Duration, delivery: Delivery) -> Vec<Record> {
+fn records(pause: Duration, may_skip_pictures: bool) -> Vec<Record> {
     let scene = Scene::load("doubled-torus-3deg").expect("preset");
     let scene = scene.with_duration(70.0).expect("in range");
     let mut sink = Slow {
         pause,
-        delivery,
+        may_skip_pictures,
         taken: Vec::new(),
     };
     run(&scene, "test", &mut sink, Monitor::default()).expect("done");
@@ -64,13 +64,13 @@ fn drops(records: &[Record]) -> u64 {
 #[test]
 fn a_slow_consumer_loses_only_replaced_pictures() {
     let began = Instant::now();
-    let all = records(Duration::ZERO, Delivery::Everything);
+    let all = records(Duration::ZERO, false);
     // Ten times the duration of the whole run.
     let pause = 10 * began.elapsed() / all.len() as u32;
 
     // On a busy machine a run may take many times as long as the first one.
     let watched = [1, 4, 16].map(|times| times * pause).into_iter();
-    let mut watched = watched.map(|pause| records(pause, Delivery::LatestPictures));
+    let mut watched = watched.map(|pause| records(pause, true));
     let watched = watched.find(|watched| pictures(watched) < pictures(&all));
     let watched = watched.expect("replaced pictures");
     assert_eq!(kept(&watched), kept(&all));
@@ -86,7 +86,7 @@ fn a_slow_consumer_loses_only_replaced_pictures() {
     };
     assert_eq!(last(&watched), last(&all));
 
-    let saved = records(pause, Delivery::Everything);
+    let saved = records(pause, false);
     assert_eq!(kept(&saved), kept(&all));
     assert_eq!((pictures(&saved), drops(&saved)), (pictures(&all), 0));
 }

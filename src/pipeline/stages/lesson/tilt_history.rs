@@ -63,30 +63,19 @@ impl TiltHistory {
 
     /// Registers a change if the new line is observed twice in a row.
     fn follow(&mut self, observed: TiltedTone) {
-        let Some(tone) = self.tone else {
-            self.tone = Some(observed.frequency);
-            return;
-        };
-        if same(observed.frequency, tone) {
-            // A slow drift of the frequency with the tilt is not a change.
-            self.tone = Some(observed.frequency);
-            self.pending = None;
-            return;
-        }
-        match self
-            .pending
-            .filter(|p| same(p.frequency, observed.frequency))
-        {
-            Some(first) => {
-                self.changes.push(ToneChange {
-                    from: tone,
-                    to: first,
-                });
-                self.tone = Some(observed.frequency);
-                self.pending = None;
+        let is_same = |line: &TiltedTone| same(line.frequency, observed.frequency);
+        let first = self.pending.take().filter(is_same);
+        let other = |tone: &f64| !same(observed.frequency, *tone);
+        match (self.tone.filter(other), first) {
+            (Some(_), None) => {
+                self.pending = Some(observed);
+                return;
             }
-            None => self.pending = Some(observed),
+            (Some(from), Some(to)) => self.changes.push(ToneChange { from, to }),
+            // A slow drift of the frequency with the tilt is not a change.
+            (None, _) => {}
         }
+        self.tone = Some(observed.frequency);
     }
 
     /// The smallest and the largest tilt (rad) at which the lines differ between rise and fall.
