@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 use super::console;
 use super::error::CliError;
 use super::harness::Watch;
-use super::output::Kind;
 use super::study_args::BasinsArgs;
 use super::sweep::{
     check_transient, compute_points, outputs, response_plan, tables, write_points, write_recording,
@@ -25,9 +24,8 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let plan = plan(args)?;
     console::print_study_warnings(&plan.subject);
     console::print_fixed(&plan.subject, []);
-    let stems = vec!["basins".to_owned()];
-    let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
-    let files = outputs.resumed(args.work.resume).check()?;
+    let stems = ["basins".to_owned()];
+    let files = outputs(args.scene.input(), &args.outputs, Some(&args.work), &stems)?;
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let basins = Basins::new(plan.subject.start_tilt(), plan.size(), &points);

@@ -148,13 +148,11 @@ fn branch(
     if let Some(start) = args.start {
         plan.check_start(start)?;
     }
-    let outputs = Outputs::new(args.scene.input(), &args.output)
-        .file("--out", Kind::TABLE, args.out.as_ref())
-        .file("--save", Kind::RECORDING, args.save.as_ref())
-        .file("--diagram", Kind::JSON, args.diagram.as_ref());
-    let files = outputs
-        .figures(&args.figures, STUDY, FIGURES[0].iter().copied())
-        .check()?;
+    let files = Outputs::new(args.scene.input(), &args.output)
+        .file("--out", Kind::TABLE, args.out.as_ref())?
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
+        .file("--diagram", Kind::JSON, args.diagram.as_ref())?
+        .figures(&args.figures, STUDY, FIGURES[0])?;
     resources::start_thread_pool()?;
     let name = &scene.name;
     let watch = Watch::new(stop);
@@ -207,7 +205,7 @@ fn compute(
         (None, Some(_)) => Some(OrbitStarts::Sweep(scene, threads(args.threads))),
         (None, None) => Some(OrbitStarts::Scene),
     };
-    let mut update = |share: f64, task: &str| watch.update(share, task);
+    let mut update = watch.progress();
     let mut result = plan.follow(starts, &mut update, &mut |_| ())?;
     if let Some(count) = args.tori {
         add_tori(plan, count, &mut result, &mut update)?;
@@ -266,9 +264,7 @@ fn map(
         )));
     }
     let outputs = Outputs::new(args.scene.input(), &args.output);
-    let files = outputs
-        .figures(&args.figures, STUDY, FIGURES[1].iter().copied())
-        .check()?;
+    let files = outputs.figures(&args.figures, STUDY, FIGURES[1])?;
     let plan = MapPlan {
         scene,
         parameters: spans.map(|span| span.0),
@@ -278,9 +274,7 @@ fn map(
     };
     let name = &plan.scene.name;
     let watch = Watch::new(stop);
-    let map = stability_map(&plan, threads(args.threads), &mut |share, task| {
-        watch.update(share, task)
-    });
+    let map = stability_map(&plan, threads(args.threads), &mut watch.progress());
     let map = map.map_err(failed)?;
     files.finish(watch, Some(name), &map, |files| {
         files.draw(|| vec![map_figure(name, &map)])

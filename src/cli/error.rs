@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::output::OutputError;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::export;
@@ -51,9 +50,9 @@ pub enum CliError {
     /// A failure without another error as its cause.
     #[error("{0}")]
     Failed(String),
-    /// An output cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    /// The standard output cannot be written.
+    #[error("cannot write to the standard output; check its destination and the free space")]
+    Terminal(#[source] std::io::Error),
     /// Writing failed after the checks had passed; a file that existed before is unchanged.
     #[error(transparent)]
     NotWritten(#[from] export::OutputError),
@@ -145,6 +144,7 @@ impl CliError {
         match self {
             Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
             Self::Failed(_)
+            | Self::Terminal(_)
             | Self::NotWritten(_)
             | Self::NotSaved { .. }
             | Self::Serve { .. }
@@ -152,7 +152,6 @@ impl CliError {
             | Self::Table(TableError::Write(..) | TableError::Removed(..) | TableError::Study(_)) => {
                 1
             }
-            Self::Output(error) if !error.is_bad_input() => 1,
             Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,
             _ => 2,
         }

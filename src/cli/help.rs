@@ -9,6 +9,7 @@ use clap::{Arg, CommandFactory};
 use super::args::{Args, CompletionsArgs, ManArgs};
 use super::console;
 use super::error::CliError;
+use super::output::check_directory;
 use crate::export;
 
 /// Commands for one kind of task.
@@ -118,7 +119,7 @@ pub(super) fn command() -> clap::Command {
 pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command(), "squeakscope", &mut script);
-    Ok(console::print(&String::from_utf8_lossy(&script))?)
+    console::print(&String::from_utf8_lossy(&script))
 }
 
 /// Writes `squeakscope.1`, and `squeakscope-COMMAND.1` for each command.
@@ -131,7 +132,7 @@ pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
     let pages = command.get_subcommands();
     let pages = pages.map(|command| format!("squeakscope-{}.1", command.get_name()));
     let pages: Vec<String> = pages.chain(["squeakscope.1".to_owned()]).collect();
-    args.overwrite.check_directory(directory, "DIR", &pages)?;
+    check_directory(directory, "DIR", &pages, args.overwrite.force)?;
     fs::create_dir_all(directory)
         .and_then(|()| clap_mangen::generate_to(command, directory))
         .map_err(|source| {

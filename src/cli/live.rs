@@ -217,10 +217,10 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         json: None,
         overwrite: args.overwrite,
     };
-    let outputs = Outputs::new(args.scene.input(), &output)
-        .file("--save", Kind::RECORDING, args.save.as_ref())
-        .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
-    let files = outputs.check()?;
+    let files = Outputs::new(args.scene.input(), &output)
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
+        .check()?;
     // live-0.rrd is never used: this checks the directory.
     check_file(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
     Ok(SessionOptions {

@@ -12,7 +12,7 @@ use super::audit::{self, Audit};
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
-use super::harness::{Files, Notifier, Outputs, Watch};
+use super::harness::{Notifier, Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
@@ -97,12 +97,11 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
         return Err(CliError::NotAudited);
     }
     let (recording, saved) = recording(args);
-    let outputs = Outputs::new(args.scene.input(), &args.output)
-        .file("--save", recording, saved)
-        .file("--npz", Kind::ARRAYS, args.npz.as_ref())
-        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())
-        .figures(&args.figures, PIXELS, RUN_FIGURES);
-    let files = outputs.check()?;
+    let files = Outputs::new(args.scene.input(), &args.output)
+        .file("--save", recording, saved)?
+        .file("--npz", Kind::ARRAYS, args.npz.as_ref())?
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
+        .figures(&args.figures, PIXELS, RUN_FIGURES)?;
     let watch = Watch::new(stop);
     let figures = args.figures.path.is_some().then(RunFigures::default);
     let simulated = simulate(args, &scene, (&files, figures.as_ref()), stop, &watch);
@@ -131,7 +130,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
-    (files, figures): (&Files<'_>, Option<&RunFigures>),
+    (files, figures): (&Outputs<'_>, Option<&RunFigures>),
     stop: &Arc<AtomicBool>,
     watch: &Watch<'_>,
 ) -> Result<(Summary, Option<String>), Cause> {
@@ -204,10 +203,7 @@ fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
     ];
     let other = watched || files.into_iter().any(Option::is_some);
     match &args.save {
-        None if !other => (
-            Kind::RECORDING.replaced(),
-            Some(Path::new(DEFAULT_RECORDING)),
-        ),
+        None if !other => (Kind::DEFAULT_RECORDING, Some(Path::new(DEFAULT_RECORDING))),
         save => (Kind::RECORDING, save.as_deref()),
     }
 }
@@ -242,7 +238,7 @@ pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
     let path = shell_word(recording);
     let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
     let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
-    Ok(console::print(&text)?)
+    console::print(&text)
 }
 
 /// A path as one word of a shell command.

@@ -115,7 +115,7 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<(), CliError> {
         Some(schema) => format!("{:#}\n", schema().to_value()),
         None => RESULTS.map(|(name, _)| format!("{name}\n")).concat(),
     };
-    Ok(console::print(&text)?)
+    console::print(&text)
 }
 
 #[cfg(test)]

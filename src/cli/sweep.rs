@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use super::console;
 use super::error::CliError;
 use super::figures::STUDY;
-use super::harness::{Files, Outputs, Watch};
+use super::harness::{Outputs, Watch};
 use super::output::Kind;
 use super::resources;
 use super::run::command_line;
@@ -38,13 +38,8 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     check_timeline(&plan, &args.outputs)?;
     console::print_study_warnings(&plan.subject);
     console::print_fixed(&plan.subject, plan.axes.iter().flat_map(Axis::parameter));
-    let outputs = outputs(
-        args.scene.input(),
-        &args.outputs,
-        Kind::STUDY_TABLE,
-        stems(&plan),
-    );
-    let files = outputs.resumed(args.work.resume).check()?;
+    let input = args.scene.input();
+    let files = outputs(input, &args.outputs, Some(&args.work), &stems(&plan))?;
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
@@ -54,26 +49,26 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     })
 }
 
-/// The outputs of a study over parameters; `stems` are those of the figures' file names.
+/// The outputs of a study over parameters, or of a merge, which has no work; `stems` are those of the figures' file names.
 pub(super) fn outputs<'a>(
-    input: Option<&'a OsStr>,
+    input: Option<&OsStr>,
     args: &'a SweepOutputs,
-    table: Kind,
-    stems: Vec<String>,
-) -> Outputs<'a> {
-    Outputs::new(input, &args.output)
-        .file("--out", table, Some(&args.out))
-        .file(
-            GROWING,
-            Kind::GROWING_TABLE,
-            Some(args.out.with_extension("arrows")),
-        )
-        .file("--save", Kind::RECORDING, args.save.as_ref())
+    work: Option<&WorkArgs>,
+    stems: &[String],
+) -> Result<Outputs<'a>, CliError> {
+    let mut outputs = Outputs::new(input, &args.output);
+    outputs.force |= work.is_some_and(|work| work.resume);
+    let table = work.map_or(Kind::TABLE, |_| Kind::STUDY_TABLE);
+    let growing = args.out.with_extension("arrows");
+    outputs
+        .file("--out", table, Some(&args.out))?
+        .file(GROWING, Kind::GROWING_TABLE, Some(growing))?
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
         .figures(&args.figures, STUDY, stems)
 }
 
 /// The paths of the table of a study over parameters, complete and growing.
-pub(super) fn tables(files: &Files<'_>) -> [PathBuf; 2] {
+pub(super) fn tables(files: &Outputs<'_>) -> [PathBuf; 2] {
     ["--out", GROWING].map(|option| files.path(option).expect("is always written"))
 }
 
@@ -95,8 +90,8 @@ pub(super) fn compute_points(
     let mut table = TableWriter::new(&growing, plan, &known)?;
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
-    let mut progress = |share: f64, task: &str| watch.update(share, task);
-    let points = sweep(plan, shard, known, threads, &mut progress, |point| {
+    let progress = &mut watch.progress();
+    let points = sweep(plan, shard, known, threads, progress, |point| {
         table.add(point)
     });
     Ok(points?)
@@ -119,7 +114,7 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
     let plan = SweepPlan::from_identity(&first.identity)
         .map_err(|reason| TableError::invalid(path, reason))?;
     check_timeline(&plan, &args.outputs)?;
-    let files = outputs(None, &args.outputs, Kind::TABLE, stems(&plan)).check()?;
+    let files = outputs(None, &args.outputs, None, &stems(&plan))?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
     for read in std::iter::once(Ok((path, first))).chain(tables) {
@@ -181,7 +176,7 @@ fn result(mut result: SweepResult, plan: &SweepPlan, watch: &Watch<'_>) -> Sweep
 }
 
 /// Writes tables, figures and recording.
-fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Files<'_>) -> Result<(), CliError> {
+fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Outputs<'_>) -> Result<(), CliError> {
     write_points(plan, &result.points, files, !result.interrupted)?;
     // The recording is written even if a figure cannot be.
     let drawn = files.draw(|| sweep_figures(plan, &result.points));
@@ -193,7 +188,7 @@ fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Files<'_>) -> Resul
 pub(super) fn write_points(
     plan: &SweepPlan,
     points: &[SweepPoint],
-    files: &mut Files<'_>,
+    files: &mut Outputs<'_>,
     complete: bool,
 ) -> Result<(), CliError> {
     let growing = files.path(GROWING);
@@ -212,7 +207,7 @@ pub(super) fn write_points(
 pub(super) fn write_recording(
     plan: &SweepPlan,
     points: &[SweepPoint],
-    files: &mut Files<'_>,
+    files: &mut Outputs<'_>,
 ) -> Result<(), CliError> {
     if points.is_empty() {
         return Ok(());
