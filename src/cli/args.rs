@@ -8,14 +8,14 @@ use clap_complete::Shell;
 use super::analyse_args::AnalyseArgs;
 use super::branch::BranchArgs;
 use super::common_args::{
-    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, positive, tilts, viewer_url,
+    AccuracyArgs, BudgetArgs, SceneArgs, SoundArgs, ViewerArgs, positive, tilts,
 };
 use super::figures::FigureArgs;
 use super::friction::FrictionArgs;
 use super::harness::OutputArgs;
 use super::live::LiveArgs;
 use super::output::Overwrite;
-use super::schema::{MakeSchema, results};
+use super::schema::results;
 use super::steps::Steps;
 use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
@@ -130,13 +130,8 @@ pub struct RunArgs {
     /// Stretch the sound in time by this factor, 0.01 to 1000; its pitch falls by the same factor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_stretch, requires = "wav", help_heading = "Sound")]
     pub time_stretch: f64,
-    /// Open a Rerun viewer on this machine.
-    #[arg(long, conflicts_with = "connect", help_heading = "Viewer")]
-    pub spawn: bool,
-    /// Send the recording to a running Rerun viewer.
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
-        value_parser = viewer_url, help_heading = "Viewer")]
-    pub connect: Option<String>,
+    #[command(flatten)]
+    pub viewer: ViewerArgs,
     #[command(flatten)]
     pub figures: FigureArgs,
 }
@@ -253,7 +248,7 @@ pub struct ModelArgs {
 pub struct SchemaArgs {
     /// Command whose result the schema describes [default: list the commands].
     #[arg(value_parser = results())]
-    pub command: Option<MakeSchema>,
+    pub command: Option<String>,
 }
 
 /// Arguments of `squeakscope completions`.
@@ -341,7 +336,8 @@ mod tests {
             panic!("these are the arguments of a run");
         };
         assert_eq!(run.tilt, Some(-2.5));
-        assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
+        let default = Some("rerun+http://127.0.0.1:9876/proxy");
+        assert_eq!(run.viewer.connect.as_deref(), default);
         assert_eq!(run.output.json, Some(PathBuf::from("out.json")));
         assert!(parse("squeakscope run --spawn --connect").is_err());
         assert_eq!(run.budget.budget, None);

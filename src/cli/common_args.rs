@@ -8,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strum::VariantArray;
 
 use super::steps::Steps;
+use crate::record::Output;
 use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Parameter, Scene, SceneError};
 use crate::sound::{Quantity, Source};
 
@@ -108,11 +109,35 @@ fn budgets() -> impl TypedValueParser<Value = AnalysisBudget> {
     PossibleValuesParser::new(names).try_map(|name| name.parse::<AnalysisBudget>())
 }
 
+/// The Rerun viewer of a command.
+#[derive(Clone, Debug, Default, Arguments)]
+#[command(next_help_heading = "Viewer")]
+pub struct ViewerArgs {
+    /// Open a Rerun viewer on this machine.
+    #[arg(long, conflicts_with = "connect")]
+    pub spawn: bool,
+    /// Send the recording to a running Rerun viewer.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL, value_parser = viewer_url)]
+    pub connect: Option<String>,
+}
+
+impl ViewerArgs {
+    /// A recording for the viewer, and for a file; `None` without either.
+    pub fn output(&self, save: Option<PathBuf>) -> Option<Output> {
+        let output = Output {
+            save,
+            connect: self.connect.clone(),
+            spawn: self.spawn,
+        };
+        (output != Output::default()).then_some(output)
+    }
+}
+
 /// Default URL of a running Rerun viewer.
-pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
+const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
 
 /// Parses the URL of a viewer and checks its scheme.
-pub fn viewer_url(text: &str) -> Result<String, String> {
+fn viewer_url(text: &str) -> Result<String, String> {
     let known = ["rerun+http://", "rerun+https://", "rerun://"];
     if known.iter().any(|scheme| text.starts_with(scheme)) {
         Ok(text.to_owned())

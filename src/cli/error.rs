@@ -65,19 +65,6 @@ pub enum CliError {
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
-    /// The address or port of the live page cannot be used.
-    #[error(
-        "cannot serve the page at {host}, port {port}: {source}; choose another --port (0 for any free \
-         port) or --host"
-    )]
-    Serve {
-        /// Requested address.
-        host: std::net::IpAddr,
-        /// Requested port.
-        port: u16,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
     /// The causes of growth are not defined for friction with a state.
     #[error(
         "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
@@ -147,7 +134,6 @@ impl CliError {
             | Self::Terminal(_)
             | Self::NotWritten(_)
             | Self::NotSaved { .. }
-            | Self::Serve { .. }
             | Self::Threads { .. }
             | Self::Table(TableError::Write(..) | TableError::Removed(..) | TableError::Study(_)) => {
                 1
