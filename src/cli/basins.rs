@@ -6,9 +6,7 @@ use super::console;
 use super::error::CliError;
 use super::harness::Watch;
 use super::study_args::BasinsArgs;
-use super::sweep::{
-    check_transient, compute_points, outputs, response_plan, tables, write_points, write_recording,
-};
+use super::sweep::{compute_points, outputs, response_plan, tables, write_points, write_recording};
 use crate::plot::basins_figure;
 use crate::scene::Parameter;
 use crate::study::basins::Basins;
@@ -40,7 +38,6 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
 
 /// The random kicks as a sweep over the seed.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
-    check_transient(&args.response)?;
     let numbers = [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
@@ -52,7 +49,7 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
         subject: scene,
         axes: vec![Axis::new(Parameter::named("start.seed")?, seeds)],
         starts: vec![Start::Fresh],
-        response: response_plan(&args.response, true),
+        response: response_plan(&args.response, true)?,
     })
 }
 

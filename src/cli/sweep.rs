@@ -20,8 +20,8 @@ use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
-    read_table, sweep, write_table,
+    Axis, Shard, SweepPlan, SweepPoint, SweepResult, TableError, TableWriter, read_table, sweep,
+    write_table,
 };
 use crate::study::threads;
 
@@ -103,25 +103,17 @@ pub(super) fn compute_points(
 /// Bad input: a table that cannot be read, belongs to another sweep, or has a different result at the same
 /// point; failure while writing.
 pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError> {
-    let mut tables = args
-        .tables
-        .iter()
-        .map(|path| read_table(path).map(|table| (path, table)));
-    let (path, first) = match tables.next() {
-        Some(read) => read?,
-        None => return Ok(()),
+    let Some(first) = args.tables.first() else {
+        return Ok(());
     };
-    let plan = SweepPlan::from_identity(&first.identity)
-        .map_err(|reason| TableError::invalid(path, reason))?;
+    let plan = SweepPlan::from_identity(&read_table(first)?.identity)
+        .map_err(|reason| TableError::invalid(first, reason))?;
     check_timeline(&plan, &args.outputs)?;
     let files = outputs(None, &args.outputs, None, &stems(&plan))?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
-    for read in std::iter::once(Ok((path, first))).chain(tables) {
-        let (path, table) = read?;
-        table.check(&plan, path)?;
-        warn_if_truncated(path, &table);
-        for point in table.points {
+    for path in &args.tables {
+        for point in points_of(&plan, path)? {
             let index = point.place.index;
             let existing = merged.entry(index).or_insert_with(|| point.clone());
             if *existing != point {
@@ -235,17 +227,14 @@ pub(super) fn record(
 fn known_points(plan: &SweepPlan, tables: [&Path; 2]) -> Result<Vec<SweepPoint>, CliError> {
     // An empty file: the sweep was killed before its first point.
     let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
-    let Some(path) = tables.into_iter().find(has_points) else {
-        return Ok(Vec::new());
-    };
-    let table = read_table(path)?;
-    table.check(plan, path)?;
-    warn_if_truncated(path, &table);
-    Ok(table.points)
+    let path = tables.into_iter().find(has_points);
+    path.map_or_else(|| Ok(Vec::new()), |path| points_of(plan, path))
 }
 
-/// Warns if a table is truncated.
-fn warn_if_truncated(path: &Path, table: &SweepTable) {
+/// The points of a table that belongs to a plan; warns if the table is truncated.
+fn points_of(plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+    let table = read_table(path)?;
+    table.check(plan, path)?;
     if table.truncated {
         console::print_warning(&format!(
             "`{}` is truncated after {} points; any further points are lost",
@@ -253,6 +242,7 @@ fn warn_if_truncated(path: &Path, table: &SweepTable) {
             table.points.len()
         ));
     }
+    Ok(table.points)
 }
 
 /// The sweep that the arguments request.
@@ -269,7 +259,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let axes: Vec<Axis> = axes.collect();
     let plan = SweepPlan {
         subject: scene,
-        response: response_plan(&args.response, axes.len() == 1),
+        response: response_plan(&args.response, axes.len() == 1)?,
         axes,
         starts: args.start.starts(),
     };
@@ -282,32 +272,29 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     for index in [0, plan.size() - 1] {
         plan.scene_at(&plan.place(index))?;
     }
-    check_transient(&args.response)?;
     Ok(plan)
 }
 
-/// Refuses a shortest transient above the longest.
-pub(super) fn check_transient(args: &ResponseArgs) -> Result<(), CliError> {
-    let (min, max) = (args.min_transient, args.max_transient);
-    if min <= max {
-        return Ok(());
-    }
-    Err(CliError::Input(format!(
-        "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
-    )))
-}
-
 /// The transient and the measurement of each response.
-pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan {
-    ResponsePlan {
-        min_transient_s: 1e-3 * args.min_transient,
-        max_transient_s: 1e-3 * args.max_transient,
+///
+/// # Errors
+/// If the shortest transient is above the longest.
+pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> Result<ResponsePlan, CliError> {
+    let (min, max) = (args.min_transient, args.max_transient);
+    if min > max {
+        return Err(CliError::Input(format!(
+            "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
+        )));
+    }
+    Ok(ResponsePlan {
+        min_transient_s: 1e-3 * min,
+        max_transient_s: 1e-3 * max,
         measurement_s: 1e-3 * args.measure,
         exponents: args.exponents,
         orbits: true,
         portrait,
         max_rhs_evals: None,
-    }
+    })
 }
 
 #[cfg(test)]
