@@ -94,6 +94,7 @@ pub enum Command {
 /// Arguments of `squeakscope run`.
 #[derive(Debug, Default, Arguments)]
 #[command(
+    next_help_heading = "Simulation",
     // This command has no audio output other than the file.
     mut_arg("sound", |sound| sound.requires("wav")),
     mut_arg("probe", |probe| probe.requires("wav")),
@@ -102,10 +103,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees.
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Simulate this much time, 0.1 to 100000 ms.
-    #[arg(long, value_name = "MS", help_heading = "Simulation")]
+    #[arg(long, value_name = "MS")]
     pub duration: Option<f64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
@@ -113,7 +114,7 @@ pub struct RunArgs {
     pub budget: BudgetArgs,
     /// Fail with exit code 1 if the residual of the energy audit exceeds 5 %; refuse a scene without an
     /// audit.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub strict: bool,
     /// Save the recording to this file [default: squeak.rrd, if there is no other output; it is replaced without
     /// --force].
@@ -185,26 +186,26 @@ pub struct StabilityArgs {
 
 /// Arguments of `squeakscope lyapunov`.
 #[derive(Debug, Default, Arguments)]
+#[command(next_help_heading = "Simulation")]
 #[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
 pub struct LyapunovArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the scene runs, then its last
     /// tilt is held].
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Run the scene for this time before the tangent vectors start, 0.1 to 100000 ms.
-    #[arg(long, value_name = "MS", help_heading = "Simulation")]
+    #[arg(long, value_name = "MS")]
     pub duration: Option<f64>,
     /// Seed of the random kick, which can select one of several coexisting attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64),
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's; at most 5e-8 for all
     /// exponents].
-    #[arg(long, value_name = "TOLERANCE", help_heading = "Simulation")]
+    #[arg(long, value_name = "TOLERANCE")]
     pub tolerance: Option<f64>,
     /// Number of largest exponents to compute, or `all`.
     #[arg(long, value_name = "K", default_value = "all", value_parser = exponents, help_heading = "Averaging")]

@@ -16,10 +16,11 @@ use crate::sound::{Quantity, Source};
 #[derive(Clone, Debug, Default, Arguments)]
 pub struct SceneArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    #[arg(help_heading = None::<&str>)]
     pub scene: Option<String>,
     /// Change this key of the scene, as in `--set load.tilt_deg=4`; repeat the option for several. The value is that of
     /// a scene file, and `absent` removes the key, or a table, as in `--set analysis.lyapunov=absent`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value, help_heading = None::<&str>)]
     pub set: Vec<(String, String)>,
 }
 
@@ -69,8 +70,7 @@ impl SceneArgs {
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct AccuracyArgs {
     /// Choose tolerance and contact nodes for this relative error of the settled motion, such as 1e-4.
-    #[arg(long, value_name = "ERROR", value_parser = positive,
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
     pub accuracy: Option<f64>,
 }
 
@@ -89,7 +89,7 @@ impl AccuracyArgs {
 pub struct BudgetArgs {
     /// Compute all windows of the analyses, or fewer of those that are only displayed while they are slower than
     /// real time (in a live run: than the playback) [default: the scene's].
-    #[arg(long, value_name = "BUDGET", value_parser = budgets(), help_heading = "Simulation")]
+    #[arg(long, value_name = "BUDGET", value_parser = budgets())]
     pub budget: Option<AnalysisBudget>,
 }
 

@@ -29,6 +29,7 @@ use crate::scene::Scene;
 /// Arguments of `squeakscope live`.
 #[derive(Debug, Arguments)]
 #[command(
+    next_help_heading = "Simulation",
     mut_arg("spawn", |spawn| spawn.help("Also open a Rerun viewer on this machine")),
     mut_arg("connect", |connect| connect.help("Also send the run to a Rerun viewer that is open")),
 )]
@@ -36,10 +37,10 @@ pub struct LiveArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Start at this tilt of the load, -90 to 90 degrees, and hold it until you change it.
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Playback speed at the start, 0.01 to 1000 simulated ms per second; 1000 is real time.
-    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive, help_heading = "Simulation")]
+    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive)]
     pub speed: f64,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
@@ -47,11 +48,11 @@ pub struct LiveArgs {
     pub budget: BudgetArgs,
     /// Skip Lyapunov exponents and the perturbed trajectory (the most expensive analyses) to keep up with
     /// real time.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub no_lyapunov: bool,
     /// Fail with exit code 1 if the residual of the last energy audit exceeds 5 %; refuse a scene without an
     /// audit.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub strict: bool,
     /// Address of the page; with any address other than 127.0.0.1, other machines can watch the run, and control
     /// it with the key in the printed address.
