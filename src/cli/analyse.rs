@@ -44,12 +44,11 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
 
 /// Analyses a single file, with all outputs.
 fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let outputs = Outputs::new(Some(file.as_os_str()), &args.output)
-        .file("--save", Kind::RECORDING, args.save.as_ref())
-        .file("--labels", Kind::LABELS, args.labels.as_ref())
-        .file("--events", Kind::TABLE, args.events.as_ref());
-    let outputs = outputs.figures(&args.figures, PIXELS, signal_figure_names());
-    let mut files = outputs.check()?;
+    let mut files = Outputs::new(Some(file.as_os_str()), &args.output)
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
+        .file("--labels", Kind::LABELS, args.labels.as_ref())?
+        .file("--events", Kind::TABLE, args.events.as_ref())?
+        .figures(&args.figures, PIXELS, signal_figure_names())?;
     let watch = Watch::new(stop);
     let analysed = analyse(args, file, args.column.clone(), &watch)?;
     let recording = files.path("--save");
@@ -106,8 +105,7 @@ pub(super) fn analyse(
         .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator, watch)))
         .transpose()?;
     let options = options(args, calibration);
-    let progress = &mut |share: f64, task: &str| watch.update(share, task);
-    let analysed = analyse_signal(signal, &options, progress);
+    let analysed = analyse_signal(signal, &options, &mut watch.progress());
     let mut analysed = analysed.map_err(|reason| match reason {
         SignalError::Stopped(_) => CliError::NoResult,
         reason => CliError::Signal {
@@ -421,7 +419,7 @@ mod tests {
             let error = test
                 .run(&format!("@/tone.csv {line}"))
                 .expect_err("refused");
-            assert!(matches!(error, CliError::Output(_)), "{error}");
+            assert!(matches!(error, CliError::Input(_)), "{error}");
             assert_eq!(error.exit_code(), 2, "{error}");
         }
         assert_eq!(std::fs::read(&file).expect("there"), b"sound");

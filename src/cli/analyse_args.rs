@@ -15,38 +15,33 @@ use crate::study::signal::CalibrationSource;
 
 /// Arguments of `squeakscope analyse`.
 #[derive(Debug, Default, Arguments)]
+#[command(next_help_heading = "Input")]
 pub struct AnalyseArgs {
     /// Signal files: WAV, FLAC, MP3, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or recordings
     /// (.rrd); a directory stands for the signal files in it.
-    #[arg(value_name = "FILE", required = true)]
+    #[arg(value_name = "FILE", required = true, help_heading = None::<&str>)]
     pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
     /// one].
-    #[arg(long, value_name = "NAME", help_heading = "Input")]
+    #[arg(long, value_name = "NAME")]
     pub column: Option<String>,
     /// Analyse each column or channel, as a file of its own.
-    #[arg(long, conflicts_with = "column", help_heading = "Input")]
+    #[arg(long, conflicts_with = "column")]
     pub each_channel: bool,
     /// Sampling rate, if the file does not state it or states a wrong one.
-    #[arg(long, value_name = "HZ", help_heading = "Input")]
+    #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
     /// Skip this many lines at the start of a text file.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        hide_default_value = true,
-        help_heading = "Input"
-    )]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub skip_lines: u64,
     /// Skip samples before this time.
-    #[arg(long, value_name = "SECONDS", help_heading = "Input")]
+    #[arg(long, value_name = "SECONDS")]
     pub from: Option<f64>,
     /// Skip samples at and after this time.
-    #[arg(long, value_name = "SECONDS", help_heading = "Input")]
+    #[arg(long, value_name = "SECONDS")]
     pub to: Option<f64>,
     /// Refuse a selection of more samples than this; each sample takes 8 bytes of memory.
-    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples, help_heading = "Input")]
+    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples)]
     pub max_samples: usize,
     /// Analyse the motion within this tonal event, by its number in the table of events [default: the event
     /// with the largest energy].

@@ -15,8 +15,8 @@ use super::analyse_args::AnalyseArgs;
 use super::console::print_notice;
 use super::error::CliError;
 use super::figures::PIXELS;
-use super::harness::{Files, Outputs, Watch};
-use super::output::{Kind, check_file};
+use super::harness::{Outputs, Watch};
+use super::output::{Kind, check_directory, check_file};
 use super::resources;
 use crate::escape;
 use crate::import::{Format, channels};
@@ -67,9 +67,8 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
         ..AnalysedFiles::default()
     };
     let jobs = jobs(args, &mut result.skipped)?;
-    let outputs = Outputs::new(None, &args.output);
-    let mut files = outputs
-        .file("--events", Kind::TABLE, args.events.as_ref())
+    let mut files = Outputs::new(None, &args.output)
+        .file("--events", Kind::TABLE, args.events.as_ref())?
         .check()?;
     check_directories(args, &jobs)?;
     resources::start_thread_pool()?;
@@ -155,7 +154,7 @@ fn check_directories(args: &AnalyseArgs, jobs: &[Job]) -> Result<(), CliError> {
             )));
         }
     }
-    let overwrite = args.output.overwrite;
+    let force = args.output.overwrite.force;
     if let Some(directory) = &args.figures.path {
         let names = args
             .figures
@@ -163,12 +162,12 @@ fn check_directories(args: &AnalyseArgs, jobs: &[Job]) -> Result<(), CliError> {
             .or_formats(PIXELS)
             .names(&signal_figure_names());
         for name in named.keys() {
-            overwrite.check_directory(&directory.join(name), "--figures", &names)?;
+            check_directory(&directory.join(name), "--figures", &names, force)?;
         }
     }
     if let Some(directory) = &args.labels {
         let names: Vec<_> = named.keys().map(|name| format!("{name}.txt")).collect();
-        overwrite.check_directory(directory, "--labels", &names)?;
+        check_directory(directory, "--labels", &names, force)?;
     }
     Ok(())
 }
@@ -178,7 +177,7 @@ fn write_pictures(
     args: &AnalyseArgs,
     name: &str,
     report: &SignalAnalysis,
-    files: &mut Files<'_>,
+    files: &mut Outputs<'_>,
 ) -> Result<(), CliError> {
     if let Some(directory) = &args.figures.path {
         let figures = signal_figures(report);

@@ -8,14 +8,14 @@ use clap_complete::Shell;
 use super::analyse_args::AnalyseArgs;
 use super::branch::BranchArgs;
 use super::common_args::{
-    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, positive, tilts, viewer_url,
+    AccuracyArgs, BudgetArgs, SceneArgs, SoundArgs, ViewerArgs, positive, tilts,
 };
 use super::figures::FigureArgs;
 use super::friction::FrictionArgs;
 use super::harness::OutputArgs;
 use super::live::LiveArgs;
 use super::output::Overwrite;
-use super::schema::{MakeSchema, results};
+use super::schema::results;
 use super::steps::Steps;
 use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
@@ -94,6 +94,7 @@ pub enum Command {
 /// Arguments of `squeakscope run`.
 #[derive(Debug, Default, Arguments)]
 #[command(
+    next_help_heading = "Simulation",
     // This command has no audio output other than the file.
     mut_arg("sound", |sound| sound.requires("wav")),
     mut_arg("probe", |probe| probe.requires("wav")),
@@ -102,10 +103,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees.
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Simulate this much time, 0.1 to 100000 ms.
-    #[arg(long, value_name = "MS", help_heading = "Simulation")]
+    #[arg(long, value_name = "MS")]
     pub duration: Option<f64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
@@ -113,7 +114,7 @@ pub struct RunArgs {
     pub budget: BudgetArgs,
     /// Fail with exit code 1 if the residual of the energy audit exceeds 5 %; refuse a scene without an
     /// audit.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub strict: bool,
     /// Save the recording to this file [default: squeak.rrd, if there is no other output; it is replaced without
     /// --force].
@@ -130,13 +131,8 @@ pub struct RunArgs {
     /// Stretch the sound in time by this factor, 0.01 to 1000; its pitch falls by the same factor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_stretch, requires = "wav", help_heading = "Sound")]
     pub time_stretch: f64,
-    /// Open a Rerun viewer on this machine.
-    #[arg(long, conflicts_with = "connect", help_heading = "Viewer")]
-    pub spawn: bool,
-    /// Send the recording to a running Rerun viewer.
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
-        value_parser = viewer_url, help_heading = "Viewer")]
-    pub connect: Option<String>,
+    #[command(flatten)]
+    pub viewer: ViewerArgs,
     #[command(flatten)]
     pub figures: FigureArgs,
 }
@@ -190,26 +186,26 @@ pub struct StabilityArgs {
 
 /// Arguments of `squeakscope lyapunov`.
 #[derive(Debug, Default, Arguments)]
+#[command(next_help_heading = "Simulation")]
 #[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
 pub struct LyapunovArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the scene runs, then its last
     /// tilt is held].
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Run the scene for this time before the tangent vectors start, 0.1 to 100000 ms.
-    #[arg(long, value_name = "MS", help_heading = "Simulation")]
+    #[arg(long, value_name = "MS")]
     pub duration: Option<f64>,
     /// Seed of the random kick, which can select one of several coexisting attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64),
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's; at most 5e-8 for all
     /// exponents].
-    #[arg(long, value_name = "TOLERANCE", help_heading = "Simulation")]
+    #[arg(long, value_name = "TOLERANCE")]
     pub tolerance: Option<f64>,
     /// Number of largest exponents to compute, or `all`.
     #[arg(long, value_name = "K", default_value = "all", value_parser = exponents, help_heading = "Averaging")]
@@ -253,7 +249,7 @@ pub struct ModelArgs {
 pub struct SchemaArgs {
     /// Command whose result the schema describes [default: list the commands].
     #[arg(value_parser = results())]
-    pub command: Option<MakeSchema>,
+    pub command: Option<String>,
 }
 
 /// Arguments of `squeakscope completions`.
@@ -341,7 +337,8 @@ mod tests {
             panic!("these are the arguments of a run");
         };
         assert_eq!(run.tilt, Some(-2.5));
-        assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
+        let default = Some("rerun+http://127.0.0.1:9876/proxy");
+        assert_eq!(run.viewer.connect.as_deref(), default);
         assert_eq!(run.output.json, Some(PathBuf::from("out.json")));
         assert!(parse("squeakscope run --spawn --connect").is_err());
         assert_eq!(run.budget.budget, None);

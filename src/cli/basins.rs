@@ -5,11 +5,8 @@ use std::sync::atomic::AtomicBool;
 use super::console;
 use super::error::CliError;
 use super::harness::Watch;
-use super::output::Kind;
 use super::study_args::BasinsArgs;
-use super::sweep::{
-    check_transient, compute_points, outputs, response_plan, tables, write_points, write_recording,
-};
+use super::sweep::{compute_points, outputs, response_plan, tables, write_points, write_recording};
 use crate::plot::basins_figure;
 use crate::scene::Parameter;
 use crate::study::basins::Basins;
@@ -25,9 +22,8 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let plan = plan(args)?;
     console::print_study_warnings(&plan.subject);
     console::print_fixed(&plan.subject, []);
-    let stems = vec!["basins".to_owned()];
-    let outputs = outputs(args.scene.input(), &args.outputs, Kind::STUDY_TABLE, stems);
-    let files = outputs.resumed(args.work.resume).check()?;
+    let stems = ["basins".to_owned()];
+    let files = outputs(args.scene.input(), &args.outputs, Some(&args.work), &stems)?;
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let basins = Basins::new(plan.subject.start_tilt(), plan.size(), &points);
@@ -42,7 +38,6 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
 
 /// The random kicks as a sweep over the seed.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
-    check_transient(&args.response)?;
     let numbers = [
         ("load.tilt_deg", args.tilt),
         ("start.kick_mm_per_s", args.kick),
@@ -54,7 +49,7 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
         subject: scene,
         axes: vec![Axis::new(Parameter::named("start.seed")?, seeds)],
         starts: vec![Start::Fresh],
-        response: response_plan(&args.response, true),
+        response: response_plan(&args.response, true)?,
     })
 }
 

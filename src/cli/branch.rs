@@ -29,37 +29,27 @@ use crate::study::{StudyError, threads};
 
 /// Arguments of `squeakscope branch`.
 #[derive(Debug, Arguments)]
+#[command(next_help_heading = "Parameters")]
 pub struct BranchArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Follow the branches over the tilt of the load in degrees, from A to B [default: 0:8, if there is no --param].
-    #[arg(
-        long,
-        value_name = "A:B",
-        allow_hyphen_values = true,
-        help_heading = "Parameters"
-    )]
+    #[arg(long, value_name = "A:B", allow_hyphen_values = true)]
     pub tilt: Option<Interval>,
     /// Follow the branches over this numeric key of the scene file, from A to B. Give two parameters, of which --tilt
     /// may be one, for a stability map.
-    #[arg(long, value_name = "KEY=A:B", help_heading = "Parameters")]
+    #[arg(long, value_name = "KEY=A:B")]
     pub param: Vec<Keyed<Interval>>,
     /// Number of points of the equilibria, or of each parameter of a map; more are inserted where modes change quickly
     /// [default: 81; for a map: 41].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(2..=10_000),
-        help_heading = "Parameters")]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(2..=10_000))]
     pub points: Option<u32>,
     /// Compute the equilibria only, without periodic orbits; of a map, the Hopf curves only.
-    #[arg(long, help_heading = "Parameters")]
+    #[arg(long)]
     pub equilibria: bool,
     /// Start the periodic orbits from the settled motion at this value of the parameter [default: the value of the
     /// scene, or another value at which the motion is periodic].
-    #[arg(
-        long,
-        value_name = "VALUE",
-        conflicts_with = "equilibria",
-        help_heading = "Parameters"
-    )]
+    #[arg(long, value_name = "VALUE", conflicts_with = "equilibria")]
     pub start: Option<f64>,
     /// Follow the torus beyond each supercritical Neimark-Sacker point of an attracting orbit at N values up to the end of
     /// the interval: base frequencies, rotation number, phase-locked tongues, doubling. Each value needs about two
@@ -68,8 +58,7 @@ pub struct BranchArgs {
         long,
         value_name = "N",
         conflicts_with = "equilibria",
-        value_parser = value_parser!(u32).range(1..=10_000),
-        help_heading = "Parameters"
+        value_parser = value_parser!(u32).range(1..=10_000)
     )]
     pub tori: Option<u32>,
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
@@ -95,12 +84,7 @@ pub struct BranchArgs {
     #[command(flatten)]
     pub figures: FigureArgs,
     /// Add the settled responses of this table of a sweep over the same parameter to the branch diagram.
-    #[arg(
-        long,
-        value_name = "FILE",
-        requires = "figures",
-        help_heading = "Figures"
-    )]
+    #[arg(long, value_name = "FILE", requires = "figures")]
     pub sweep: Option<PathBuf>,
 }
 
@@ -148,13 +132,11 @@ fn branch(
     if let Some(start) = args.start {
         plan.check_start(start)?;
     }
-    let outputs = Outputs::new(args.scene.input(), &args.output)
-        .file("--out", Kind::TABLE, args.out.as_ref())
-        .file("--save", Kind::RECORDING, args.save.as_ref())
-        .file("--diagram", Kind::JSON, args.diagram.as_ref());
-    let files = outputs
-        .figures(&args.figures, STUDY, FIGURES[0].iter().copied())
-        .check()?;
+    let files = Outputs::new(args.scene.input(), &args.output)
+        .file("--out", Kind::TABLE, args.out.as_ref())?
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
+        .file("--diagram", Kind::JSON, args.diagram.as_ref())?
+        .figures(&args.figures, STUDY, FIGURES[0])?;
     resources::start_thread_pool()?;
     let name = &scene.name;
     let watch = Watch::new(stop);
@@ -207,7 +189,7 @@ fn compute(
         (None, Some(_)) => Some(OrbitStarts::Sweep(scene, threads(args.threads))),
         (None, None) => Some(OrbitStarts::Scene),
     };
-    let mut update = |share: f64, task: &str| watch.update(share, task);
+    let mut update = watch.progress();
     let mut result = plan.follow(starts, &mut update, &mut |_| ())?;
     if let Some(count) = args.tori {
         add_tori(plan, count, &mut result, &mut update)?;
@@ -264,9 +246,7 @@ fn map(
         )));
     }
     let outputs = Outputs::new(args.scene.input(), &args.output);
-    let files = outputs
-        .figures(&args.figures, STUDY, FIGURES[1].iter().copied())
-        .check()?;
+    let files = outputs.figures(&args.figures, STUDY, FIGURES[1])?;
     let plan = MapPlan {
         scene,
         parameters: spans.map(|span| span.0),
@@ -276,9 +256,7 @@ fn map(
     };
     let name = &plan.scene.name;
     let watch = Watch::new(stop);
-    let map = stability_map(&plan, threads(args.threads), &mut |share, task| {
-        watch.update(share, task)
-    });
+    let map = stability_map(&plan, threads(args.threads), &mut watch.progress());
     let map = map.map_err(failed)?;
     files.finish(watch, Some(name), &map, |files| {
         files.draw(|| vec![map_figure(name, &map)])

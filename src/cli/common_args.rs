@@ -8,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strum::VariantArray;
 
 use super::steps::Steps;
+use crate::record::Output;
 use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Parameter, Scene, SceneError};
 use crate::sound::{Quantity, Source};
 
@@ -15,10 +16,11 @@ use crate::sound::{Quantity, Source};
 #[derive(Clone, Debug, Default, Arguments)]
 pub struct SceneArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
+    #[arg(help_heading = None::<&str>)]
     pub scene: Option<String>,
     /// Change this key of the scene, as in `--set load.tilt_deg=4`; repeat the option for several. The value is that of
     /// a scene file, and `absent` removes the key, or a table, as in `--set analysis.lyapunov=absent`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value, help_heading = None::<&str>)]
     pub set: Vec<(String, String)>,
 }
 
@@ -68,8 +70,7 @@ impl SceneArgs {
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct AccuracyArgs {
     /// Choose tolerance and contact nodes for this relative error of the settled motion, such as 1e-4.
-    #[arg(long, value_name = "ERROR", value_parser = positive,
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
     pub accuracy: Option<f64>,
 }
 
@@ -88,7 +89,7 @@ impl AccuracyArgs {
 pub struct BudgetArgs {
     /// Compute all windows of the analyses, or fewer of those that are only displayed while they are slower than
     /// real time (in a live run: than the playback) [default: the scene's].
-    #[arg(long, value_name = "BUDGET", value_parser = budgets(), help_heading = "Simulation")]
+    #[arg(long, value_name = "BUDGET", value_parser = budgets())]
     pub budget: Option<AnalysisBudget>,
 }
 
@@ -108,11 +109,35 @@ fn budgets() -> impl TypedValueParser<Value = AnalysisBudget> {
     PossibleValuesParser::new(names).try_map(|name| name.parse::<AnalysisBudget>())
 }
 
+/// The Rerun viewer of a command.
+#[derive(Clone, Debug, Default, Arguments)]
+#[command(next_help_heading = "Viewer")]
+pub struct ViewerArgs {
+    /// Open a Rerun viewer on this machine.
+    #[arg(long, conflicts_with = "connect")]
+    pub spawn: bool,
+    /// Send the recording to a running Rerun viewer.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL, value_parser = viewer_url)]
+    pub connect: Option<String>,
+}
+
+impl ViewerArgs {
+    /// A recording for the viewer, and for a file; `None` without either.
+    pub fn output(&self, save: Option<PathBuf>) -> Option<Output> {
+        let output = Output {
+            save,
+            connect: self.connect.clone(),
+            spawn: self.spawn,
+        };
+        (output != Output::default()).then_some(output)
+    }
+}
+
 /// Default URL of a running Rerun viewer.
-pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
+const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
 
 /// Parses the URL of a viewer and checks its scheme.
-pub fn viewer_url(text: &str) -> Result<String, String> {
+fn viewer_url(text: &str) -> Result<String, String> {
     let known = ["rerun+http://", "rerun+https://", "rerun://"];
     if known.iter().any(|scheme| text.starts_with(scheme)) {
         Ok(text.to_owned())

@@ -3,7 +3,6 @@
 use std::io::{self, Write as _};
 
 use super::error::CliError;
-use super::output::OutputError;
 use crate::chain_of_causes;
 use crate::escape;
 use crate::report::{BAD, WARNING};
@@ -13,14 +12,14 @@ use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
 ///
 /// # Errors
 /// If the standard output cannot be written. A closed pipe (`| head`) is not an error.
-pub fn print(text: &str) -> Result<(), OutputError> {
+pub fn print(text: &str) -> Result<(), CliError> {
     let mut out = anstream::stdout().lock();
     match out
         .write_all(escape::terminal(text).as_bytes())
         .and_then(|()| out.flush())
     {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
-            Err(OutputError::Terminal(source))
+            Err(CliError::Terminal(source))
         }
         _ => Ok(()),
     }

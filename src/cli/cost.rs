@@ -24,7 +24,7 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
     let scene = args.scene.load()?;
     console::print_study_warnings(&scene);
     let outputs = Outputs::new(args.scene.input(), &args.output);
-    let files = outputs.figures(&args.figures, STUDY, ["cost"]).check()?;
+    let files = outputs.figures(&args.figures, STUDY, ["cost"])?;
     resources::check_memory()?;
     resources::start_thread_pool()?;
     let watch = Watch::new(stop);
@@ -51,7 +51,5 @@ fn measure(scene: &Scene, stop: &Arc<AtomicBool>, watch: &Watch<'_>) -> Result<C
         drive(run, "", &mut sink, monitor)?;
         Ok(())
     };
-    cost(scene, Some(run_all), &mut |share, task| {
-        watch.update(share, task)
-    })
+    cost(scene, Some(run_all), &mut watch.progress())
 }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::output::OutputError;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::export;
@@ -51,9 +50,9 @@ pub enum CliError {
     /// A failure without another error as its cause.
     #[error("{0}")]
     Failed(String),
-    /// An output cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    /// The standard output cannot be written.
+    #[error("cannot write to the standard output; check its destination and the free space")]
+    Terminal(#[source] std::io::Error),
     /// Writing failed after the checks had passed; a file that existed before is unchanged.
     #[error(transparent)]
     NotWritten(#[from] export::OutputError),
@@ -66,19 +65,6 @@ pub enum CliError {
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
-    /// The address or port of the live page cannot be used.
-    #[error(
-        "cannot serve the page at {host}, port {port}: {source}; choose another --port (0 for any free \
-         port) or --host"
-    )]
-    Serve {
-        /// Requested address.
-        host: std::net::IpAddr,
-        /// Requested port.
-        port: u16,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
     /// The causes of growth are not defined for friction with a state.
     #[error(
         "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
@@ -145,14 +131,13 @@ impl CliError {
         match self {
             Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
             Self::Failed(_)
+            | Self::Terminal(_)
             | Self::NotWritten(_)
             | Self::NotSaved { .. }
-            | Self::Serve { .. }
             | Self::Threads { .. }
             | Self::Table(TableError::Write(..) | TableError::Removed(..) | TableError::Study(_)) => {
                 1
             }
-            Self::Output(error) if !error.is_bad_input() => 1,
             Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,
             _ => 2,
         }

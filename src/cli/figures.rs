@@ -3,11 +3,12 @@
 use std::fmt::Display;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::slice::from_ref;
 
 use clap::Args as Arguments;
 
 use super::error::CliError;
-use super::output::{OutputError, check_file};
+use super::output::{check_file, not_writable};
 use crate::export::replace_file;
 use crate::plot::{Figure, FigureOptions, Format, Size, Style};
 
@@ -88,7 +89,7 @@ impl FigureStyle {
     pub fn write(
         &self,
         path: &Path,
-        option: &'static str,
+        option: &str,
         figures: &[Figure],
         single: Option<Format>,
     ) -> Result<Vec<PathBuf>, CliError> {
@@ -105,29 +106,21 @@ impl FigureStyle {
                 "--size is too small for all texts of the figures; give --size {least} or more"
             )));
         }
-        let write = |path: PathBuf, figure: &Figure, format| {
-            let path = check_file(&path, option)?;
-            let content = figure.file(&options, format);
-            let content = content.map_err(CliError::during("drawing"))?;
-            replace_file(&path, |out| out.write_all(&content))?;
-            Ok(path)
-        };
-        if let Some(format) = single {
-            let figures = figures.iter();
-            return figures
-                .map(|figure| write(path.to_owned(), figure, format))
-                .collect();
+        if single.is_none() {
+            std::fs::create_dir_all(path).map_err(not_writable(path, option))?;
         }
-        std::fs::create_dir_all(path).map_err(|source| OutputError::NotWritable {
-            path: path.to_owned(),
-            option,
-            source,
-        })?;
         let mut written = Vec::new();
         for figure in &figures {
-            for &format in &self.format {
-                let name = format!("{}.{}", figure.name, format.ending());
-                written.push(write(path.join(name), figure, format)?);
+            for &format in single.as_ref().map_or(&self.format[..], from_ref) {
+                let path = match single {
+                    Some(_) => path.to_owned(),
+                    None => path.join(format!("{}.{}", figure.name, format.ending())),
+                };
+                let path = check_file(&path, option)?;
+                let content = figure.file(&options, format);
+                let content = content.map_err(CliError::during("drawing"))?;
+                replace_file(&path, |out| out.write_all(&content))?;
+                written.push(path);
             }
         }
         Ok(written)
@@ -137,7 +130,7 @@ impl FigureStyle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::output::Overwrite;
+    use crate::cli::output::check_directory;
     use crate::plot::{Axis, Panel};
 
     fn drawn(style: &FigureStyle) -> FigureStyle {
@@ -183,19 +176,19 @@ mod tests {
             style: Style::Slides,
             ..FigureStyle::default()
         };
-        let check = |overwrite: Overwrite| {
+        let check = |force| {
             let names = drawn(&args).names(&["waveform"]);
-            overwrite.check_directory(folder.path(), "--figures", &names)
+            check_directory(folder.path(), "--figures", &names, force)
         };
-        check(Overwrite::default()).expect("nothing is written yet");
+        check(false).expect("nothing is written yet");
         let figures = [two_panels()];
         let written = drawn(&args).write(folder.path(), "--figures", &figures, None);
         written.expect("drawn");
         for name in ["waveform-1.png", "waveform-2.png"] {
             assert!(folder.path().join(name).exists(), "{name}");
         }
-        check(Overwrite::default()).expect_err("exists");
-        check(Overwrite::ALLOWED).expect("forced");
+        check(false).expect_err("exists");
+        check(true).expect("forced");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! write the files, and print the report or the JSON.
 
 use std::ffi::OsStr;
+use std::fmt::Display;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,9 @@ use serde::Serialize;
 use super::console::{print, print_warning};
 use super::error::CliError;
 use super::figures::{FigureArgs, FigureStyle};
-use super::output::{Kind, OutputError, Overwrite, is_stdout};
+use super::output::{
+    Kind, Overwrite, check_apart, check_directory, is_stdout, refused, resolved, used_twice,
+};
 use super::{interrupt, resources};
 use crate::export;
 use crate::number::size;
@@ -36,117 +39,28 @@ pub struct OutputArgs {
     pub overwrite: Overwrite,
 }
 
-/// The outputs of a command, each with the option that names it.
+/// The outputs of a command, each with the option that names it: checked before the work, written and listed after it.
 pub(super) struct Outputs<'a> {
-    input: Option<&'a OsStr>,
-    overwrite: Overwrite,
+    /// The name or path of a scene, or the path of a signal, which no output may replace.
+    input: Option<PathBuf>,
+    /// Whether existing files are replaced.
+    pub force: bool,
+    /// Whether the report is printed, unless the JSON is: the command may print something else.
+    pub prints_report: bool,
     json: Option<&'a Path>,
-    files: Vec<(&'static str, Kind, PathBuf)>,
+    files: Vec<(&'static str, PathBuf)>,
     figures: Option<Figures<'a>>,
+    written: Vec<WrittenFile>,
 }
 
 /// The option of figures.
 const FIGURES: &str = "--figures";
 
-/// Where and how figures are drawn.
+/// Where and how figures are drawn: to a directory, or a single one to a file of this format.
 struct Figures<'a> {
     path: &'a Path,
     drawn: FigureStyle,
-    stems: Vec<String>,
-}
-
-impl Figures<'_> {
-    /// The format, if the path is that of a file: a single figure can be written to one.
-    fn single(&self) -> Option<Format> {
-        Format::of(self.path).filter(|_| self.stems.len() == 1 && !self.path.is_dir())
-    }
-}
-
-impl<'a> Outputs<'a> {
-    /// The JSON document; no output may replace `input`, the name or path of a scene, or the path of a signal.
-    pub fn new(input: Option<&'a OsStr>, args: &'a OutputArgs) -> Self {
-        Self {
-            input,
-            overwrite: args.overwrite,
-            json: args.json.as_deref(),
-            files: Vec::new(),
-            figures: None,
-        }
-    }
-
-    /// Also replaces existing files if this holds: the outputs of a study that is resumed.
-    pub fn resumed(self, resume: bool) -> Self {
-        Self {
-            overwrite: self.overwrite.or(resume),
-            ..self
-        }
-    }
-
-    /// A file, if it is requested.
-    pub fn file(
-        mut self,
-        option: &'static str,
-        kind: Kind,
-        path: Option<impl Into<PathBuf>>,
-    ) -> Self {
-        let path = path.map(Into::into);
-        self.files.extend(path.map(|path| (option, kind, path)));
-        self
-    }
-
-    /// The figures of these stems, if they are requested.
-    pub fn figures<S: Into<String>>(
-        self,
-        args: &'a FigureArgs,
-        formats: &'static [Format],
-        stems: impl IntoIterator<Item = S>,
-    ) -> Self {
-        let stems = stems.into_iter().map(Into::into).collect();
-        let drawn = args.drawn.or_formats(formats);
-        let figures = args
-            .path
-            .as_deref()
-            .map(|path| Figures { path, drawn, stems });
-        Self { figures, ..self }
-    }
-
-    /// Checks all outputs without changing a file.
-    ///
-    /// # Errors
-    /// The first output that cannot be written, exists, is used twice, or is the input.
-    pub fn check(mut self) -> Result<Files<'a>, CliError> {
-        let is_recorded = self.files.iter().any(|(_, kind, _)| kind.is_recording());
-        if let Some(json) = self.json.filter(|path| !is_stdout(path)) {
-            self.files.push(("--json", Kind::JSON, json.to_owned()));
-        }
-        let figures = self.figures.as_ref();
-        let (file, folder) = match figures {
-            Some(figures) if figures.single().is_some() => (Some(figures), None),
-            figures => (None, figures),
-        };
-        let file = file.map(|figures| (FIGURES, Kind::FIGURE, figures.path.to_owned()));
-        self.files.extend(file);
-        let files = self.overwrite.check_all(self.input, &self.files)?;
-        if let Some(figures) = folder {
-            let names = figures.drawn.names(&figures.stems);
-            self.overwrite
-                .check_directory(figures.path, FIGURES, &names)?;
-            super::output::check_apart(figures.path, FIGURES, &files)?;
-        }
-        if is_recorded {
-            resources::check_memory()?;
-        }
-        Ok(Files {
-            printed: if self.json.is_some_and(is_stdout) {
-                Printed::Json
-            } else {
-                Printed::Report
-            },
-            files,
-            figures: self.figures,
-            written: Vec::new(),
-        })
-    }
+    single: Option<Format>,
 }
 
 /// A written file.
@@ -158,31 +72,88 @@ pub struct WrittenFile {
     pub bytes: u64,
 }
 
-/// What is printed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Printed {
-    Report,
-    Json,
-    Nothing,
-}
+impl<'a> Outputs<'a> {
+    /// No file yet; no output may replace `input`, the name or path of a scene, or the path of a signal.
+    pub fn new(input: Option<&OsStr>, args: &'a OutputArgs) -> Self {
+        Self {
+            input: input.and_then(|name| fs::canonicalize(name).ok()),
+            force: args.overwrite.force,
+            prints_report: true,
+            json: args.json.as_deref(),
+            files: Vec::new(),
+            figures: None,
+            written: Vec::new(),
+        }
+    }
 
-/// Outputs that have passed their checks.
-pub(super) struct Files<'a> {
-    printed: Printed,
-    files: Vec<(&'static str, PathBuf)>,
-    figures: Option<Figures<'a>>,
-    written: Vec<WrittenFile>,
-}
-
-impl Files<'_> {
-    /// Does not print the report, if this holds: the command prints something else.
-    pub fn without_report(self, replaced: bool) -> Self {
-        let printed = if replaced {
-            Printed::Nothing
-        } else {
-            self.printed
+    /// Adds a file, if it is requested, and checks it without changing a file.
+    ///
+    /// # Errors
+    /// If it cannot be written, exists, is used twice, or is the input.
+    pub fn file(
+        mut self,
+        option: &'static str,
+        kind: Kind,
+        path: Option<impl AsRef<Path>>,
+    ) -> Result<Self, CliError> {
+        let Some(path) = path.as_ref().map(AsRef::<Path>::as_ref) else {
+            return Ok(self);
         };
-        Self { printed, ..self }
+        if self.input.is_some() && self.input == Some(resolved(path)) {
+            let fault = "is the input; choose another path for the output";
+            return Err(refused(path, option, fault));
+        }
+        let file = kind.check(path, option, self.force)?;
+        if let Some((other, _)) = self.files.iter().find(|(_, other)| *other == file) {
+            return Err(used_twice(path, option, other));
+        }
+        self.files.push((option, file));
+        Ok(self)
+    }
+
+    /// Adds the JSON document, after all other files.
+    ///
+    /// # Errors
+    /// As [`Outputs::file`], and if there is no memory for a recording.
+    pub fn check(self) -> Result<Self, CliError> {
+        let json = self.json.filter(|path| !is_stdout(path));
+        let checked = self.file("--json", Kind::JSON, json)?;
+        if checked.path("--save").is_some() {
+            resources::check_memory()?;
+        }
+        Ok(checked)
+    }
+
+    /// Adds the JSON document, and the figures of these stems, if they are requested.
+    ///
+    /// # Errors
+    /// As [`Outputs::check`].
+    pub fn figures<S: Display>(
+        self,
+        args: &'a FigureArgs,
+        formats: &'static [Format],
+        stems: impl IntoIterator<Item = S>,
+    ) -> Result<Self, CliError> {
+        let mut checked = self.check()?;
+        let Some(path) = args.path.as_deref() else {
+            return Ok(checked);
+        };
+        let drawn = args.drawn.or_formats(formats);
+        let stems: Vec<S> = stems.into_iter().collect();
+        let is_single = stems.len() == 1 && !path.is_dir();
+        let single = Format::of(path).filter(|_| is_single);
+        if single.is_some() {
+            checked = checked.file(FIGURES, Kind::FIGURE, Some(path))?;
+        } else {
+            check_directory(path, FIGURES, &drawn.names(&stems), checked.force)?;
+            check_apart(path, FIGURES, &checked.files)?;
+        }
+        checked.figures = Some(Figures {
+            path,
+            drawn,
+            single,
+        });
+        Ok(checked)
     }
 
     /// The path of an option, if its file is requested.
@@ -196,15 +167,15 @@ impl Files<'_> {
     /// # Errors
     /// If the file does not exist.
     pub fn add(&mut self, path: &Path) -> Result<(), export::OutputError> {
-        let file = fs::metadata(path).map_err(|source| export::OutputError {
-            path: path.to_owned(),
-            source,
-        })?;
-        self.written.push(WrittenFile {
-            path: path.to_owned(),
-            bytes: file.len(),
-        });
-        Ok(())
+        let path = path.to_owned();
+        match fs::metadata(&path) {
+            Ok(file) => {
+                let bytes = file.len();
+                self.written.push(WrittenFile { path, bytes });
+                Ok(())
+            }
+            Err(source) => Err(export::OutputError { path, source }),
+        }
     }
 
     /// Writes the file of an option, if it is requested, and lists it.
@@ -234,10 +205,8 @@ impl Files<'_> {
         let Some(wanted) = &self.figures else {
             return Ok(());
         };
-        let single = wanted.single();
-        let paths = wanted
-            .drawn
-            .write(wanted.path, FIGURES, &figures(), single)?;
+        let (drawn, single) = (&wanted.drawn, wanted.single);
+        let paths = drawn.write(wanted.path, FIGURES, &figures(), single)?;
         paths.iter().try_for_each(|path| Ok(self.add(path)?))
     }
 
@@ -275,10 +244,10 @@ impl Files<'_> {
             result,
             files: self.written.clone(),
         };
-        if self.printed == Printed::Json {
+        if self.json.is_some_and(is_stdout) {
             let json = serde_json::to_string_pretty(&document);
-            let json = json.map_err(|fault| OutputError::Terminal(fault.into()))?;
-            return Ok(print(&format!("{json}\n"))?);
+            let json = json.map_err(|fault| CliError::Terminal(fault.into()))?;
+            return print(&format!("{json}\n"));
         }
         let written = match self.path("--json") {
             Some(path) => export::replace_file(&path, |out| {
@@ -287,7 +256,7 @@ impl Files<'_> {
             }),
             None => Ok(()),
         };
-        if self.printed == Printed::Report {
+        if self.prints_report {
             let report = terminal(&result.blocks(scene.unwrap_or_default()));
             print(&format!("{report}{}", list(&self.written)))?;
         }
@@ -355,21 +324,18 @@ impl<'a> Watch<'a> {
     /// If the user has interrupted the work.
     pub fn update(&self, share: f64, task: &str) -> Result<(), Stopped> {
         self.show(share, task);
-        self.check()
+        interrupt::check(self.stop)
+    }
+
+    /// The progress of a study: [`Watch::update`].
+    pub fn progress(&self) -> impl FnMut(f64, &str) -> Result<(), Stopped> {
+        |share, task| self.update(share, task)
     }
 
     /// Returns a function that prints warnings above the progress bar.
     pub fn notifier(&self) -> Notifier {
         let bar = self.bar.clone();
         Arc::new(move |message| bar.suspend(|| print_warning(message)))
-    }
-
-    /// Checks for an interrupt.
-    ///
-    /// # Errors
-    /// If the user has interrupted the work.
-    pub fn check(&self) -> Result<(), Stopped> {
-        interrupt::check(self.stop)
     }
 }
 
@@ -410,12 +376,13 @@ mod tests {
             ..OutputArgs::default()
         };
         let outputs = Outputs::new(None, &args).file("--csv", Kind::CSV, Some(csv));
+        let files = outputs.and_then(Outputs::check).expect("writable");
         let example = Example {
             value_m: 0.1 + 0.2,
             rate_per_s: f64::NAN,
             stopped,
         };
-        let (stop, files) = (AtomicBool::new(false), outputs.check().expect("writable"));
+        let stop = AtomicBool::new(false);
         let ended = files.finish(Watch::new(&stop), Some("made"), &example, |files| {
             files.write("--csv", |path| {
                 fs::write(path, "x\n").map_err(CliError::during("writing"))

@@ -9,49 +9,38 @@ use clap::{Arg, CommandFactory};
 use super::args::{Args, CompletionsArgs, ManArgs};
 use super::console;
 use super::error::CliError;
+use super::output::check_directory;
 use crate::export;
 
-/// Commands for one kind of task.
-struct Task {
-    title: &'static str,
-    commands: Vec<Entry>,
-}
-
-/// A command with two or three examples: what each does, and its command line.
-struct Entry {
-    name: &'static str,
-    examples: Vec<[&'static str; 2]>,
-}
-
-/// The commands by task: `# TASK`, `## COMMAND`, and examples, each a purpose and an indented command line.
+/// The commands by task: `# TASK`, `## COMMAND`, and two or three examples, each a purpose and an indented command line.
 const HELP: &str = include_str!("../../assets/help.md");
 
-/// Every command of [`super::args::Command`] occurs once; a test checks it.
-fn tasks() -> Vec<Task> {
-    let mut tasks: Vec<Task> = Vec::new();
-    let mut purpose = "";
-    for line in HELP.lines().filter(|line| !line.is_empty()) {
-        let task = tasks.last_mut();
-        if let Some(title) = line.strip_prefix("# ") {
-            let commands = Vec::new();
-            tasks.push(Task { title, commands });
-        } else if let (Some(task), Some(name)) = (task, line.strip_prefix("## ")) {
-            let examples = Vec::new();
-            task.commands.push(Entry { name, examples });
-        } else if let Some(example) = line.strip_prefix("    ") {
-            let entry = tasks.last_mut().and_then(|task| task.commands.last_mut());
-            if let Some(entry) = entry {
-                entry.examples.push([purpose, example]);
-            }
-        } else {
-            purpose = line.trim_end_matches(':');
+/// What an example does, and its command line.
+type Example = [&'static str; 2];
+
+/// The tasks with their commands, each with its examples. Every command of [`super::args::Command`] occurs once; a test
+/// checks it.
+fn tasks() -> Vec<(&'static str, Vec<(&'static str, Vec<Example>)>)> {
+    let command = |text: &'static str| {
+        let mut lines = text.lines().filter(|line| !line.is_empty());
+        let name = lines.next().unwrap_or_default();
+        let mut examples: Vec<Example> = Vec::new();
+        while let (Some(purpose), Some(line)) = (lines.next(), lines.next()) {
+            examples.push([purpose.trim_end_matches(':'), line.trim_start()]);
         }
-    }
-    tasks
+        (name, examples)
+    };
+    let task = |text: &'static str| {
+        let mut parts = text.split("\n## ");
+        let title = parts.next().unwrap_or_default().trim_end();
+        (title, parts.map(command).collect())
+    };
+    let tasks = HELP.trim_start_matches("# ").split("\n# ");
+    tasks.map(task).collect()
 }
 
 /// Examples at the end of the main help.
-const FIRST_STEPS: [[&str; 2]; 3] = [
+const FIRST_STEPS: [Example; 3] = [
     [
         "Simulate the default scene; `squeakscope view squeak.rrd` opens the recording",
         "squeakscope",
@@ -76,7 +65,7 @@ pub(super) fn command() -> clap::Command {
     let mut command = Args::command().mut_subcommands(|command| command.mut_args(negative));
     let header = *command.get_styles().get_header();
     let literal = *command.get_styles().get_literal();
-    let examples = |examples: &[[&str; 2]]| {
+    let examples = |examples: &[Example]| {
         let mut text = format!("{header}Examples:{header:#}");
         for [purpose, line] in examples {
             let _ = write!(text, "\n  {purpose}:\n    {literal}{line}{literal:#}");
@@ -84,13 +73,9 @@ pub(super) fn command() -> clap::Command {
         text
     };
     let mut groups = String::new();
-    for Task { title, commands } in tasks() {
+    for (title, commands) in tasks() {
         let _ = writeln!(groups, "{header}{title}:{header:#}");
-        for Entry {
-            name,
-            examples: own,
-        } in commands
-        {
+        for (name, own) in commands {
             let about = command
                 .find_subcommand(name)
                 .and_then(clap::Command::get_about);
@@ -118,7 +103,7 @@ pub(super) fn command() -> clap::Command {
 pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command(), "squeakscope", &mut script);
-    Ok(console::print(&String::from_utf8_lossy(&script))?)
+    console::print(&String::from_utf8_lossy(&script))
 }
 
 /// Writes `squeakscope.1`, and `squeakscope-COMMAND.1` for each command.
@@ -131,7 +116,7 @@ pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
     let pages = command.get_subcommands();
     let pages = pages.map(|command| format!("squeakscope-{}.1", command.get_name()));
     let pages: Vec<String> = pages.chain(["squeakscope.1".to_owned()]).collect();
-    args.overwrite.check_directory(directory, "DIR", &pages)?;
+    check_directory(directory, "DIR", &pages, args.overwrite.force)?;
     fs::create_dir_all(directory)
         .and_then(|()| clap_mangen::generate_to(command, directory))
         .map_err(|source| {

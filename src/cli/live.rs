@@ -10,9 +10,7 @@ use clap::Args as Arguments;
 
 use super::audit;
 use super::browser::BrowserArgs;
-use super::common_args::{
-    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, SoundArgs, positive, viewer_url,
-};
+use super::common_args::{AccuracyArgs, BudgetArgs, SceneArgs, SoundArgs, ViewerArgs, positive};
 use super::console;
 use super::error::CliError;
 use super::harness::{OutputArgs, Outputs};
@@ -26,19 +24,23 @@ use crate::live::{
 };
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
-use crate::record::Output;
 use crate::scene::Scene;
 
 /// Arguments of `squeakscope live`.
 #[derive(Debug, Arguments)]
+#[command(
+    next_help_heading = "Simulation",
+    mut_arg("spawn", |spawn| spawn.help("Also open a Rerun viewer on this machine")),
+    mut_arg("connect", |connect| connect.help("Also send the run to a Rerun viewer that is open")),
+)]
 pub struct LiveArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Start at this tilt of the load, -90 to 90 degrees, and hold it until you change it.
-    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Playback speed at the start, 0.01 to 1000 simulated ms per second; 1000 is real time.
-    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive, help_heading = "Simulation")]
+    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive)]
     pub speed: f64,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
@@ -46,11 +48,11 @@ pub struct LiveArgs {
     pub budget: BudgetArgs,
     /// Skip Lyapunov exponents and the perturbed trajectory (the most expensive analyses) to keep up with
     /// real time.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub no_lyapunov: bool,
     /// Fail with exit code 1 if the residual of the last energy audit exceeds 5 %; refuse a scene without an
     /// audit.
-    #[arg(long, help_heading = "Simulation")]
+    #[arg(long)]
     pub strict: bool,
     /// Address of the page; with any address other than 127.0.0.1, other machines can watch the run, and control
     /// it with the key in the printed address.
@@ -74,13 +76,8 @@ pub struct LiveArgs {
     pub tour: Option<Option<PathBuf>>,
     #[command(flatten, next_help_heading = "Page")]
     pub browser: BrowserArgs,
-    /// Also open a Rerun viewer on this machine.
-    #[arg(long, conflicts_with = "connect", help_heading = "Viewer")]
-    pub spawn: bool,
-    /// Also send the run to a Rerun viewer that is open.
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
-        value_parser = viewer_url, help_heading = "Viewer")]
-    pub connect: Option<String>,
+    #[command(flatten)]
+    pub viewer: ViewerArgs,
     /// Save a recording from the start to this file.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub save: Option<PathBuf>,
@@ -108,9 +105,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let scene = args.scene.load_with(args.accuracy, &tilt)?;
     let scene = args.budget.apply(scene)?;
     console::print_warnings(&scene.warnings());
-    if args.strict && !audit::is_audited(&scene) {
-        return Err(CliError::NotAudited);
-    }
+    audit::check_scene(&scene, args.strict)?;
     let plan = plan(args, scene)?;
     resources::check_memory()?;
     resources::start_thread_pool()?;
@@ -159,9 +154,13 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
 /// A listener of a page.
 ///
 /// # Errors
-/// [`CliError::Serve`].
+/// If the address or the port cannot be used.
 pub(super) fn bound(host: IpAddr, port: u16) -> Result<TcpListener, CliError> {
-    bind(host, port).map_err(|source| CliError::Serve { host, port, source })
+    bind(host, port).map_err(|source| {
+        CliError::Failed(format!(
+            "cannot serve the page at {host}, port {port}: {source}; choose another --port (0 for any free port) or --host"
+        ))
+    })
 }
 
 /// Prints the saved files, and the error of each missing file; returns the last error.
@@ -221,10 +220,10 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         json: None,
         overwrite: args.overwrite,
     };
-    let outputs = Outputs::new(args.scene.input(), &output)
-        .file("--save", Kind::RECORDING, args.save.as_ref())
-        .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
-    let files = outputs.check()?;
+    let files = Outputs::new(args.scene.input(), &output)
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
+        .check()?;
     // live-0.rrd is never used: this checks the directory.
     check_file(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
     Ok(SessionOptions {
@@ -232,7 +231,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         command: command_line(),
         speed: 1e-3 * args.speed,
         lyapunov: !args.no_lyapunov,
-        viewer: viewer(args),
+        viewer: args.viewer.output(None),
         computes_diagram: true,
         folder: args.record_dir.clone(),
         save: files.path("--save"),
@@ -243,16 +242,6 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
             Some(None) | None => Tour::shipped(),
         },
     })
-}
-
-/// The Rerun viewer that also shows the run.
-fn viewer(args: &LiveArgs) -> Option<Output> {
-    let output = Output {
-        save: None,
-        connect: args.connect.clone(),
-        spawn: args.spawn,
-    };
-    (output != Output::default()).then_some(output)
 }
 
 /// The second run of the page: as the first one, but without its files, its viewer and what is expensive.

@@ -10,7 +10,7 @@ use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
-use super::output::{Kind, OutputError, is_stdout};
+use super::output::{Kind, is_stdout, used_twice};
 use crate::dynamics::DynamicsError;
 use crate::export::replace_file;
 use crate::plot::lyapunov_figure;
@@ -30,17 +30,15 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
     let csv_path = args.csv.as_ref();
     let is_csv_printed = csv_path.is_some_and(|path| is_stdout(path));
     if is_csv_printed && args.output.json.as_deref().is_some_and(is_stdout) {
-        return Err(OutputError::twice("-".as_ref(), "--csv", "--json").into());
+        return Err(used_twice("-".as_ref(), "--csv", "--json"));
     }
-    let outputs = Outputs::new(args.scene.input(), &args.output)
-        .file("--csv", Kind::CSV, csv_path.filter(|_| !is_csv_printed))
-        .figures(&args.figures, PIXELS, ["lyapunov"]);
-    let files = outputs.check()?.without_report(is_csv_printed);
+    let mut files = Outputs::new(args.scene.input(), &args.output)
+        .file("--csv", Kind::CSV, csv_path.filter(|_| !is_csv_printed))?
+        .figures(&args.figures, PIXELS, ["lyapunov"])?;
+    files.prints_report = !is_csv_printed;
     let request = request(args);
     let watch = Watch::new(stop);
-    let found = scene_lyapunov(&scene, &request, &mut |share, task| {
-        watch.update(share, task)
-    });
+    let found = scene_lyapunov(&scene, &request, &mut watch.progress());
     let found = found.map_err(|fault| failure(fault.into()))?;
     let result = LyapunovResult::new(request.goal, found);
     files.finish(watch, Some(&scene.name), &result, |files| {

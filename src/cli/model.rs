@@ -34,9 +34,8 @@ pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
     scene.joint()?;
     console::print_warnings(&scene.warnings());
     console::print_fixed(&scene, []);
-    let outputs = Outputs::new(args.scene.input(), &args.output);
-    let mut files = outputs
-        .file("--out", Kind::ARRAYS, Some(&args.out))
+    let mut files = Outputs::new(args.scene.input(), &args.output)
+        .file("--out", Kind::ARRAYS, Some(&args.out))?
         .check()?;
     let (size, npz) = build(&scene).map_err(CliError::during("assembly of the model"))?;
     files.write("--out", |path| {

@@ -1,12 +1,11 @@
 //! Output files: checked before work starts, replaced only by a complete file.
 
-use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 use clap::Args as Arguments;
-use thiserror::Error;
 
+use super::error::CliError;
 use crate::export::{is_protected, try_folder_of};
 
 /// Longest suffix of a temporary name: a recording, if other recordings of that name are being written.
@@ -41,110 +40,81 @@ enum Existing {
 
 impl Kind {
     /// A recording for the Rerun viewer.
-    pub const RECORDING: Self = Self::of(&["rrd"]);
+    pub const RECORDING: Self = Self::of(&["rrd"], Existing::Keep);
+    /// The recording of a command without another output, which is replaced.
+    pub const DEFAULT_RECORDING: Self = Self::of(&["rrd"], Existing::Replace);
     /// A JSON document.
-    pub const JSON: Self = Self::of(&["json"]);
+    pub const JSON: Self = Self::of(&["json"], Existing::Keep);
     /// NumPy arrays.
-    pub const ARRAYS: Self = Self::of(&["npz"]);
+    pub const ARRAYS: Self = Self::of(&["npz"], Existing::Keep);
     /// A sound file.
-    pub const SOUND: Self = Self::of(&["wav"]);
+    pub const SOUND: Self = Self::of(&["wav"], Existing::Keep);
     /// A text table.
-    pub const CSV: Self = Self::of(&["csv"]);
+    pub const CSV: Self = Self::of(&["csv"], Existing::Keep);
     /// A table.
-    pub const TABLE: Self = Self::of(&["arrow", "parquet", "csv"]);
+    pub const TABLE: Self = Self::of(&["arrow", "parquet", "csv"], Existing::Keep);
     /// The table of a study that can be resumed.
-    pub const STUDY_TABLE: Self = Self {
-        existing: Existing::Resume,
-        ..Self::TABLE
-    };
+    pub const STUDY_TABLE: Self = Self::of(Self::TABLE.endings, Existing::Resume);
     /// A table that grows during a study.
-    pub const GROWING_TABLE: Self = Self {
-        existing: Existing::Resume,
-        ..Self::of(&["arrows"])
-    };
+    pub const GROWING_TABLE: Self = Self::of(&["arrows"], Existing::Resume);
     /// A scene file.
-    pub const SCENE: Self = Self::of(&["toml"]);
+    pub const SCENE: Self = Self::of(&["toml"], Existing::Keep);
     /// Labels of an audio editor.
-    pub const LABELS: Self = Self::of(&["txt"]);
+    pub const LABELS: Self = Self::of(&["txt"], Existing::Keep);
     /// A figure.
-    pub const FIGURE: Self = Self::of(&["png", "svg", "pdf"]);
+    pub const FIGURE: Self = Self::of(&["png", "svg", "pdf"], Existing::Keep);
 
-    const fn of(endings: &'static [&'static str]) -> Self {
-        Self {
-            endings,
-            existing: Existing::Keep,
-        }
+    const fn of(endings: &'static [&'static str], existing: Existing) -> Self {
+        Self { endings, existing }
     }
 
-    /// The same kind of file, which is replaced without `--force`: a default output.
-    pub const fn replaced(self) -> Self {
-        Self {
-            existing: Existing::Replace,
-            ..self
-        }
-    }
-
-    /// Whether this is a recording, which takes memory while it is written.
-    pub fn is_recording(self) -> bool {
-        self.endings == Self::RECORDING.endings
-    }
-
-    /// Checks the ending of a name.
-    fn check_ending(self, path: &Path, option: &'static str) -> Result<(), OutputError> {
+    /// Whether the ending of a name is one of this kind.
+    fn has_ending_of(self, path: &Path) -> bool {
         let ending = path.extension().unwrap_or_default();
         let mut endings = self.endings.iter();
-        if endings.any(|fits| ending.eq_ignore_ascii_case(fits)) {
-            return Ok(());
+        endings.any(|fits| ending.eq_ignore_ascii_case(fits))
+    }
+
+    /// Checks that the ending of a path fits, that a file can be created there, and that none exists unless it may be
+    /// replaced. Returns the path with resolved links.
+    ///
+    /// # Errors
+    /// Bad input if one of these does not hold.
+    pub fn check(self, path: &Path, option: &str, force: bool) -> Result<PathBuf, CliError> {
+        if !self.has_ending_of(path) {
+            let fault = format!(
+                "has the wrong ending for this output; give a name that ends in .{}",
+                self.endings.join(" or .")
+            );
+            return Err(refused(path, option, &fault));
         }
-        let fault = format!(
-            "has the wrong ending for this output; give a name that ends in .{}",
-            self.endings.join(" or .")
-        );
-        Err(OutputError::refused(path, option, &fault))
+        let file = check_file(path, option)?;
+        check_free(path, option, self.existing, force)?;
+        Ok(file)
     }
 }
 
-/// Reason why an output cannot be written.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum OutputError {
-    /// A path that does not fit its output: which, why, and the remedy.
-    #[error("{0}")]
-    Refused(String),
-    /// The directory does not exist or cannot be written to.
-    #[error(
-        "cannot write `{path}` ({option}): no file can be created in its directory; create the directory or \
-         choose another path"
-    )]
-    NotWritable {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// The standard output cannot be written.
-    #[error("cannot write to the standard output; check its destination and the free space")]
-    Terminal(#[source] io::Error),
+/// A path that does not fit its output, why, and the remedy.
+pub fn refused(path: &Path, option: &str, fault: &str) -> CliError {
+    CliError::Input(format!("`{}` ({option}) {fault}", path.display()))
 }
 
-impl OutputError {
-    fn refused(path: &Path, option: &str, fault: &str) -> Self {
-        Self::Refused(format!("`{}` ({option}) {fault}", path.display()))
-    }
+/// One path for two outputs.
+pub fn used_twice(path: &Path, option: &str, other: &str) -> CliError {
+    CliError::Input(format!(
+        "`{}` is used for two outputs ({option}, {other}); choose different paths",
+        path.display()
+    ))
+}
 
-    /// One path for two outputs.
-    pub fn twice(path: &Path, option: &str, other: &str) -> Self {
-        Self::Refused(format!(
-            "`{}` is used for two outputs ({option}, {other}); choose different paths",
+/// The error of the operating system for a directory that does not exist or cannot be written to.
+pub fn not_writable(path: &Path, option: &str) -> impl FnOnce(io::Error) -> CliError {
+    move |source| {
+        CliError::Input(format!(
+            "cannot write `{}` ({option}): no file can be created in its directory; create the directory or choose \
+             another path: {source}",
             path.display()
         ))
-    }
-
-    /// Whether the path is invalid input (exit code 2), in contrast to a failure while writing (exit code 1).
-    pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Terminal(_))
     }
 }
 
@@ -154,30 +124,22 @@ impl OutputError {
 /// # Errors
 /// If the path is a directory, a device or write-protected, its name is too long, or no file can be created in its
 /// directory.
-pub fn check_file(path: &Path, option: &'static str) -> Result<PathBuf, OutputError> {
+pub fn check_file(path: &Path, option: &str) -> Result<PathBuf, CliError> {
     // Writing through a link replaces its target and keeps the link.
     let target = resolved(path);
-    let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
+    let is_directory = path.to_string_lossy().ends_with(std::path::is_separator);
+    let is_file_name = target.file_name().is_some() && !is_directory;
     if !is_file_name || fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
         let fault = "is not a regular file; choose another path";
-        return Err(OutputError::refused(path, option, fault));
+        return Err(refused(path, option, fault));
     }
     check_name(path, option)?;
     if is_protected(&target) {
         let fault = "is write-protected; make it writable or choose another path";
-        return Err(OutputError::refused(path, option, fault));
+        return Err(refused(path, option, fault));
     }
-    check_folder(&target, path, option)?;
+    try_folder_of(&target).map_err(not_writable(path, option))?;
     Ok(target)
-}
-
-/// Checks that a file can be created in the folder of `target`. Messages name `path`.
-fn check_folder(target: &Path, path: &Path, option: &'static str) -> Result<(), OutputError> {
-    try_folder_of(target).map_err(|source| OutputError::NotWritable {
-        path: path.to_owned(),
-        option,
-        source,
-    })
 }
 
 /// Whether a path stands for the standard output: `-`.
@@ -186,7 +148,7 @@ pub fn is_stdout(path: &Path) -> bool {
 }
 
 /// Checks that the file system accepts the temporary name of a file.
-fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
+fn check_name(path: &Path, option: &str) -> Result<(), CliError> {
     let mut longest = path.as_os_str().to_owned();
     longest.push(LONGEST_SUFFIX);
     match fs::symlink_metadata(longest) {
@@ -194,7 +156,7 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
             let fault = format!(
                 "with `{LONGEST_SUFFIX}` while it is written is too long for the file system; choose a shorter name"
             );
-            Err(OutputError::refused(path, option, &fault))
+            Err(refused(path, option, &fault))
         }
         _ => Ok(()),
     }
@@ -206,18 +168,18 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
 /// If an output file has the path of the directory or of one of its ancestors.
 pub fn check_apart(
     directory: &Path,
-    option: &'static str,
-    files: &[(&'static str, PathBuf)],
-) -> Result<(), OutputError> {
+    option: &str,
+    files: &[(&str, PathBuf)],
+) -> Result<(), CliError> {
     let is_above = |file: &PathBuf| directory.ancestors().any(|a| *file == resolved(a));
     match files.iter().find(|(_, file)| is_above(file)) {
-        Some((other, _)) => Err(OutputError::twice(directory, option, other)),
+        Some((other, _)) => Err(used_twice(directory, option, other)),
         None => Ok(()),
     }
 }
 
 /// Resolves the links of a path, or those of its directory if the file does not exist.
-fn resolved(path: &Path) -> PathBuf {
+pub fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {
         let parent = path.parent().filter(|parent| *parent != Path::new(""));
         let directory = fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()?;
@@ -229,111 +191,59 @@ fn resolved(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.to_owned())
 }
 
-/// Whether a path ends in a separator, as the path of a directory.
-fn ends_in_separator(path: &Path) -> bool {
-    path.as_os_str()
-        .to_string_lossy()
-        .ends_with(std::path::is_separator)
+/// Checks that the files `names` can be created in a directory. The directory need not exist and is not created.
+///
+/// # Errors
+/// If the path is not a directory and cannot become one, or one of the files cannot be written, or exists and `force` is
+/// not set.
+pub fn check_directory(
+    path: &Path,
+    option: &str,
+    names: &[impl AsRef<Path>],
+    force: bool,
+) -> Result<(), CliError> {
+    // The nearest existing ancestor.
+    let existing = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
+    // `new/..` leads nowhere before `new` is created.
+    let mut created = path
+        .components()
+        .skip(existing.map_or(0, |folder| folder.components().count()));
+    let ancestor = existing.unwrap_or(Path::new("."));
+    let is_found = ancestor.is_dir() && !created.any(|part| part == Component::ParentDir);
+    if path.as_os_str().is_empty() || !is_found {
+        let fault = "is not a directory and cannot be created; choose another path";
+        return Err(refused(path, option, fault));
+    }
+    if !path.is_dir() && Kind::FIGURE.has_ending_of(path) {
+        let fault = "is to be a directory, but has the ending of a figure; give the name of a directory, and the kind \
+                     of file with --format";
+        return Err(refused(path, option, fault));
+    }
+    try_folder_of(&ancestor.join("figure")).map_err(not_writable(path, option))?;
+    for name in names {
+        let file = path.join(name);
+        if path.is_dir() {
+            check_file(&file, option)?;
+        } else {
+            check_name(&file, option)?;
+        }
+        check_free(&file, option, Existing::Keep, force)?;
+    }
+    Ok(())
 }
 
-impl Overwrite {
-    /// Replaces existing files.
-    pub const ALLOWED: Self = Self { force: true };
-
-    /// Also replaces existing files if this holds: the outputs of a study that is resumed.
-    pub fn or(self, resume: bool) -> Self {
-        Self {
-            force: self.force || resume,
-        }
+/// Refuses a file that exists and may not be replaced.
+fn check_free(path: &Path, option: &str, existing: Existing, force: bool) -> Result<(), CliError> {
+    let remedy = match existing {
+        Existing::Keep => "replace it with --force",
+        Existing::Resume => "continue it with --resume, replace it with --force",
+        Existing::Replace => return Ok(()),
+    };
+    if force || !path.exists() {
+        return Ok(());
     }
-
-    /// Checks each output of a command: that its ending fits, that no two have the same path, that none exists
-    /// unless it may be replaced, and that none replaces the `input`: the name or path of a scene, or the path of a
-    /// signal.
-    ///
-    /// # Errors
-    /// The first output that cannot be written, exists, is used twice, or is the input.
-    pub fn check_all(
-        self,
-        input: Option<&OsStr>,
-        wanted: &[(&'static str, Kind, PathBuf)],
-    ) -> Result<Vec<(&'static str, PathBuf)>, OutputError> {
-        let input = input.and_then(|name| fs::canonicalize(name).ok());
-        let mut files: Vec<(&'static str, PathBuf)> = Vec::new();
-        for (option, kind, path) in wanted {
-            if input.is_some() && input.as_deref() == Some(&resolved(path)) {
-                let fault = "is the input; choose another path for the output";
-                return Err(OutputError::refused(path, option, fault));
-            }
-            kind.check_ending(path, option)?;
-            let file = check_file(path, option)?;
-            if let Some((other, _)) = files.iter().find(|(_, other)| *other == file) {
-                return Err(OutputError::twice(path, option, other));
-            }
-            self.check_free(path, option, kind.existing)?;
-            files.push((option, file));
-        }
-        Ok(files)
-    }
-
-    /// Checks that the files `names` can be created in a directory. The directory need not exist and is not created.
-    ///
-    /// # Errors
-    /// If the path is not a directory and cannot become one, or one of the files exists or cannot be written.
-    pub fn check_directory<N: AsRef<Path>>(
-        self,
-        path: &Path,
-        option: &'static str,
-        names: &[N],
-    ) -> Result<(), OutputError> {
-        // The nearest existing ancestor.
-        let existing = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
-        // `new/..` leads nowhere before `new` is created.
-        let mut created = path
-            .components()
-            .skip(existing.map_or(0, |folder| folder.components().count()));
-        let ancestor = existing.unwrap_or(Path::new("."));
-        let is_found = ancestor.is_dir() && !created.any(|part| part == Component::ParentDir);
-        if path.as_os_str().is_empty() || !is_found {
-            let fault = "is not a directory and cannot be created; choose another path";
-            return Err(OutputError::refused(path, option, fault));
-        }
-        if !path.is_dir() && Kind::FIGURE.check_ending(path, option).is_ok() {
-            let fault = "is to be a directory, but has the ending of a figure; give the name of a directory, and the \
-                         kind of file with --format";
-            return Err(OutputError::refused(path, option, fault));
-        }
-        check_folder(&ancestor.join("figure"), path, option)?;
-        for name in names {
-            let file = path.join(name);
-            if path.is_dir() {
-                check_file(&file, option)?;
-            } else {
-                check_name(&file, option)?;
-            }
-            self.check_free(&file, option, Existing::Keep)?;
-        }
-        Ok(())
-    }
-
-    /// Refuses a file that exists and may not be replaced.
-    fn check_free(
-        self,
-        path: &Path,
-        option: &'static str,
-        existing: Existing,
-    ) -> Result<(), OutputError> {
-        let remedy = match existing {
-            Existing::Keep => "replace it with --force",
-            Existing::Resume => "continue it with --resume, replace it with --force",
-            Existing::Replace => return Ok(()),
-        };
-        if self.force || !path.exists() {
-            return Ok(());
-        }
-        let fault = format!("exists; {remedy}, or choose another name");
-        Err(OutputError::refused(path, option, &fault))
-    }
+    let fault = format!("exists; {remedy}, or choose another name");
+    Err(refused(path, option, &fault))
 }
 
 #[cfg(test)]

@@ -3,18 +3,34 @@
 use std::io::Write;
 
 use super::*;
-use crate::cli::error::CliError;
+use crate::cli::harness::{OutputArgs, Outputs};
 use crate::export::replace_file;
-
-const KEEP: Overwrite = Overwrite { force: false };
 
 fn names_in(folder: &Path) -> usize {
     fs::read_dir(folder).expect("a folder").count()
 }
 
 /// The message of a refusal.
-fn refused<T>(found: Result<T, OutputError>) -> String {
-    found.map(drop).expect_err("refused").to_string()
+fn message<T>(found: Result<T, CliError>) -> String {
+    let refused = found.map(drop).expect_err("refused");
+    assert_eq!(refused.exit_code(), 2);
+    refused.to_string()
+}
+
+/// Checks files of the same command, beside an input.
+fn check_all<const N: usize>(
+    force: bool,
+    input: Option<&Path>,
+    files: [(&'static str, Kind, &Path); N],
+) -> Result<(), CliError> {
+    let mut args = OutputArgs::default();
+    args.overwrite.force = force;
+    let outputs = Outputs::new(input.map(Path::as_os_str), &args);
+    let mut files = files.into_iter();
+    let all = files.try_fold(outputs, |all, (option, kind, path)| {
+        all.file(option, kind, Some(path))
+    });
+    all.map(drop)
 }
 
 #[test]
@@ -39,18 +55,16 @@ fn checks_change_nothing_and_writing_replaces_complete_files() {
 fn paths_that_cannot_be_files_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let check = |path: &Path| check_file(path, "--save");
-    assert!(refused(check(folder.path())).contains("is not a regular file"));
+    assert!(message(check(folder.path())).contains("is not a regular file"));
     for path in ["absent/", ".."] {
         let path = folder.path().join(path);
-        assert!(refused(check(&path)).contains("is not a regular file"));
+        assert!(message(check(&path)).contains("is not a regular file"));
     }
-    assert!(refused(check(Path::new(""))).contains("is not a regular file"));
-    let lost = check(&folder.path().join("absent/out.rrd")).expect_err("no such folder");
-    assert!(matches!(lost, OutputError::NotWritable { .. }));
-    assert!(lost.is_bad_input());
-    assert!(lost.to_string().contains("(--save)"));
+    assert!(message(check(Path::new(""))).contains("is not a regular file"));
+    let lost = message(check(&folder.path().join("absent/out.rrd")));
+    assert!(lost.contains("(--save): no file can be created"), "{lost}");
     #[cfg(unix)]
-    assert!(refused(check(Path::new("/dev/null"))).contains("is not a regular file"));
+    assert!(message(check(Path::new("/dev/null"))).contains("is not a regular file"));
 }
 
 #[test]
@@ -58,7 +72,7 @@ fn directories_may_exist_but_files_of_that_name_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let file = folder.path().join("file");
     fs::write(&file, "x").expect("written");
-    let check = |path: &Path| KEEP.check_directory(path, "--png", &["figure.png"]);
+    let check = |path: &Path| check_directory(path, "--png", &["figure.png"], false);
     check(folder.path()).expect("there");
     check(&folder.path().join("new/figures")).expect("can be made");
     let back = folder.path().join("new/../figures");
@@ -76,7 +90,7 @@ fn a_new_directory_and_a_file_cannot_share_a_path() {
     let file = check_file(&new, "--csv").expect("writable");
     for directory in [&new, &below] {
         let clash = check_apart(directory, "--png", &[("--csv", file.clone())]);
-        assert!(refused(clash).contains("is used for two outputs"));
+        assert!(message(clash).contains("is used for two outputs"));
     }
     let other = folder.path().join("other");
     check_apart(&other, "--png", &[("--csv", file)]).expect("apart");
@@ -92,31 +106,22 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
     fs::set_permissions(&path, permissions).expect("protected");
     for refused in [
         check_file(&path, "--png").map(drop),
-        Overwrite::ALLOWED.check_directory(folder.path(), "--png", &["new.png", "kept.png"]),
+        check_directory(folder.path(), "--png", &["new.png", "kept.png"], true),
     ] {
-        let refused = refused.expect_err("protected");
-        assert!(
-            refused.to_string().contains("is write-protected"),
-            "{refused}"
-        );
-        assert!(refused.is_bad_input());
+        let refused = message(refused);
+        assert!(refused.contains("is write-protected"), "{refused}");
     }
-    KEEP.check_directory(folder.path(), "--png", &["new.png"])
-        .expect("free");
+    check_directory(folder.path(), "--png", &["new.png"], false).expect("free");
     let long = folder.path().join("x".repeat(255));
     let longer = folder.path().join("x".repeat(256));
     for refused in [
         check_file(&long, "--png").map(drop),
-        KEEP.check_directory(&longer, "--png", &["new.png"]),
-        KEEP.check_directory(&longer.join("new"), "--png", &["new.png"]),
+        check_directory(&longer, "--png", &["new.png"], false),
+        check_directory(&longer.join("new"), "--png", &["new.png"], false),
     ] {
-        let refused = refused.expect_err("too long");
-        assert!(
-            refused
-                .to_string()
-                .contains("is too long for the file system"),
-            "{refused}"
-        );
+        let refused = message(refused);
+        let reason = "is too long for the file system";
+        assert!(refused.contains(reason), "{refused}");
     }
     check_file(&folder.path().join("x".repeat(247)), "--png").expect("fits");
 }
@@ -138,24 +143,22 @@ fn a_link_stays_and_its_target_is_replaced() {
 fn two_outputs_cannot_share_a_path() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("out.csv");
-    let outputs = ["--csv", "--out"].map(|option| (option, Kind::CSV, path.clone()));
-    let twice = KEEP.check_all(None, &outputs);
+    let twice = ["--csv", "--out"].map(|option| (option, Kind::CSV, &*path));
+    let twice = message(check_all(false, None, twice));
+    assert!(twice.contains("two outputs (--out, --csv)"), "{twice}");
     let missing = folder.path().join("new.toml");
     let detour = folder.path().join(".").join("new.toml");
+    // The same file, not there yet.
     let two_names = [
-        ("--write", Kind::SCENE, missing.clone()),
-        ("--best", Kind::SCENE, detour.clone()),
+        ("--write", Kind::SCENE, &*missing),
+        ("--best", Kind::SCENE, &*detour),
     ];
-    let error = KEEP
-        .check_all(None, &two_names)
-        .expect_err("the same file, not there yet");
-    assert!(error.to_string().contains("is used for two outputs"));
+    let error = message(check_all(false, None, two_names));
+    assert!(error.contains("is used for two outputs"), "{error}");
     fs::write(&missing, "a scene").expect("written");
-    let onto_scene = [("--write", Kind::SCENE, detour)];
-    let error = Overwrite::ALLOWED.check_all(Some(missing.as_os_str()), &onto_scene);
-    assert!(refused(error).contains("is the input"));
-    let message = twice.expect_err("refused").to_string();
-    assert!(message.contains("two outputs (--out, --csv)"), "{message}");
+    let onto_scene = [("--write", Kind::SCENE, &*detour)];
+    let error = message(check_all(true, Some(&missing), onto_scene));
+    assert!(error.contains("is the input"), "{error}");
 }
 
 #[test]
@@ -163,25 +166,18 @@ fn existing_files_are_replaced_by_force_only() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("there.rrd");
     fs::write(&path, "kept").expect("written");
-    let check = |overwrite: Overwrite, kind| {
-        overwrite
-            .check_all(None, &[("--save", kind, path.clone())])
-            .map(drop)
-    };
-    let refused = check(KEEP, Kind::RECORDING).expect_err("exists");
-    assert!(refused.is_bad_input());
-    let message = refused.to_string();
+    let check = |force, kind| check_all(force, None, [("--save", kind, &*path)]);
+    let refused = message(check(false, Kind::RECORDING));
     assert!(
-        message.contains("there.rrd") && message.contains("--force"),
-        "{message}"
+        refused.contains("there.rrd") && refused.contains("--force"),
+        "{refused}"
     );
-    check(Overwrite::ALLOWED, Kind::RECORDING).expect("forced");
-    check(KEEP.or(true), Kind::RECORDING).expect("resumed");
-    check(KEEP, Kind::RECORDING.replaced()).expect("a default");
-    for overwrite in [KEEP, Overwrite::ALLOWED] {
+    check(true, Kind::RECORDING).expect("forced");
+    check(false, Kind::DEFAULT_RECORDING).expect("a default");
+    for force in [false, true] {
         let names = ["new.rrd", "there.rrd"];
-        let checked = overwrite.check_directory(folder.path(), "--figures", &names);
-        assert_eq!(checked.is_ok(), overwrite.force);
+        let checked = check_directory(folder.path(), "--figures", &names, force);
+        assert_eq!(checked.is_ok(), force);
     }
     assert_eq!(fs::read(&path).expect("there"), b"kept");
 }
@@ -191,22 +187,18 @@ fn endings_fit_the_kind_of_file() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let check = |name: &str, kind| {
         let path = folder.path().join(name);
-        KEEP.check_all(None, &[("--out", kind, path)]).map(drop)
+        check_all(false, None, [("--out", kind, &*path)])
     };
     check("a.rrd", Kind::RECORDING).expect("fits");
     check("a.RRD", Kind::RECORDING).expect("fits");
     check("a.svg", Kind::FIGURE).expect("fits");
     for name in ["a", "a.json", "rrd", "a.rrd.txt"] {
-        let refused = check(name, Kind::RECORDING).expect_err("does not fit");
-        assert!(refused.is_bad_input());
-        assert!(refused.to_string().contains("ends in .rrd"), "{refused}");
+        let refused = message(check(name, Kind::RECORDING));
+        assert!(refused.contains("ends in .rrd"), "{refused}");
     }
-    let several = check("a.txt", Kind::FIGURE).expect_err("does not fit");
-    assert!(
-        several.to_string().contains(".png or .svg or .pdf"),
-        "{several}"
-    );
+    let several = message(check("a.txt", Kind::FIGURE));
+    assert!(several.contains(".png or .svg or .pdf"), "{several}");
     let picture = folder.path().join("a.png");
-    let directory = KEEP.check_directory(&picture, "--figures", &["b.png"]);
-    assert!(refused(directory).contains("is to be a directory"));
+    let directory = check_directory(&picture, "--figures", &["b.png"], false);
+    assert!(message(directory).contains("is to be a directory"));
 }

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::console;
 use super::error::CliError;
 use super::figures::STUDY;
-use super::harness::{Files, Outputs, Watch};
+use super::harness::{Outputs, Watch};
 use super::interrupt;
-use super::output::{Kind, Overwrite, check_file};
+use super::output::{Kind, check_directory, check_file};
 use super::paper_figures::{self, FIGURES};
 use super::resources;
 use super::study_args::{PaperArgs, WorkArgs};
@@ -132,7 +132,7 @@ fn simulated(
     args: &PaperArgs,
     plan: &SweepPlan,
     names: [&str; 2],
-    (files, watch): (&mut Files<'_>, &Watch<'_>),
+    (files, watch): (&mut Outputs<'_>, &Watch<'_>),
 ) -> Result<Vec<SweepPoint>, CliError> {
     let work = WorkArgs {
         resume: true,
@@ -153,7 +153,7 @@ fn simulated(
 }
 
 /// Checks all outputs and creates the directory.
-fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
+fn prepare(args: &PaperArgs) -> Result<Outputs<'_>, CliError> {
     let numbers = match args.figure {
         Some(number) => number..=number,
         None => 1..=FIGURES,
@@ -164,10 +164,9 @@ fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
         names.extend([PAGE, RECORDING].map(str::to_owned));
         resources::check_memory()?;
     }
-    let overwrite = args.output.overwrite;
-    overwrite.check_directory(&args.out, "--out", &names)?;
+    check_directory(&args.out, "--out", &names, args.output.overwrite.force)?;
     // The tables of an earlier or interrupted run are continued.
-    Overwrite::ALLOWED.check_directory(&args.out, "--out", &TABLES.concat())?;
+    check_directory(&args.out, "--out", &TABLES.concat(), true)?;
     let create = || {
         interrupt::start_work();
         std::fs::create_dir_all(&args.out).map_err(CliError::during("creation of the directory"))
@@ -178,9 +177,8 @@ fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
         create()?;
     }
     // A scene file may be described itself.
-    let outputs = Outputs::new(None, &args.output);
-    let files = outputs
-        .file("--write", Kind::SCENE, args.write.as_ref())
+    let files = Outputs::new(None, &args.output)
+        .file("--write", Kind::SCENE, args.write.as_ref())?
         .check()?;
     create()?;
     Ok(files)

@@ -1,6 +1,6 @@
 //! `squeakscope run`: simulate a scene and record it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,7 +12,7 @@ use super::audit::{self, Audit};
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
-use super::harness::{Files, Notifier, Outputs, Watch};
+use super::harness::{Notifier, Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
@@ -22,7 +22,7 @@ use crate::number::significant;
 use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Simulation, Sink, Source as _, Tee, drive};
 use crate::plot::{RUN_FIGURES, RunFigures};
-use crate::record::{Output, RERUN_VERSION, RerunSink};
+use crate::record::{RERUN_VERSION, RerunSink};
 use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
@@ -93,16 +93,13 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     let scene = args.scene.load_with(args.accuracy, &numbers)?;
     let scene = args.budget.apply(scene)?;
     console::print_warnings(&scene.warnings());
-    if args.strict && !audit::is_audited(&scene) {
-        return Err(CliError::NotAudited);
-    }
+    audit::check_scene(&scene, args.strict)?;
     let (recording, saved) = recording(args);
-    let outputs = Outputs::new(args.scene.input(), &args.output)
-        .file("--save", recording, saved)
-        .file("--npz", Kind::ARRAYS, args.npz.as_ref())
-        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())
-        .figures(&args.figures, PIXELS, RUN_FIGURES);
-    let files = outputs.check()?;
+    let files = Outputs::new(args.scene.input(), &args.output)
+        .file("--save", recording, saved)?
+        .file("--npz", Kind::ARRAYS, args.npz.as_ref())?
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
+        .figures(&args.figures, PIXELS, RUN_FIGURES)?;
     let watch = Watch::new(stop);
     let figures = args.figures.path.is_some().then(RunFigures::default);
     let simulated = simulate(args, &scene, (&files, figures.as_ref()), stop, &watch);
@@ -131,7 +128,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
-    (files, figures): (&Files<'_>, Option<&RunFigures>),
+    (files, figures): (&Outputs<'_>, Option<&RunFigures>),
     stop: &Arc<AtomicBool>,
     watch: &Watch<'_>,
 ) -> Result<(Summary, Option<String>), Cause> {
@@ -139,7 +136,6 @@ fn simulate(
     // An invalid scene fails here, before a file is opened.
     let simulation = Simulation::new(scene)?;
     start_thread_pool()?;
-    let output = output(args, files.path("--save"));
     interrupt::start_work();
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
     sinks.extend(figures.map(|figures| -> Box<dyn Sink> { Box::new(figures.clone()) }));
@@ -156,7 +152,7 @@ fn simulate(
     }
     let mut part = None;
     let notify = watch.notifier();
-    if output != Output::default() {
+    if let Some(output) = args.viewer.output(files.path("--save")) {
         let notify = Arc::clone(&notify);
         let recording = RerunSink::new(&output, scene.record)?;
         part = recording.part().map(Path::to_owned);
@@ -184,30 +180,17 @@ fn simulate(
     Ok((summary, audio))
 }
 
-/// The recording and the viewer of a run.
-fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
-    Output {
-        save,
-        connect: args.connect.clone(),
-        spawn: args.spawn,
-    }
-}
-
 /// The file for the recording: the default file, which is replaced, if there is no other output.
 fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
-    let watched = args.spawn || args.connect.is_some();
     let files = [
         &args.npz,
         &args.audio.wav,
         &args.output.json,
         &args.figures.path,
     ];
-    let other = watched || files.into_iter().any(Option::is_some);
+    let other = args.viewer.output(None).is_some() || files.into_iter().any(Option::is_some);
     match &args.save {
-        None if !other => (
-            Kind::RECORDING.replaced(),
-            Some(Path::new(DEFAULT_RECORDING)),
-        ),
+        None if !other => (Kind::DEFAULT_RECORDING, Some(Path::new(DEFAULT_RECORDING))),
         save => (Kind::RECORDING, save.as_deref()),
     }
 }
@@ -242,7 +225,7 @@ pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
     let path = shell_word(recording);
     let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
     let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
-    Ok(console::print(&text)?)
+    console::print(&text)
 }
 
 /// A path as one word of a shell command.
@@ -380,9 +363,12 @@ impl RunResult<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
     use crate::cli::tests::parsed;
     use crate::pipeline::message::DivergenceFit;
+    use crate::record::Output;
 
     struct TestFolder {
         folder: tempfile::TempDir,
@@ -470,10 +456,8 @@ mod tests {
     fn a_failure_while_running_has_exit_code_1() {
         let test = TestFolder::new();
         // The viewer does not exist.
-        let args = RunArgs {
-            connect: Some("rerun+nonsense://".to_owned()),
-            ..parsed("mass-on-belt")
-        };
+        let mut args: RunArgs = parsed("mass-on-belt");
+        args.viewer.connect = Some("rerun+nonsense://".to_owned());
         let error = execute(&args, &test.stop).expect_err("failed");
         assert_eq!(error.exit_code(), 1);
         assert!(!test.folder.path().join("out.json").exists());
@@ -529,7 +513,8 @@ mod tests {
         let saved = |line: &str| recording(&parsed(line)).1.map(Path::to_owned);
         assert_eq!(saved(""), Some(PathBuf::from("squeak.rrd")));
         assert_eq!(saved("--spawn"), None);
-        assert!(output(&parsed("--spawn"), None).spawn);
+        let output = |line: &str| parsed::<RunArgs>(line).viewer.output(saved(line)).unwrap();
+        assert!(output("--spawn").spawn);
         assert_eq!(saved("--json a.json"), None);
         let both = "--save a.rrd --connect rerun+http://host/proxy";
         assert_eq!(saved(both), Some(PathBuf::from("a.rrd")));
@@ -538,7 +523,7 @@ mod tests {
             connect: Some("rerun+http://host/proxy".to_owned()),
             spawn: false,
         };
-        assert_eq!(output(&parsed(both), saved(both)), expected);
+        assert_eq!(output(both), expected);
         assert_eq!(shell_word(Path::new("a b.rrd")), "\"a b.rrd\"");
     }
 

@@ -50,7 +50,7 @@ impl<'a> From<&'a Scene> for Entry<'a> {
 /// If a scene is unknown or invalid, or the JSON file cannot be written.
 pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
-        return Ok(console::print(key_reference().trim_start())?);
+        return console::print(key_reference().trim_start());
     }
     let files = Outputs::new(None, &args.output).check()?;
     if let [one, other] = &args.compare[..] {

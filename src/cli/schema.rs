@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::marker::PhantomData;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::PossibleValuesParser;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform as _};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -28,11 +28,8 @@ use crate::study::lyapunov::LyapunovResult;
 use crate::study::signal::SignalAnalysis;
 use crate::study::sweep::SweepResult;
 
-/// Makes the schema of a JSON document.
-pub type MakeSchema = fn() -> Schema;
-
-/// The commands that write JSON.
-const RESULTS: [(&str, MakeSchema); 13] = [
+/// The commands that write JSON, with the schema of the document.
+const RESULTS: [(&str, fn() -> Schema); 13] = [
     ("run", root::<Document<RunResult<'_>>>),
     ("stability", root::<Document<StabilityResult>>),
     ("lyapunov", root::<Document<LyapunovResult>>),
@@ -49,12 +46,8 @@ const RESULTS: [(&str, MakeSchema); 13] = [
 ];
 
 /// Parses the name of a command that writes JSON.
-pub fn results() -> impl TypedValueParser<Value = MakeSchema> {
-    PossibleValuesParser::new(RESULTS.map(|(name, _)| name)).try_map(|command| {
-        let mut results = RESULTS.into_iter();
-        let found = results.find(|(name, _)| *name == command);
-        found.map(|(_, schema)| schema).ok_or("it writes no JSON")
-    })
+pub fn results() -> PossibleValuesParser {
+    RESULTS.map(|(name, _)| name).into()
 }
 
 /// A document with either result, depending on the arguments of the command.
@@ -111,11 +104,12 @@ fn without_links(text: &str) -> String {
 /// # Errors
 /// If the standard output cannot be written.
 pub(super) fn schema(args: &SchemaArgs) -> Result<(), CliError> {
-    let text = match args.command {
-        Some(schema) => format!("{:#}\n", schema().to_value()),
+    let mut results = RESULTS.into_iter();
+    let wanted = results.find(|(name, _)| args.command.as_deref() == Some(*name));
+    console::print(&match wanted {
+        Some((_, schema)) => format!("{:#}\n", schema().to_value()),
         None => RESULTS.map(|(name, _)| format!("{name}\n")).concat(),
-    };
-    Ok(console::print(&text)?)
+    })
 }
 
 #[cfg(test)]

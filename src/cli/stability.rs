@@ -70,12 +70,10 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         tilts.map(move |tilt_deg| figure_name(stem, *tilt_deg, of))
     });
     let outputs = Outputs::new(args.scene.input(), &args.output);
-    let files = outputs.figures(&args.figures, STUDY, stems).check()?;
+    let files = outputs.figures(&args.figures, STUDY, stems)?;
     let watch = Watch::new(stop);
     let requested = [args.causes, args.sensitivities];
-    let result = StabilityResult::new(&scene, &tilts_deg, requested, &mut |share, task| {
-        watch.update(share, task)
-    });
+    let result = StabilityResult::new(&scene, &tilts_deg, requested, &mut watch.progress());
     let result = result.map_err(CliError::during("stability analysis"))?;
     files.finish(watch, Some(&scene.name), &result, |files| {
         files.draw(|| figures(args, &scene.name, &result))

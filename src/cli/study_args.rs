@@ -13,25 +13,24 @@ use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
 #[derive(Debug, Arguments)]
+#[command(next_help_heading = "Parameters")]
 pub struct SweepArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Tilts of the load in degrees, from A to B (inclusive) in steps of STEP [default: 1:8:0.5, if there is
     /// no
     /// --param].
-    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts,
-        help_heading = "Parameters")]
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
     pub tilt: Option<Steps>,
     /// Vary this numeric key of the scene file from A to B in steps of STEP. Give two parameters, of which
     /// --tilt may be one, for a map.
-    #[arg(long, value_name = "KEY=A:B:STEP", help_heading = "Parameters")]
+    #[arg(long, value_name = "KEY=A:B:STEP")]
     pub param: Vec<Keyed<Steps>>,
     /// Initial state of each point.
-    #[arg(long, value_enum, default_value_t = SweepStart::Both, help_heading = "Parameters")]
+    #[arg(long, value_enum, default_value_t = SweepStart::Both)]
     pub start: SweepStart,
     /// Seed of the random kick, which can select one of several coexisting attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50),
-        help_heading = "Parameters")]
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub response: ResponseArgs,
@@ -44,6 +43,7 @@ pub struct SweepArgs {
 /// Arguments of `squeakscope basins`.
 #[derive(Debug, Arguments)]
 #[command(
+    next_help_heading = "Parameters",
     // Not the table of `sweep`, which would be another study.
     mut_arg("out", |out| out.default_value("basins.arrow")),
 )]
@@ -52,18 +52,18 @@ pub struct BasinsArgs {
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the tilt at the start of the
     /// scene].
-    #[arg(long, value_name = "DEG", help_heading = "Parameters")]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// Number of random kicks.
     #[arg(long, value_name = "N", default_value_t = 20,
-        value_parser = value_parser!(u32).range(1..=100_000), help_heading = "Parameters")]
+        value_parser = value_parser!(u32).range(1..=100_000))]
     pub kicks: u32,
     /// Standard deviation of the modal velocities of a kick, 0 to 1000 sqrt(kg) mm/s [default: the scene's].
-    #[arg(long, value_name = "MM_PER_S", help_heading = "Parameters")]
+    #[arg(long, value_name = "MM_PER_S")]
     pub kick: Option<f64>,
     /// Seed of the first kick; each further kick takes the next seed.
     #[arg(long, value_name = "SEED", default_value_t = 1,
-        value_parser = value_parser!(u64).range(..=1 << 50), help_heading = "Parameters")]
+        value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: u64,
     #[command(flatten)]
     pub response: ResponseArgs,
@@ -75,25 +75,24 @@ pub struct BasinsArgs {
 
 /// Arguments of `squeakscope paper`.
 #[derive(Debug, Arguments)]
+#[command(next_help_heading = "Simulation")]
 #[command(mut_arg("scene", |scene| scene.help("Name of a scene, or path of a scene file [default: paper]")))]
 pub struct PaperArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Draw only this figure, 1 to 11 [default: all figures, and the table of claims].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=11),
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=11))]
     pub figure: Option<u8>,
     /// Initial state at each tilt.
-    #[arg(long, value_enum, default_value_t = Start::Fresh, help_heading = "Simulation")]
+    #[arg(long, value_enum, default_value_t = Start::Fresh)]
     pub start: Start,
     /// Seed of the random kick, which can select one of several coexisting attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50),
-        help_heading = "Simulation")]
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
     /// Number of threads [default: the number of cores].
-    #[arg(long, value_name = "N", help_heading = "Simulation")]
+    #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
     /// Write figures, captions and tables to this directory.
     #[arg(
@@ -131,7 +130,7 @@ pub struct CostArgs {
 /// Transient, measurement and accuracy of the responses of a sweep.
 #[derive(Clone, Copy, Debug, Arguments)]
 #[command(next_help_heading = "Response")]
-#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance").help_heading("Response")))]
+#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
 pub struct ResponseArgs {
     /// Simulate at least this time before the motion can count as settled.
     #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use super::console;
 use super::error::CliError;
 use super::figures::STUDY;
-use super::harness::{Files, Outputs, Watch};
+use super::harness::{Outputs, Watch};
 use super::output::Kind;
 use super::resources;
 use super::run::command_line;
@@ -20,8 +20,8 @@ use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
-    read_table, sweep, write_table,
+    Axis, Shard, SweepPlan, SweepPoint, SweepResult, TableError, TableWriter, read_table, sweep,
+    write_table,
 };
 use crate::study::threads;
 
@@ -38,13 +38,8 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     check_timeline(&plan, &args.outputs)?;
     console::print_study_warnings(&plan.subject);
     console::print_fixed(&plan.subject, plan.axes.iter().flat_map(Axis::parameter));
-    let outputs = outputs(
-        args.scene.input(),
-        &args.outputs,
-        Kind::STUDY_TABLE,
-        stems(&plan),
-    );
-    let files = outputs.resumed(args.work.resume).check()?;
+    let input = args.scene.input();
+    let files = outputs(input, &args.outputs, Some(&args.work), &stems(&plan))?;
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
@@ -54,26 +49,26 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     })
 }
 
-/// The outputs of a study over parameters; `stems` are those of the figures' file names.
+/// The outputs of a study over parameters, or of a merge, which has no work; `stems` are those of the figures' file names.
 pub(super) fn outputs<'a>(
-    input: Option<&'a OsStr>,
+    input: Option<&OsStr>,
     args: &'a SweepOutputs,
-    table: Kind,
-    stems: Vec<String>,
-) -> Outputs<'a> {
-    Outputs::new(input, &args.output)
-        .file("--out", table, Some(&args.out))
-        .file(
-            GROWING,
-            Kind::GROWING_TABLE,
-            Some(args.out.with_extension("arrows")),
-        )
-        .file("--save", Kind::RECORDING, args.save.as_ref())
+    work: Option<&WorkArgs>,
+    stems: &[String],
+) -> Result<Outputs<'a>, CliError> {
+    let mut outputs = Outputs::new(input, &args.output);
+    outputs.force |= work.is_some_and(|work| work.resume);
+    let table = work.map_or(Kind::TABLE, |_| Kind::STUDY_TABLE);
+    let growing = args.out.with_extension("arrows");
+    outputs
+        .file("--out", table, Some(&args.out))?
+        .file(GROWING, Kind::GROWING_TABLE, Some(growing))?
+        .file("--save", Kind::RECORDING, args.save.as_ref())?
         .figures(&args.figures, STUDY, stems)
 }
 
 /// The paths of the table of a study over parameters, complete and growing.
-pub(super) fn tables(files: &Files<'_>) -> [PathBuf; 2] {
+pub(super) fn tables(files: &Outputs<'_>) -> [PathBuf; 2] {
     ["--out", GROWING].map(|option| files.path(option).expect("is always written"))
 }
 
@@ -95,8 +90,8 @@ pub(super) fn compute_points(
     let mut table = TableWriter::new(&growing, plan, &known)?;
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
-    let mut progress = |share: f64, task: &str| watch.update(share, task);
-    let points = sweep(plan, shard, known, threads, &mut progress, |point| {
+    let progress = &mut watch.progress();
+    let points = sweep(plan, shard, known, threads, progress, |point| {
         table.add(point)
     });
     Ok(points?)
@@ -108,24 +103,16 @@ pub(super) fn compute_points(
 /// Bad input: a table that cannot be read, belongs to another sweep, or has a different result at the same
 /// point; failure while writing.
 pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError> {
-    let mut tables = args
-        .tables
-        .iter()
-        .map(|path| read_table(path).map(|table| (path, table)));
-    let (path, first) = match tables.next() {
-        Some(read) => read?,
-        None => return Ok(()),
+    let Some(first) = args.tables.first() else {
+        return Ok(());
     };
-    let plan = first.plan.clone();
+    let plan = read_table(first)?.plan;
     check_timeline(&plan, &args.outputs)?;
-    let files = outputs(None, &args.outputs, Kind::TABLE, stems(&plan)).check()?;
+    let files = outputs(None, &args.outputs, None, &stems(&plan))?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
-    for read in std::iter::once(Ok((path, first))).chain(tables) {
-        let (path, table) = read?;
-        table.check(&plan, path)?;
-        warn_if_truncated(path, &table);
-        for point in table.points {
+    for path in &args.tables {
+        for point in points_of(&plan, path)? {
             let index = point.place.index;
             let existing = merged.entry(index).or_insert_with(|| point.clone());
             if *existing != point {
@@ -180,7 +167,7 @@ fn result(mut result: SweepResult, plan: &SweepPlan, watch: &Watch<'_>) -> Sweep
 }
 
 /// Writes tables, figures and recording.
-fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Files<'_>) -> Result<(), CliError> {
+fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Outputs<'_>) -> Result<(), CliError> {
     write_points(plan, &result.points, files, !result.interrupted)?;
     // The recording is written even if a figure cannot be.
     let drawn = files.draw(|| sweep_figures(plan, &result.points));
@@ -192,7 +179,7 @@ fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Files<'_>) -> Resul
 pub(super) fn write_points(
     plan: &SweepPlan,
     points: &[SweepPoint],
-    files: &mut Files<'_>,
+    files: &mut Outputs<'_>,
     complete: bool,
 ) -> Result<(), CliError> {
     let growing = files.path(GROWING);
@@ -211,7 +198,7 @@ pub(super) fn write_points(
 pub(super) fn write_recording(
     plan: &SweepPlan,
     points: &[SweepPoint],
-    files: &mut Files<'_>,
+    files: &mut Outputs<'_>,
 ) -> Result<(), CliError> {
     if points.is_empty() {
         return Ok(());
@@ -239,17 +226,14 @@ pub(super) fn record(
 fn known_points(plan: &SweepPlan, tables: [&Path; 2]) -> Result<Vec<SweepPoint>, CliError> {
     // An empty file: the sweep was killed before its first point.
     let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
-    let Some(path) = tables.into_iter().find(has_points) else {
-        return Ok(Vec::new());
-    };
-    let table = read_table(path)?;
-    table.check(plan, path)?;
-    warn_if_truncated(path, &table);
-    Ok(table.points)
+    let path = tables.into_iter().find(has_points);
+    path.map_or_else(|| Ok(Vec::new()), |path| points_of(plan, path))
 }
 
-/// Warns if a table is truncated.
-fn warn_if_truncated(path: &Path, table: &SweepTable) {
+/// The points of a table that belongs to a plan; warns if the table is truncated.
+fn points_of(plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+    let table = read_table(path)?;
+    table.check(plan, path)?;
     if table.truncated {
         console::print_warning(&format!(
             "`{}` is truncated after {} points; any further points are lost",
@@ -257,6 +241,7 @@ fn warn_if_truncated(path: &Path, table: &SweepTable) {
             table.points.len()
         ));
     }
+    Ok(table.points)
 }
 
 /// The sweep that the arguments request.
@@ -273,7 +258,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let axes: Vec<Axis> = axes.collect();
     let plan = SweepPlan {
         subject: scene,
-        response: response_plan(&args.response, axes.len() == 1),
+        response: response_plan(&args.response, axes.len() == 1)?,
         axes,
         starts: args.start.starts(),
     };
@@ -286,32 +271,29 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     for index in [0, plan.size() - 1] {
         plan.scene_at(&plan.place(index))?;
     }
-    check_transient(&args.response)?;
     Ok(plan)
 }
 
-/// Refuses a shortest transient above the longest.
-pub(super) fn check_transient(args: &ResponseArgs) -> Result<(), CliError> {
-    let (min, max) = (args.min_transient, args.max_transient);
-    if min <= max {
-        return Ok(());
-    }
-    Err(CliError::Input(format!(
-        "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
-    )))
-}
-
 /// The transient and the measurement of each response.
-pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan {
-    ResponsePlan {
-        min_transient_s: 1e-3 * args.min_transient,
-        max_transient_s: 1e-3 * args.max_transient,
+///
+/// # Errors
+/// If the shortest transient is above the longest.
+pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> Result<ResponsePlan, CliError> {
+    let (min, max) = (args.min_transient, args.max_transient);
+    if min > max {
+        return Err(CliError::Input(format!(
+            "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
+        )));
+    }
+    Ok(ResponsePlan {
+        min_transient_s: 1e-3 * min,
+        max_transient_s: 1e-3 * max,
         measurement_s: 1e-3 * args.measure,
         exponents: args.exponents,
         orbits: true,
         portrait,
         max_rhs_evals: None,
-    }
+    })
 }
 
 #[cfg(test)]
