@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn an_invalid_joint_is_bad_input() {
-        let joint = AssemblyError::Unpublished {
-            label: "5th bending".to_owned(),
+        let joint = AssemblyError::NoMesh {
+            file: "modes.npz".to_owned(),
         };
         let fault = |source: Cause| CliError::Run {
             task: "run",
@@ -200,8 +200,8 @@ mod tests {
             let task = "study";
             CliError::Run { task, source }.exit_code()
         };
-        let joint = || AssemblyError::Unpublished {
-            label: "5th bending".to_owned(),
+        let joint = || AssemblyError::NoMesh {
+            file: "modes.npz".to_owned(),
         };
         let memory = AssemblyError::Body(FemError::Memory { megabytes: 64_000 });
         let pipeline = |fault| StudyError::Pipeline(PipelineError::Assembly(fault));

@@ -57,3 +57,13 @@ pub enum AnalysisError {
         shortage: MemoryShortage,
     },
 }
+
+impl AnalysisError {
+    /// Checks that an analysis has the samples that it needs.
+    pub(crate) fn check_length(what: &'static str, have: usize, need: usize) -> Result<(), Self> {
+        if have < need {
+            return Err(Self::TooShort { what, have, need });
+        }
+        Ok(())
+    }
+}

@@ -29,31 +29,41 @@ pub fn band_pass(samples: &[f64], rate: f64, [low, high]: [f64; 2]) -> Filtered 
             outside_share: 0.0,
         };
     }
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(count);
     let mean = samples.iter().sum::<f64>() / count as f64;
-    let mut time: Vec<f64> = samples.iter().map(|x| x - mean).collect();
-    let mut bins = forward.make_output_vec();
-    let lengths = "the buffers have the lengths of the plan";
-    forward.process(&mut time, &mut bins).expect(lengths);
-    let gain = |bin: usize| {
+    let (mut power, mut outside) = (0.0, 0.0);
+    let gain = |bin: usize, square: f64| {
         let frequency = bin as f64 * rate / count as f64;
         let beyond = ((low - frequency) / low).max((frequency - high) / high);
-        0.5 + 0.5 * (PI * (beyond / TRANSITION).clamp(0.0, 1.0)).cos()
+        let gain = 0.5 + 0.5 * (PI * (beyond / TRANSITION).clamp(0.0, 1.0)).cos();
+        power += square;
+        outside += square * (1.0 - gain);
+        gain
     };
-    let (mut power, mut outside) = (0.0, 0.0);
-    for (k, bin) in bins.iter_mut().enumerate() {
-        let gain = gain(k);
-        power += bin.norm_sqr();
-        outside += bin.norm_sqr() * (1.0 - gain);
-        *bin *= gain / count as f64;
-    }
-    let inverse = planner.plan_fft_inverse(count);
-    inverse.process(&mut bins, &mut time).expect(lengths);
+    let samples = with_gain(samples.iter().map(|x| x - mean).collect(), gain);
     Filtered {
-        samples: time,
+        samples,
         outside_share: if power > 0.0 { outside / power } else { 0.0 },
     }
+}
+
+/// One period of a periodic signal, each bin of whose transform is multiplied by the gain that a function gives for its
+/// index and its squared magnitude.
+pub(super) fn with_gain(
+    mut samples: Vec<f64>,
+    mut gain: impl FnMut(usize, f64) -> f64,
+) -> Vec<f64> {
+    let count = samples.len();
+    let mut planner = RealFftPlanner::new();
+    let forward = planner.plan_fft_forward(count);
+    let mut bins = forward.make_output_vec();
+    let lengths = "the buffers have the lengths of the plan";
+    forward.process(&mut samples, &mut bins).expect(lengths);
+    for (k, bin) in bins.iter_mut().enumerate() {
+        *bin *= gain(k, bin.norm_sqr()) / count as f64;
+    }
+    let inverse = planner.plan_fft_inverse(count);
+    inverse.process(&mut bins, &mut samples).expect(lengths);
+    samples
 }
 
 /// Half of the samples used per interpolated sample.

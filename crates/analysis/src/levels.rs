@@ -4,14 +4,13 @@
 //! frequency below half the sample rate, and no phase. The signal counts as one period of a periodic one. If it
 //! is long, silence of less than 1 % of its length may follow it, because a transform of its own length can be slow.
 
-use realfft::RealFftPlanner;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::memory;
 use crate::{
     AnalysisError,
-    filter::band_pass,
+    filter::{band_pass, with_gain},
     stats::deviation,
     tones::{LineCriterion, SpectrumAnalyser, Window},
 };
@@ -148,13 +147,7 @@ fn level(mean_square: f64) -> f64 {
 /// [`AnalysisError::TooShort`] without samples, [`AnalysisError::Memory`] if their spectrum does not fit into memory.
 pub fn sound_levels(pressure: &[f64], rate: f64) -> Result<SoundLevels, AnalysisError> {
     let count = pressure.len();
-    if count == 0 {
-        return Err(AnalysisError::TooShort {
-            what: "sound levels",
-            have: 0,
-            need: 1,
-        });
-    }
+    AnalysisError::check_length("sound levels", count, 1)?;
     levels_by_transform(pressure, rate, quick_length(count))
 }
 
@@ -172,62 +165,49 @@ fn levels_by_transform(
         shortage,
     })?;
     let mean = pressure.iter().sum::<f64>() / count as f64;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(length);
-    let mut time = vec![0.0; length];
-    for (time, pressure) in time.iter_mut().zip(pressure) {
-        *time = pressure - mean;
-    }
+    let mut time: Vec<f64> = pressure.iter().map(|pressure| pressure - mean).collect();
     let peak = time.iter().fold(0.0, |peak: f64, p| peak.max(p.abs()));
-    let mut bins = forward.make_output_vec();
-    let lengths = "the buffers have the lengths of the plan";
-    forward.process(&mut time, &mut bins).expect(lengths);
+    time.resize(length, 0.0);
     let spacing = rate / length as f64;
     let resolution = rate / count as f64;
-    let bands = BANDS.zip(NOMINAL).filter(|(number, _)| {
-        let upper_edge = centre(*number) * 10_f64.powf(0.05);
-        let bandwidth = centre(*number) * RELATIVE_WIDTH;
-        bandwidth >= MIN_BINS * resolution && upper_edge <= 0.5 * rate
+    let bands = BANDS
+        .zip(NOMINAL)
+        .map(|(number, nominal)| (nominal, centre(number)));
+    let resolved = bands.filter(|(_, centre)| {
+        let upper_edge = centre * 10_f64.powf(0.05);
+        centre * RELATIVE_WIDTH >= MIN_BINS * resolution && upper_edge <= 0.5 * rate
     });
-    let bands: Vec<(i32, f64)> = bands.collect();
-    let mut band_sums: Vec<(f64, f64)> = bands
-        .iter()
-        .map(|(k, _)| (centre(*k).powi(2), 0.0))
+    let mut bands: Vec<(f64, f64, f64)> = resolved
+        .map(|(nominal, centre)| (nominal, centre, 0.0))
         .collect();
     // Sums of squares of all bins. Each bin stands for a sine, except those at zero and at half the rate. The bins become
     // A-weighted.
     let (mut sum, mut weighted_sum) = (0.0, 0.0);
-    for (k, bin) in bins.iter_mut().enumerate() {
+    let weighted = with_gain(time, |k, square| {
         let sides = if k == 0 || 2 * k == length { 1.0 } else { 2.0 };
-        let power = sides * bin.norm_sqr();
+        let power = sides * square;
         let frequency = k as f64 * spacing;
-        for (centre_square, sum) in &mut band_sums {
-            *sum += power * band_gain(*centre_square, frequency * frequency);
+        for (_, centre, sum) in &mut bands {
+            *sum += power * band_gain(centre.powi(2), frequency * frequency);
         }
         let weight = a_weighting(frequency);
         sum += power;
         weighted_sum += power * weight * weight;
-        *bin *= weight / length as f64;
-    }
+        weight
+    });
     let level_of = |sum: f64| level(sum / (length as f64 * count as f64));
-    let inverse = planner.plan_fft_inverse(length);
-    inverse.process(&mut bins, &mut time).expect(lengths);
     let third_octaves = bands
-        .iter()
-        .zip(&band_sums)
-        .map(|((number, nominal), (_, sum))| {
-            let bandwidth = centre(*number) * RELATIVE_WIDTH;
-            ThirdOctave {
-                centre_hz: *nominal,
-                band_level_db: level_of(*sum),
-                standard_deviation_db: 4.34 / (bandwidth / resolution).sqrt(),
-            }
+        .into_iter()
+        .map(|(centre_hz, centre, sum)| ThirdOctave {
+            centre_hz,
+            band_level_db: level_of(sum),
+            standard_deviation_db: 4.34 / (centre * RELATIVE_WIDTH / resolution).sqrt(),
         });
     Ok(SoundLevels {
         third_octaves: third_octaves.collect(),
         equivalent_level_db: level_of(sum),
         a_weighted_level_db: level_of(weighted_sum),
-        fast_maximum_db: level(fast_maximum(&time[..count], rate)),
+        fast_maximum_db: level(fast_maximum(&weighted[..count], rate)),
         peak_level_db: level(peak * peak),
     })
 }

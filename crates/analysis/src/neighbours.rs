@@ -95,15 +95,25 @@ impl<'a> NeighbourTree<'a> {
                 .map(|axis| std::array::from_fn(|slot| axis[member(slot).unwrap_or(last)]));
             tree.coordinates.extend(gathered);
         }
-        tree.add_boxes(0, tree.buckets.len());
+        tree.add_boxes(tree.root());
         tree
     }
 
-    /// Adds the box around buckets, and those within it.
-    fn add_boxes(&mut self, first: usize, count: usize) {
+    /// The box around all buckets.
+    fn root(&self) -> Node {
+        Node {
+            sum: 0.0,
+            number: 0,
+            first: 0,
+            count: self.buckets.len(),
+        }
+    }
+
+    /// Adds the next box, and those within it.
+    fn add_boxes(&mut self, node: Node) {
         let dimension = self.vectors.dimension();
-        let number = self.spans.len();
-        if count == 1 {
+        let Node { number, first, .. } = node;
+        if node.count == 1 {
             let indices = || self.buckets[first].iter().copied();
             let last = indices().rfind(|&i| i != NONE.1).unwrap_or(0);
             self.spans.push([self.buckets[first][0], last]);
@@ -113,16 +123,8 @@ impl<'a> NeighbourTree<'a> {
         }
         self.spans.push([0; 2]);
         self.bounds.resize(self.bounds.len() + dimension, [0.0; 2]);
-        let halves = Node {
-            sum: 0.0,
-            number,
-            first,
-            count,
-        }
-        .halves();
-        for half in halves {
-            self.add_boxes(half.first, half.count);
-        }
+        let halves = node.halves();
+        halves.into_iter().for_each(|half| self.add_boxes(half));
         let [a, b] = halves.map(|half| half.number);
         let [a_span, b_span] = [a, b].map(|half| self.spans[half]);
         self.spans[number] = [a_span[0].min(b_span[0]), a_span[1].max(b_span[1])];
@@ -324,12 +326,7 @@ impl<'a> Query<'a> {
         mut each: impl FnMut(Candidate) -> Candidate,
     ) -> Candidate {
         let tree = self.tree;
-        self.pending.push(Node {
-            sum: 0.0,
-            number: 0,
-            first: 0,
-            count: tree.buckets.len(),
-        });
+        self.pending.push(tree.root());
         while let Some(node) = self.pending.pop() {
             if node.sum > limit.0 {
                 continue;

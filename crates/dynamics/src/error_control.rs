@@ -1,6 +1,4 @@
-//! Error norm and step-size control.
-//!
-//! # Norm
+//! Error tolerance and norm.
 //!
 //! The modes differ by orders of magnitude in frequency and amplitude, and the vibration grows over many
 //! decades. Errors are therefore measured in the same norm as the vibration:
@@ -15,15 +13,6 @@
 //!
 //! A step is accepted if each of the errors is at most `relative * (size + floor)`. At rest without
 //! a force the error is exactly zero, and the step is accepted.
-//!
-//! # Controller
-//!
-//! A proportional-integral (PI) controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
-//! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
-//! II.4 and their code DOPRI5). If a step has the error ratio `e` and its predecessor had `e'`, the step
-//! is multiplied by `0.9 e^-a e'^b`, limited to 0.2 to 5, with `a = 0.17` and `b = 0.04` for pairs of
-//! order 5(4) ([`Gain`]). A small change of the step is not applied, because an unchanged step lets the
-//! exponential methods reuse their tables.
 
 use super::{DynamicsError, System};
 
@@ -144,142 +133,6 @@ pub(super) fn sharpened(error: f64, coarse: f64) -> f64 {
         0.0
     } else {
         error * (error / scale)
-    }
-}
-
-/// Control of the step: constant, or by a proportional-integral controller.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StepControl {
-    /// Tolerance; `None` for constant steps.
-    accuracy: Option<Accuracy>,
-    max_step: f64,
-    /// Length of the next step, s.
-    pub step: f64,
-    /// Error ratio of the last accepted step.
-    previous: f64,
-    /// Whether the current attempt follows a rejected step.
-    rejected: bool,
-}
-
-impl StepControl {
-    /// Minimum factor between successive steps.
-    const SHRINK: f64 = 0.2;
-    /// Maximum factor between successive steps.
-    const GROW: f64 = 5.0;
-    /// A factor within this range leaves the step unchanged: new tables would cost more than it saves.
-    const KEEP: std::ops::Range<f64> = 0.95..1.15;
-
-    /// A control whose first step is the maximum step.
-    pub fn new(accuracy: Option<Accuracy>, max_step: f64) -> Self {
-        Self {
-            accuracy,
-            max_step,
-            step: max_step,
-            previous: 1e-4,
-            rejected: false,
-        }
-    }
-
-    /// Initialises the controller at time `t` (s). The first step changes the state by about 1 % of its
-    /// norm; if the norm or the slope is zero it is the maximum step. `rate` is the norm of the slope.
-    pub fn start(&mut self, t: f64, size: StateNorm, rate: StateNorm) {
-        *self = Self::new(self.accuracy, self.max_step);
-        if self.accuracy.is_some() {
-            let parts = size.0.into_iter().zip(rate.0);
-            let times = parts
-                .filter(|(size, rate)| *size > 0.0 && *rate > 0.0)
-                .map(|(size, rate)| size / rate);
-            let change = times.fold(f64::INFINITY, f64::min);
-            self.step = (0.01 * change).min(self.max_step).max(self.min_step(t));
-        }
-    }
-
-    /// The minimum step at time `t` (s): resolvable in floating-point time, and not below 1e-10 of the
-    /// maximum step.
-    fn min_step(&self, t: f64) -> f64 {
-        (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
-    }
-
-    /// The mean step (s) below which an integration counts as stalled: a million such steps cover at
-    /// most ten maximum steps. Zero for constant steps.
-    pub fn stall_step(&self) -> f64 {
-        self.accuracy.map_or(0.0, |_| 1e-5 * self.max_step)
-    }
-
-    /// Relative tolerance per step; `None` for constant steps.
-    pub fn tolerance(&self) -> Option<f64> {
-        self.accuracy.map(|accuracy| accuracy.relative)
-    }
-
-    /// Sets the relative tolerance per step; without effect on constant steps.
-    pub fn set_tolerance(&mut self, relative: f64) -> Result<(), DynamicsError> {
-        if let Some(accuracy) = &mut self.accuracy {
-            accuracy.relative = relative;
-            accuracy.check()?;
-        }
-        Ok(())
-    }
-
-    /// Limits adaptive steps (s).
-    pub fn set_max_step(&mut self, max_step: f64) {
-        if self.accuracy.is_some() {
-            self.max_step = max_step;
-            self.step = self.step.min(max_step);
-        }
-    }
-
-    /// Stores the actual length of an adaptive step, s, which differs from the requested one by the rounding of
-    /// the end time. The stored value stays bitwise constant from step to step, which keeps the tables
-    /// for that step valid.
-    pub fn set_actual_step(&mut self, h: f64) {
-        if self.accuracy.is_some() {
-            self.step = h;
-        }
-    }
-
-    /// The error relative to the tolerance at the given norm of the state, zero for constant steps. Values up to 1 are
-    /// acceptable.
-    pub fn ratio(&self, error: StateNorm, size: StateNorm) -> f64 {
-        self.accuracy.map_or(0.0, |accuracy| {
-            let parts = error.0.into_iter().zip(size.0);
-            parts
-                .map(|(error, size)| error / (accuracy.relative * (size + accuracy.floor)))
-                .fold(0.0, f64::max)
-        })
-    }
-
-    /// Updates the step after an accepted step of full length.
-    pub fn accept(&mut self, ratio: f64, gain: Gain) {
-        if self.accuracy.is_none() {
-            return;
-        }
-        let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
-            .clamp(Self::SHRINK, Self::GROW);
-        if self.rejected {
-            factor = factor.min(1.0);
-        }
-        let step = (self.step * factor).min(self.max_step);
-        if !Self::KEEP.contains(&(step / self.step)) {
-            self.step = step;
-        }
-        self.previous = ratio.max(1e-4);
-        self.rejected = false;
-    }
-
-    /// Reduces the step after a rejected step of length `h` (s) from time `t` (s). The ratio may be infinite or NaN. Returns
-    /// whether it can be reduced.
-    pub fn reject(&mut self, t: f64, h: f64, ratio: f64, gain: Gain) -> bool {
-        if self.accuracy.is_none() {
-            return false;
-        }
-        let factor = 0.9 * ratio.powf(-gain.rejection);
-        self.step = h * if factor > Self::SHRINK {
-            factor
-        } else {
-            Self::SHRINK
-        };
-        self.rejected = true;
-        self.step >= self.min_step(t)
     }
 }
 

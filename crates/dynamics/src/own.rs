@@ -24,12 +24,8 @@ pub struct OwnSystem {
     /// Period of the drive, s; `None` for an autonomous system.
     drive_period: Option<f64>,
     force: Formula,
-    pieces: Option<Pieces>,
-}
-
-/// The statuses of a piecewise smooth system.
-struct Pieces {
     status_of: StatusOf,
+    /// Number of guards; zero for a smooth system.
     guards: usize,
     guard_values: Formula,
     cross: Crossing,
@@ -47,7 +43,11 @@ pub fn system(
         damping: Vec::new(),
         drive_period: None,
         force: Box::new(move |_, t, q, v, out| force(t, q, v, out)),
-        pieces: None,
+        status_of: Box::new(|_, _, _| 0),
+        guards: 0,
+        guard_values: Box::new(|_, _, _, _, _| ()),
+        cross: Box::new(|status, _, _, _| status),
+        hold: Box::new(|_, _, _| ()),
     }
 }
 
@@ -65,32 +65,25 @@ pub fn piecewise_system(
 ) -> OwnSystem {
     OwnSystem {
         force: Box::new(force),
-        pieces: Some(Pieces {
-            status_of: Box::new(status_of),
-            guards,
-            guard_values: Box::new(guard_values),
-            cross: Box::new(cross),
-            hold: Box::new(|_, _, _| ()),
-        }),
+        status_of: Box::new(status_of),
+        guards,
+        guard_values: Box::new(guard_values),
+        cross: Box::new(cross),
         ..system(omega, |_, _, _, _| ())
     }
 }
 
 impl OwnSystem {
     /// Adds `2 zeta_i omega_i q_i'` to the left side, with damping ratios `zeta_i`.
-    pub fn damped(self, damping: impl Into<Vec<f64>>) -> Self {
-        Self {
-            damping: damping.into(),
-            ..self
-        }
+    pub fn damped(mut self, damping: impl Into<Vec<f64>>) -> Self {
+        self.damping = damping.into();
+        self
     }
 
     /// The force depends on the time, with this period (s).
-    pub fn driven(self, period: f64) -> Self {
-        Self {
-            drive_period: Some(period),
-            ..self
-        }
+    pub fn driven(mut self, period: f64) -> Self {
+        self.drive_period = Some(period);
+        self
     }
 
     /// Moves states onto the constraint of their status by `hold(status, q, v)`, for example to the velocity of what a mass
@@ -99,19 +92,13 @@ impl OwnSystem {
         mut self,
         hold: impl Fn(u8, &mut [f64], &mut [f64]) + Send + Sync + 'static,
     ) -> Self {
-        if let Some(pieces) = &mut self.pieces {
-            pieces.hold = Box::new(hold);
-        }
+        self.hold = Box::new(hold);
         self
     }
 
     /// Coordinates and velocities of a state.
     fn parts<'z>(&self, z: &'z [f64]) -> (&'z [f64], &'z [f64]) {
         z.split_at(self.omega.len())
-    }
-
-    fn pieces(&self) -> &Pieces {
-        self.pieces.as_ref().expect("a system with statuses")
     }
 }
 
@@ -126,15 +113,11 @@ impl System for OwnSystem {
 
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
         let (q, v) = self.parts(z);
-        let status = self
-            .pieces
-            .as_ref()
-            .map(|pieces| (pieces.status_of)(t, q, v));
-        (self.force)(status.unwrap_or(0), t, q, v, out);
+        (self.force)((self.status_of)(t, q, v), t, q, v, out);
     }
 
     fn switching(&self) -> Option<&dyn Switching> {
-        self.pieces.as_ref().map(|_| self as &dyn Switching)
+        (self.guards > 0).then_some(self as &dyn Switching)
     }
 
     fn differentiable(&self) -> Option<&dyn Differentiable> {
@@ -151,7 +134,7 @@ impl Differentiable for OwnSystem {}
 impl Switching for OwnSystem {
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
         let (q, v) = self.parts(z);
-        status[0] = (self.pieces().status_of)(t, q, v);
+        status[0] = (self.status_of)(t, q, v);
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
@@ -160,23 +143,23 @@ impl Switching for OwnSystem {
     }
 
     fn guards(&self) -> usize {
-        self.pieces().guards
+        self.guards
     }
 
     fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
         let (q, v) = self.parts(z);
-        (self.pieces().guard_values)(status[0], t, q, v, values);
+        (self.guard_values)(status[0], t, q, v, values);
     }
 
     fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
         let (q, v) = z.split_at_mut(self.omega.len());
-        status[0] = (self.pieces().cross)(status[0], guard, q, v);
+        status[0] = (self.cross)(status[0], guard, q, v);
     }
 
     fn settle(&self, status: &[u8], t: f64, z: &mut [f64], (vectors, width): (&mut [f64], usize)) {
         let hold = |z: &mut [f64]| {
             let (q, v) = z.split_at_mut(self.omega.len());
-            (self.pieces().hold)(status[0], q, v);
+            (self.hold)(status[0], q, v);
         };
         difference_of_change((t, z), (vectors, width, 0.0), |_, z| hold(z));
         hold(z);

@@ -1,7 +1,14 @@
-//! Step acceptance: attempt a step, compare its error with the tolerance, accept or shorten it.
+//! Step control: attempt a step, compare its error with the tolerance, accept or shorten it.
+//!
+//! A proportional-integral (PI) controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
+//! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
+//! II.4 and their code DOPRI5). If a step has the error ratio `e` and its predecessor had `e'`, the step
+//! is multiplied by `0.9 e^-a e'^b`, limited to 0.2 to 5, with `a = 0.17` and `b = 0.04` for pairs of
+//! order 5(4) ([`Gain`]). A small change of the step is not applied, because an unchanged step lets the
+//! exponential methods reuse their tables.
 
 use super::auto::Steppers;
-use super::error_control::{StateNorm, StepControl};
+use super::error_control::{Accuracy, Gain, StateNorm};
 use super::stepper::{Law, Step, Stepper};
 use super::{DynamicsError, System};
 
@@ -9,37 +16,110 @@ use super::{DynamicsError, System};
 /// step.
 const MAX_STRETCH: f64 = 1.0 + 1e-6;
 
-/// Interval of steps between checks for a stall, a few seconds of computation. If the mean step over the
-/// interval is below [`StepControl::stall_step`], the integration ends. The
-/// mean is used because single longer steps, such as implicit ones among explicit ones, do not make a
-/// stalled integration progress.
+/// Interval of steps between checks for a stall, a few seconds of computation. The mean step over the interval is used
+/// because single longer steps, such as implicit ones among explicit ones, do not make a stalled integration progress.
 const PROGRESS_INTERVAL: u64 = 500_000;
 
-/// Step-size control, work counters and the norm of the present state.
+/// Mean step relative to the maximum step below which an integration counts as stalled: a million such steps cover at most
+/// ten maximum steps.
+const STALL_STEP: f64 = 1e-5;
+
+/// Control of the step, constant or by a proportional-integral controller, with the norm of the present state.
 #[derive(Clone, Debug)]
 pub(super) struct StepController {
-    /// Step-size control.
-    pub control: StepControl,
+    /// Tolerance; `None` for constant steps.
+    accuracy: Option<Accuracy>,
+    max_step: f64,
+    /// Length of the next step, s.
+    pub step: f64,
+    /// Error ratio of the last accepted step.
+    previous: f64,
+    /// Whether the current attempt follows a rejected step.
+    rejected: bool,
     /// Norm of the present state. For the quadratures, and for the first-order components of a system without modes,
     /// it is the maximum since the start.
-    pub size: StateNorm,
+    size: StateNorm,
     /// Whether the method takes implicit steps.
     pub implicit: bool,
-    /// Progress since the last check for a stall.
-    pub progress: Progress,
+    /// Steps since the last check for a stall, and the time that they cover, s.
+    progress: (u64, f64),
     /// Largest error ratio of the accepted steps since it was last read; `None` without steps.
     pub largest_ratio: Option<f64>,
 }
 
-/// Steps and time since the last check for a stall.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Progress {
-    steps: u64,
-    /// Time covered by these steps, s.
-    covered: f64,
-}
-
 impl StepController {
+    /// Minimum factor between successive steps.
+    const SHRINK: f64 = 0.2;
+    /// Maximum factor between successive steps.
+    const GROW: f64 = 5.0;
+    /// A factor within this range leaves the step unchanged: new tables would cost more than it saves.
+    const KEEP: std::ops::Range<f64> = 0.95..1.15;
+    /// Error ratio before the first step, and the least that counts.
+    const LEAST_RATIO: f64 = 1e-4;
+
+    /// A control whose first step is the maximum step.
+    pub fn new(accuracy: Option<Accuracy>, max_step: f64, implicit: bool) -> Self {
+        Self {
+            accuracy,
+            max_step,
+            step: max_step,
+            previous: Self::LEAST_RATIO,
+            rejected: false,
+            size: StateNorm::default(),
+            implicit,
+            progress: (0, 0.0),
+            largest_ratio: None,
+        }
+    }
+
+    /// Initialises the controller at the present state. The first step changes the state by about 1 % of its norm; if the norm
+    /// or the slope is zero it is the maximum step.
+    pub fn start(&mut self, stepper: &dyn Stepper, sys: &dyn System) {
+        (self.step, self.previous, self.rejected) = (self.max_step, Self::LEAST_RATIO, false);
+        if self.accuracy.is_some() {
+            let parts = self.size.0.into_iter().zip(rate(stepper, sys).0);
+            let times = parts
+                .filter(|(size, rate)| *size > 0.0 && *rate > 0.0)
+                .map(|(size, rate)| size / rate);
+            let change = times.fold(f64::INFINITY, f64::min);
+            let least = self.min_step(stepper.step().end_time);
+            self.step = (0.01 * change).min(self.max_step).max(least);
+        }
+    }
+
+    /// Discards the norm of the state before a start.
+    pub fn forget_norm(&mut self) {
+        self.size = StateNorm::default();
+    }
+
+    /// The minimum step at time `t` (s): resolvable in floating-point time, and not below 1e-10 of the
+    /// maximum step.
+    fn min_step(&self, t: f64) -> f64 {
+        (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
+    }
+
+    /// Relative tolerance per step; `None` for constant steps.
+    pub fn tolerance(&self) -> Option<f64> {
+        self.accuracy.map(|accuracy| accuracy.relative)
+    }
+
+    /// Sets the relative tolerance per step; without effect on constant steps.
+    pub fn set_tolerance(&mut self, relative: f64) -> Result<(), DynamicsError> {
+        if let Some(accuracy) = &mut self.accuracy {
+            accuracy.relative = relative;
+            accuracy.check()?;
+        }
+        Ok(())
+    }
+
+    /// Limits adaptive steps (s).
+    pub fn set_max_step(&mut self, max_step: f64) {
+        if self.accuracy.is_some() {
+            self.max_step = max_step;
+            self.step = self.step.min(max_step);
+        }
+    }
+
     /// Evaluates the right-hand side at the present state, from which the next step starts.
     pub fn reinitialise(
         &mut self,
@@ -70,7 +150,7 @@ impl StepController {
         let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
         let start_size = self.size;
         loop {
-            let wanted = self.control.step;
+            let wanted = self.step;
             let ends_at_limit = limit - start <= wanted * MAX_STRETCH;
             let end = if ends_at_limit { limit } else { start + wanted };
             if end <= start {
@@ -82,8 +162,10 @@ impl StepController {
                     allowed,
                 });
             }
-            if !ends_at_limit {
-                self.control.set_actual_step(end - start);
+            if !ends_at_limit && self.accuracy.is_some() {
+                // The actual length, which differs from the requested one by the rounding of the end time, stays bitwise
+                // constant from step to step, which keeps the tables for it valid.
+                self.step = end - start;
             }
             stepper.attempt(law, end);
 
@@ -92,13 +174,13 @@ impl StepController {
             let norms = [size, error, rate(&**stepper, sys)];
             let finite = norms.into_iter().all(StateNorm::is_finite);
             let ratio = if finite {
-                self.control.ratio(error, start_size.max(size))
+                self.ratio(error, start_size.max(size))
             } else {
                 f64::INFINITY
             };
             if ratio <= 1.0 {
                 if !ends_at_limit {
-                    self.control.accept(ratio, gain);
+                    self.accept(ratio, gain);
                 }
                 let before = self.largest_ratio.unwrap_or(0.0);
                 self.largest_ratio = Some(before.max(ratio));
@@ -108,7 +190,7 @@ impl StepController {
             }
 
             stepper.step_mut().stats.rejections += 1;
-            if !self.control.reject(start, end - start, ratio, gain) {
+            if !self.reject(start, end - start, ratio, gain) {
                 let failure = if finite {
                     DynamicsError::StepUnderflow {
                         time: start,
@@ -125,17 +207,62 @@ impl StepController {
         }
     }
 
-    /// Checks at intervals whether the integration has stalled. The last step had length `h` (s) and
-    /// ended at time `t` (s).
+    /// The error relative to the tolerance at the given norm of the state, zero for constant steps. Values up to 1 are
+    /// acceptable.
+    fn ratio(&self, error: StateNorm, size: StateNorm) -> f64 {
+        self.accuracy.map_or(0.0, |accuracy| {
+            let parts = error.0.into_iter().zip(size.0);
+            parts
+                .map(|(error, size)| error / (accuracy.relative * (size + accuracy.floor)))
+                .fold(0.0, f64::max)
+        })
+    }
+
+    /// Updates an adaptive step after an accepted step of full length.
+    fn accept(&mut self, ratio: f64, gain: Gain) {
+        if self.accuracy.is_none() {
+            return;
+        }
+        let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
+            .clamp(Self::SHRINK, Self::GROW);
+        if self.rejected {
+            factor = factor.min(1.0);
+        }
+        let step = (self.step * factor).min(self.max_step);
+        if !Self::KEEP.contains(&(step / self.step)) {
+            self.step = step;
+        }
+        self.previous = ratio.max(Self::LEAST_RATIO);
+        self.rejected = false;
+    }
+
+    /// Reduces an adaptive step after a rejected step of length `h` (s) from time `t` (s). The ratio may be infinite or NaN.
+    /// Returns whether it can be reduced.
+    fn reject(&mut self, t: f64, h: f64, ratio: f64, gain: Gain) -> bool {
+        if self.accuracy.is_none() {
+            return false;
+        }
+        let factor = 0.9 * ratio.powf(-gain.rejection);
+        self.step = h * if factor > Self::SHRINK {
+            factor
+        } else {
+            Self::SHRINK
+        };
+        self.rejected = true;
+        self.step >= self.min_step(t)
+    }
+
+    /// Checks adaptive steps at intervals for a stall. The last step had length `h` (s) and ended at time `t` (s).
     fn check_stall(&mut self, t: f64, h: f64) -> Result<(), DynamicsError> {
-        self.progress.steps += 1;
-        self.progress.covered += h;
-        if self.progress.steps < PROGRESS_INTERVAL {
+        let (steps, covered) = &mut self.progress;
+        *steps += 1;
+        *covered += h;
+        if *steps < PROGRESS_INTERVAL {
             return Ok(());
         }
-        let Progress { steps, covered } = std::mem::take(&mut self.progress);
+        let (steps, covered) = std::mem::take(&mut self.progress);
         let mean = covered / steps as f64;
-        if mean >= self.control.stall_step() {
+        if self.accuracy.is_none() || mean >= STALL_STEP * self.max_step {
             return Ok(());
         }
         Err(DynamicsError::Stalled {
@@ -169,7 +296,7 @@ impl StepController {
 }
 
 /// Norm of the slope at the present state.
-pub(super) fn rate(stepper: &dyn Stepper, sys: &dyn System) -> StateNorm {
+fn rate(stepper: &dyn Stepper, sys: &dyn System) -> StateNorm {
     StateNorm::of(&stepper.step().end_slope, sys)
 }
 

@@ -20,15 +20,6 @@ pub enum AssemblyError {
     /// The modes of the body cannot be computed.
     #[error("the modes of ball and beam cannot be computed")]
     Body(#[from] FemError),
-    /// The model has a mode whose frequency the paper does not publish.
-    #[error(
-        "the paper does not publish the frequency of the mode `{label}`: use at most four bending \
-         pairs, two torsion modes and one axial mode, or the finite-element frequencies"
-    )]
-    Unpublished {
-        /// Name of the mode.
-        label: String,
-    },
     /// The patch extends into the junction of ball and beam, where the ball has no free surface.
     #[error(
         "at a tilt of {tilt_deg:.3} deg the contact patch (half-angle {half_angle_deg:.2} deg) \
@@ -149,7 +140,10 @@ impl BallJoint {
     /// Computes the modes, unless those of the body are known from a recent joint.
     ///
     /// # Errors
-    /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
+    /// If the modes cannot be computed.
+    ///
+    /// # Panics
+    /// If published frequencies are selected for more modes than [`PUBLISHED`](super::PUBLISHED).
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         let (frequencies_hz, body) = match &spec.body {
             BodySpec::BallOnBeam(body) => {
@@ -374,7 +368,7 @@ impl BallJoint {
             modes.shapes_at_ball(*normal, row).map_err(on_beam)?;
         }
         let hertz = body.hertz(&self.spec.socket, *load);
-        let mean = contact.stiffness_factor * hertz.stiffness() / patch_area;
+        let mean = contact.stiffness_factor * hertz.stiffness / patch_area;
         let stiffness = match contact.stiffness {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
             StiffnessLaw::LikePreStress => pre_stress

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::body_modes;
-use super::{AssemblyError, BallOnBeam, Frequencies};
+use super::{BallOnBeam, Frequencies};
 use crate::fem::{
     BodyMode, BodyModes, Elements, Families, FemError, Geometry, LengthReading, Material, ModeKind,
 };
@@ -51,11 +51,11 @@ impl BallOnBeam {
 /// Natural frequencies (Hz) of the modes of a body, from the source that it selects.
 ///
 /// # Errors
-/// If the modes of the published body cannot be computed, or the frequency of a mode is not published.
+/// If the modes of the published body cannot be computed.
 pub(super) fn natural_frequencies(
     body: &BallOnBeam,
     modes: &[BodyMode],
-) -> Result<Vec<f64>, AssemblyError> {
+) -> Result<Vec<f64>, FemError> {
     let reference = match body.frequencies {
         Frequencies::Scaled if !body.is_published() => Some(published_body(body)?),
         _ => None,
@@ -63,29 +63,21 @@ pub(super) fn natural_frequencies(
     let reference = reference.as_deref().map_or(&[][..], BodyModes::modes);
     let frequency = |mode: &BodyMode| {
         if body.frequencies == Frequencies::FiniteElement {
-            return Ok(mode.frequency_hz);
+            return mode.frequency_hz;
         }
-        let unknown = || AssemblyError::Unpublished {
-            label: mode.label(),
+        let family = match mode.kind {
+            ModeKind::BendingX | ModeKind::BendingY => &BENDING[..],
+            ModeKind::Torsion => &TORSION,
+            ModeKind::Axial => &AXIAL,
         };
-        let published = published_hz(mode).ok_or_else(unknown)?;
+        let published = family[mode.order - 1];
         let same = |other: &&BodyMode| (other.kind, other.order) == (mode.kind, mode.order);
         let ratio = reference.iter().find(same);
-        Ok(ratio.map_or(published, |other| {
+        ratio.map_or(published, |other| {
             published * mode.frequency_hz / other.frequency_hz
-        }))
+        })
     };
-    modes.iter().map(frequency).collect()
-}
-
-/// The published frequency of a mode, Hz; `None` if the paper has none.
-fn published_hz(mode: &BodyMode) -> Option<f64> {
-    let family = match mode.kind {
-        ModeKind::BendingX | ModeKind::BendingY => &BENDING[..],
-        ModeKind::Torsion => &TORSION,
-        ModeKind::Axial => &AXIAL,
-    };
-    family.get(mode.order - 1).copied()
+    Ok(modes.iter().map(frequency).collect())
 }
 
 /// The finite-element modes of the published body, with the same end of the beam length. The default elements

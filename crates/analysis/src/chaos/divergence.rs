@@ -158,13 +158,8 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
         .saturating_mul(2)
         .saturating_add(search.horizon)
         .saturating_add(1);
-    if vectors.len() < min_vectors {
-        return Err(AnalysisError::TooShort {
-            what: "divergence",
-            have: samples.len(),
-            need: DelayVectors::samples_for(min_vectors, search.lag, search.dimension),
-        });
-    }
+    let need = DelayVectors::samples_for(min_vectors, search.lag, search.dimension);
+    AnalysisError::check_length("divergence", samples.len(), need)?;
     let norm = match search.method {
         DivergenceMethod::Rosenstein => Norm::Euclidean,
         DivergenceMethod::Kantz { .. } => Norm::Maximum,

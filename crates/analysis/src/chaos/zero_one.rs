@@ -135,17 +135,9 @@ pub struct ZeroOne {
 /// # Panics
 /// If the stride or the number of frequencies is 0.
 pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, AnalysisError> {
+    let steps = test.stride.saturating_mul(ZeroOneTest::MIN_SAMPLES - 1);
+    AnalysisError::check_length("0-1 test", samples.len(), steps.saturating_add(1))?;
     let taken = centred(samples, test.stride);
-    if taken.len() < ZeroOneTest::MIN_SAMPLES {
-        return Err(AnalysisError::TooShort {
-            what: "0-1 test",
-            have: samples.len(),
-            need: test
-                .stride
-                .saturating_mul(ZeroOneTest::MIN_SAMPLES - 1)
-                .saturating_add(1),
-        });
-    }
     let mut rng = ChaCha8Rng::seed_from_u64(test.seed);
     let frequencies: Vec<f64> = (0..test.frequencies)
         .map(|_| rng.random_range(PI / 5.0..4.0 * PI / 5.0))

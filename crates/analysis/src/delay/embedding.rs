@@ -29,13 +29,7 @@ impl<'a> DelayVectors<'a> {
             return Err(AnalysisError::InvalidDelay { lag, dimension });
         }
         let need = Self::samples_for(1, lag, dimension);
-        if samples.len() < need {
-            return Err(AnalysisError::TooShort {
-                what: "delay vectors",
-                have: samples.len(),
-                need,
-            });
-        }
+        AnalysisError::check_length("delay vectors", samples.len(), need)?;
         Ok(Self {
             samples,
             lag,

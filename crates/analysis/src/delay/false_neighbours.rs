@@ -104,13 +104,7 @@ pub fn false_neighbours(
     search: &FalseNeighbourSearch,
 ) -> Result<FalseNeighbours, AnalysisError> {
     let &FalseNeighbourSearch { lag, theiler, .. } = search;
-    if samples.len() < search.samples_needed() {
-        return Err(AnalysisError::TooShort {
-            what: "false neighbours",
-            have: samples.len(),
-            need: search.samples_needed(),
-        });
-    }
+    AnalysisError::check_length("false neighbours", samples.len(), search.samples_needed())?;
     DelayVectors::new(samples, lag, search.largest_dimension)?;
     let sigma = deviation(samples);
     let (resolution, size) = (RESOLUTION * sigma, search.size_ratio * sigma);

@@ -103,13 +103,7 @@ pub fn mutual_information(
             most: MAX_BINS,
         });
     }
-    if samples.len() <= largest_lag {
-        return Err(AnalysisError::TooShort {
-            what: "mutual information",
-            have: samples.len(),
-            need: largest_lag + 1,
-        });
-    }
+    AnalysisError::check_length("mutual information", samples.len(), largest_lag + 1)?;
     let binned = bin(samples, bins);
     let table: Vec<f64> = (0..TABLE_SIZE).map(count_log_count).collect();
     let at = |joint: &mut Vec<u32>, lag: usize| {

@@ -20,13 +20,7 @@ pub fn demodulate(
 ) -> Result<Vec<f64>, AnalysisError> {
     let first = (span.start_s * rate_hz).ceil().max(0.0) as usize;
     let end = ((span.end_s * rate_hz).floor().max(0.0) as usize).min(samples.len());
-    if end < first + 16 {
-        return Err(AnalysisError::TooShort {
-            what: "demodulation along a ridge",
-            have: end.saturating_sub(first),
-            need: 16,
-        });
-    }
+    AnalysisError::check_length("demodulation along a ridge", end.saturating_sub(first), 16)?;
     let mut warped = Vec::with_capacity(end - first);
     let mut at = first as f64;
     while at < end as f64 {

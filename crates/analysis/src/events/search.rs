@@ -75,14 +75,7 @@ pub fn tonal_events(
     rate_hz: f64,
     options: &EventOptions,
 ) -> Result<TonalEvents, AnalysisError> {
-    let need = (0.2 * rate_hz) as usize;
-    if samples.len() < need {
-        return Err(AnalysisError::TooShort {
-            what: "tonal events",
-            have: samples.len(),
-            need,
-        });
-    }
+    AnalysisError::check_length("tonal events", samples.len(), (0.2 * rate_hz) as usize)?;
     // A comparison that is false for values that are no numbers, too.
     if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
         return Err(AnalysisError::SampleRange);

@@ -160,13 +160,8 @@ fn classes() -> &'static [Regime] {
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`RegimeSearch::MIN_SAMPLES`].
 pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, AnalysisError> {
-    if samples.len() < RegimeSearch::MIN_SAMPLES {
-        return Err(AnalysisError::TooShort {
-            what: "classification of motion",
-            have: samples.len(),
-            need: RegimeSearch::MIN_SAMPLES,
-        });
-    }
+    let need = RegimeSearch::MIN_SAMPLES;
+    AnalysisError::check_length("classification of motion", samples.len(), need)?;
     let (amplitude, features) = features(samples, search)?;
     Ok(match features {
         Some(features) => verdict(features),

@@ -87,13 +87,7 @@ impl SpectrumAnalyser {
     /// [`AnalysisError::TooShort`] below [`SpectrumAnalyser::MIN_SAMPLES`].
     pub fn analyse(&mut self, signal: &[f64]) -> Result<Spectrum, AnalysisError> {
         let n = signal.len();
-        if n < Self::MIN_SAMPLES {
-            return Err(AnalysisError::TooShort {
-                what: "spectrum",
-                have: n,
-                need: Self::MIN_SAMPLES,
-            });
-        }
+        AnalysisError::check_length("spectrum", n, Self::MIN_SAMPLES)?;
         let plan = match self.plan.take().filter(|plan| plan.weights.len() == n) {
             Some(plan) => plan,
             None => self.plan_for(n),

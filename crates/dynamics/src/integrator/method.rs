@@ -3,7 +3,8 @@
 use strum::VariantArray;
 
 use crate::DynamicsError;
-use crate::error_control::{Accuracy, StepControl};
+use crate::error_control::Accuracy;
+use crate::step_controller::StepController;
 
 /// An integration method with its parameters: [`MethodName::with`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +78,7 @@ impl Method {
     }
 
     /// The step-size control, with checked parameters.
-    pub(super) fn control(self) -> Result<StepControl, DynamicsError> {
+    pub(super) fn controller(self) -> Result<StepController, DynamicsError> {
         let is_fixed = self.name.has_fixed_step();
         if !is_fixed {
             self.accuracy.check()?;
@@ -94,7 +95,8 @@ impl Method {
             });
         }
         let accuracy = (!is_fixed).then_some(self.accuracy);
-        Ok(StepControl::new(accuracy, self.max_step))
+        let implicit = self.needs_derivative();
+        Ok(StepController::new(accuracy, self.max_step, implicit))
     }
 }
 

@@ -10,9 +10,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::auto::{NO_DERIVATIVE, Steppers};
-use super::error_control::StateNorm;
 use super::events::{Events, SearchedStep};
-use super::step_controller::{Progress, StepController, rate};
+use super::step_controller::StepController;
 use super::stepper::{Law, switching};
 use super::tangents::Tangents;
 use super::{DynamicsError, ErrorEstimate, SolverStats, System};
@@ -50,16 +49,9 @@ impl<'a> Integrator<'a> {
     /// [`DynamicsError::MissingCapability`] if the method is implicit and the system has no
     /// [`System::differentiable`].
     pub fn new(method: Method, system: impl System + 'a) -> Result<Self, DynamicsError> {
-        let control = method.control()?;
+        let step_controller = method.controller()?;
         check_modes(&system)?;
         let stepper = Steppers::new(method, &system)?;
-        let step_controller = StepController {
-            control,
-            size: StateNorm::default(),
-            implicit: method.needs_derivative(),
-            progress: Progress::default(),
-            largest_ratio: None,
-        };
         let mut integrator = Self {
             system: Arc::new(system),
             stepper,
@@ -161,17 +153,13 @@ impl<'a> Integrator<'a> {
         let step = self.stepper.step_mut();
         step.end_time = t;
         step.end.copy_from_slice(z);
-        self.step_controller.size = StateNorm::default();
+        self.step_controller.forget_norm();
         if let Some(tangents) = &mut self.tangents {
             tangents.restart(t);
         }
         self.perturbed = None;
         self.begin()?;
-        let (controller, rate) = (
-            &mut self.step_controller,
-            rate(&*self.stepper, &*self.system),
-        );
-        controller.control.start(t, controller.size, rate);
+        self.step_controller.start(&*self.stepper, &*self.system);
         Ok(())
     }
 
@@ -329,7 +317,7 @@ impl<'a> Integrator<'a> {
 
     /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
     pub fn tolerance(&self) -> Option<f64> {
-        self.step_controller.control.tolerance()
+        self.step_controller.tolerance()
     }
 
     /// Sets the tolerance per step, relative to the norm of the state, from the next step on: 1e-13 to
@@ -338,7 +326,7 @@ impl<'a> Integrator<'a> {
     /// # Errors
     /// [`DynamicsError::Parameter`] if the tolerance is out of range.
     pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
-        self.step_controller.control.set_tolerance(relative)?;
+        self.step_controller.set_tolerance(relative)?;
         Ok(self)
     }
 
@@ -349,7 +337,7 @@ impl<'a> Integrator<'a> {
 
     /// Length of the next full step, s.
     pub fn step_size(&self) -> f64 {
-        self.step_controller.control.step
+        self.step_controller.step
     }
 
     /// Work done since [`Integrator::new`].
@@ -523,8 +511,8 @@ impl<'a> Integrator<'a> {
     /// Limits the step to the maximum of the parameters and of the linear part.
     fn limit_step(&mut self) {
         let longest = self.stepper.explicit.form.max_step_of_linear_part();
-        let control = &mut self.step_controller.control;
-        control.set_max_step(self.method.max_step.min(longest));
+        let longest = self.method.max_step.min(longest);
+        self.step_controller.set_max_step(longest);
     }
 }
 

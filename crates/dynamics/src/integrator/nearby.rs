@@ -9,9 +9,8 @@ use std::sync::Arc;
 
 use super::{Integrator, check_size};
 use crate::auto::Steppers;
-use crate::error_control::StepControl;
 use crate::lyapunov::Growth;
-use crate::step_controller::{Progress, StepController};
+use crate::step_controller::StepController;
 use crate::stepper::Law;
 use crate::tangents::Tangents;
 use crate::{DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion};
@@ -136,12 +135,12 @@ impl Integrator<'_> {
         let mut integrator = Integrator {
             system: Arc::clone(&self.system),
             stepper: Steppers::new(self.method, &*self.system)?,
-            step_controller: StepController {
-                // Steps end where those of the reference trajectory end, whatever the error.
-                control: StepControl::new(None, f64::INFINITY),
-                progress: Progress::default(),
-                ..self.step_controller
-            },
+            // Steps end where those of the reference trajectory end, whatever the error.
+            step_controller: StepController::new(
+                None,
+                f64::INFINITY,
+                self.step_controller.implicit,
+            ),
             events: self.events.clone(),
             tangents: None,
             perturbed: None,
