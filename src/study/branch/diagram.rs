@@ -8,8 +8,7 @@
 use include_dir::{Dir, File, include_dir};
 use serde::{Deserialize, Serialize};
 
-use super::equilibria::BranchPlan;
-use super::hopf::{SteadyBifurcation, SteadyBifurcationKind};
+use super::equilibria::{BranchPlan, SteadyBifurcation, SteadyBifurcationKind};
 use super::orbits::OrbitStarts;
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;

@@ -1,9 +1,10 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
 use super::diagram::settled_responses;
-use super::equilibria::{BranchPlan, add_equilibria};
+use super::equilibria::{
+    BranchPlan, CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind, add_equilibria,
+};
 use super::family::SubjectFamily;
-use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{At, Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
@@ -16,6 +17,8 @@ use crate::dynamics::equilibrium::EquilibriumError;
 use crate::scene::Scene;
 use crate::study::response::{ResponsePlan, SLOWEST, SettledResponse, response};
 use crate::study::sweep::SweepPoint;
+#[cfg(feature = "table")]
+use crate::study::sweep::{HysteresisEnd, SweepPlan};
 use crate::study::{OnProgress, StudyError};
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
@@ -369,6 +372,53 @@ impl Study<'_> {
         }
         Ok(())
     }
+}
+
+/// The bifurcations at which a periodic motion that coexists with another one ends or loses its stability: those of the
+/// branches through the periodic motions of a sweep over one parameter, within or next to the values at which upward and
+/// downward continuation differ. The list is empty for a sweep without such values,
+/// and where continuation finds none.
+///
+/// # Errors
+/// If the system cannot be built.
+#[cfg(feature = "table")]
+pub fn hysteresis_ends(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    differing: &[f64],
+    progress: OnProgress<'_>,
+) -> Result<Vec<HysteresisEnd>, StudyError> {
+    let ([axis], [first, ..], [.., last]) = (&plan.axes[..], differing, differing) else {
+        return Ok(Vec::new());
+    };
+    let (values, parameter) = (&axis.values[..], axis.parameter()?);
+    let [from, .., to] = values else {
+        return Ok(Vec::new());
+    };
+    if !parameter.is_continuous() {
+        return Ok(Vec::new());
+    }
+    let branches = BranchPlan::new(plan.subject.clone(), parameter, [*from, *to], 2);
+    let mut branch = Branch::new(&branches);
+    let starts = OrbitStarts::Settled(points);
+    add_orbits(&branches, starts, &mut branch, progress, &mut |_| ())?;
+    // The change lies between the last value that differs and the next one.
+    let before = values.iter().rfind(|value| *value < first).unwrap_or(from);
+    let after = values.iter().find(|value| *value > last).unwrap_or(to);
+    let ends = branch.orbit_bifurcations().filter(|found| {
+        let bifurcation = &found.bifurcation;
+        let changes = bifurcation.kind == BifurcationKind::Fold || bifurcation.unstable_change != 0;
+        changes && bifurcation.has_stable_side() && (*before..=*after).contains(&found.at.value)
+    });
+    let mut ends: Vec<_> = ends
+        .map(|found| HysteresisEnd {
+            kind: found.bifurcation.kind,
+            value: found.at.value,
+            frequency_hz: found.bifurcation.frequency_hz,
+        })
+        .collect();
+    ends.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(ends)
 }
 
 /// The error of a start at a value that leads to no orbit.

@@ -14,8 +14,6 @@
 //!
 //! A motion that decays to rest is settled when its amplitude falls below the silence threshold.
 
-use std::ops::Range;
-
 use crate::analysis::stats::{mean, trend};
 
 /// Share of the total energy below which a mode is ignored.
@@ -39,9 +37,8 @@ const MIN_BLOCKS: usize = 16;
 /// Block averages of the modal energies.
 #[derive(Clone, Debug)]
 pub(super) struct TransientDetector {
-    modes: usize,
-    /// Logarithms of the mean modal energies, then of the total energy, `blocks x (modes + 1)`.
-    blocks: Vec<f64>,
+    /// Logarithms of the mean energy of each mode, then of the total energy, one for each block.
+    channels: Vec<Vec<f64>>,
     /// Sums of the current block, and its samples so far.
     sums: Vec<f64>,
     count: usize,
@@ -53,8 +50,7 @@ impl TransientDetector {
     /// Creates a detector for `modes` modes and blocks of `length` samples.
     pub fn new(modes: usize, length: usize) -> Self {
         Self {
-            modes,
-            blocks: Vec::new(),
+            channels: vec![Vec::new(); modes + 1],
             sums: vec![0.0; modes],
             count: 0,
             length: length.max(1),
@@ -72,9 +68,10 @@ impl TransientDetector {
         }
         let all: f64 = self.sums.iter().sum();
         let least = (NEGLIGIBLE_SHARE * all).max(f64::MIN_POSITIVE);
-        self.blocks
-            .extend(self.sums.iter().map(|sum| sum.max(least).ln()));
-        self.blocks.push(all.max(f64::MIN_POSITIVE).ln());
+        let sums = self.sums.iter().chain([&all]);
+        for (channel, sum) in self.channels.iter_mut().zip(sums) {
+            channel.push(sum.max(least).ln());
+        }
         self.sums.fill(0.0);
         self.count = 0;
         true
@@ -82,50 +79,40 @@ impl TransientDetector {
 
     /// Whether the transient has ended according to the blocks so far.
     pub fn has_ended(&self) -> bool {
-        let width = self.modes + 1;
-        let count = self.blocks.len() / width;
-        if count < MIN_BLOCKS {
-            return false;
-        }
-        let (third, last) = (count / 2..3 * count / 4, 3 * count / 4..count);
-        (0..width).all(|k| {
-            let (before, after) = (self.mean(k, third.clone()), self.mean(k, last.clone()));
-            let error = before[1].hypot(after[1]);
-            (after[0] - before[0]).abs() <= (MAX_ERRORS * error).max(MAX_DRIFT)
-        })
+        let count = self.blocks();
+        count >= MIN_BLOCKS
+            && self.channels.iter().all(|channel| {
+                let [before, after] = [count / 2..3 * count / 4, 3 * count / 4..count]
+                    .map(|quarter| mean_with_error(&channel[quarter]));
+                let error = before[1].hypot(after[1]);
+                (after[0] - before[0]).abs() <= (MAX_ERRORS * error).max(MAX_DRIFT)
+            })
     }
 
     /// Whether the motion changed between the first and the second half of the blocks.
     pub fn has_changed(&self) -> bool {
-        let width = self.modes + 1;
-        let count = self.blocks.len() / width;
-        if count < MIN_BLOCKS {
+        if self.blocks() < MIN_BLOCKS {
             return false;
         }
-        let halves = |k| [0..count / 2, count / 2..count].map(|half| self.mean(k, half));
-        let whole = halves(self.modes);
-        (0..width).any(|k| {
-            let [before, after] = halves(k);
-            let part = |mean: [f64; 2], of: [f64; 2]| mean[0] - of[0] > MIN_SHARE.ln();
-            let takes_part = part(before, whole[0]) || part(after, whole[1]);
-            let change = (after[0] - before[0]).abs();
-            takes_part && change > (MIN_ERRORS * before[1].hypot(after[1])).max(MIN_CHANGE)
-        })
-    }
-
-    /// Mean over `blocks` of the logarithm of a mode's energy, and its standard error. Index `modes` is the
-    /// total energy.
-    fn mean(&self, mode: usize, blocks: Range<usize>) -> [f64; 2] {
-        let width = self.modes + 1;
-        let values: Vec<f64> = blocks
-            .map(|block| self.blocks[block * width + mode])
-            .collect();
-        mean_with_error(&values)
+        let halves = self.channels.iter().map(|channel| {
+            let (first, second) = channel.split_at(channel.len() / 2);
+            [first, second].map(mean_with_error)
+        });
+        let total = halves.clone().next_back();
+        halves
+            .zip(total.into_iter().cycle())
+            .any(|(halves, total)| {
+                let share = [0, 1].map(|half| halves[half][0] - total[half][0]);
+                let takes_part = share.into_iter().any(|share| share > MIN_SHARE.ln());
+                let [before, after] = halves;
+                let change = (after[0] - before[0]).abs();
+                takes_part && change > (MIN_ERRORS * before[1].hypot(after[1])).max(MIN_CHANGE)
+            })
     }
 
     /// Number of complete blocks.
     pub fn blocks(&self) -> usize {
-        self.blocks.len() / (self.modes + 1)
+        self.channels[0].len()
     }
 }
 

@@ -397,12 +397,8 @@ impl Plan {
     ) -> Result<RecurrenceAnalysis, AnalysisError> {
         let taken = thinned(newest, self.stride);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MAX_STATES))..];
-        let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
-        let recurrences = Recurrences::of(&vectors, &self.rule)?;
-        let counts = recurrences.counts();
-        let [min_diagonal_states, min_vertical_states] = self.min_lines;
-        let measures = counts.measures(min_diagonal_states, min_vertical_states, RateBase::Counted);
-        let threshold = match (self.rule.threshold, recurrences.distance()) {
+        let (measures, epsilon, states) = self.measures(taken)?;
+        let threshold = match (self.rule.threshold, epsilon) {
             (Threshold::Distance(_) | Threshold::Spread(_), Some(distance)) => {
                 Threshold::Distance(distance)
             }
@@ -412,12 +408,12 @@ impl Plan {
         let seconds = self.stride as f64 / signal.rate;
         Ok(RecurrenceAnalysis {
             rule: self.rule,
-            epsilon: recurrences.distance(),
-            min_diagonal_states,
-            min_vertical_states,
+            epsilon,
+            min_diagonal_states: self.min_lines[0],
+            min_vertical_states: self.min_lines[1],
             line_of_identity: self.rule.theiler == 0,
             stride_samples: self.stride,
-            states: counts.columns,
+            states,
             theiler_s: self.rule.theiler as f64 * seconds,
             recurrence_periods: recurrence_periods(
                 newest,
@@ -472,25 +468,28 @@ impl Plan {
             let first = free * k / (windows - 1).max(1);
             let begin = ahead + first * self.stride;
             let window = &signal.samples[begin..=begin + (length - 1) * self.stride];
-            let measures = self.measures(&thinned(window, self.stride))?;
+            let taken = thinned(window, self.stride);
+            if taken.iter().all(|x| *x == taken[0]) {
+                continue;
+            }
             let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
-            along.extend(measures.map(|measures| MeasuresAt {
+            let (measures, ..) = self.measures(&taken)?;
+            along.push(MeasuresAt {
                 time_s: signal.time(centre),
                 measures: measures.in_seconds(self.stride as f64 / signal.rate),
-            }));
+            });
         }
         Ok(along)
     }
 
-    fn measures(&self, window: &[f64]) -> Result<Option<Measures>, AnalysisError> {
-        if window.iter().all(|x| *x == window[0]) {
-            return Ok(None);
-        }
-        let vectors = DelayVectors::new(window, self.lag, self.dimension)?;
+    /// Measures of some samples, the threshold distance unless each state has its own, and the number of states.
+    fn measures(&self, taken: &[f64]) -> Result<(Measures, Option<f64>, usize), AnalysisError> {
+        let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
+        let recurrences = Recurrences::of(&vectors, &self.rule)?;
+        let counts = recurrences.counts();
         let [min_diagonal, min_vertical] = self.min_lines;
-        let counts = Recurrences::of(&vectors, &self.rule)?.counts();
         let measures = counts.measures(min_diagonal, min_vertical, RateBase::Counted);
-        Ok(Some(measures))
+        Ok((measures, recurrences.distance(), counts.columns))
     }
 }
 
