@@ -22,28 +22,26 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
         let color = Color::Regime(attractor.regime);
         (100.0 * attractor.share, name(attractor), color)
     });
-    let rows: Vec<(f64, String, Color)> = named.chain(others).collect();
-    let names = rows
-        .iter()
-        .map(|(share, name, _)| format!("{share:.0} % {name}"));
-    let bars = rows.iter().enumerate();
-    let bars = bars.map(|(row, (share, _, color))| (row, [0.0, *share], *color));
+    let rows = named.chain(others).map(|(share, name, color)| {
+        let name = format!("{share:.0} % {name}");
+        (name, vec![([0.0, share], color)])
+    });
     let kicks = match points.len() {
         1 => "one kick".to_owned(),
         count => format!("{count} kicks"),
     };
     let heading = format!("shares of {kicks} with 95 % intervals");
     let axis = Axis::linear("share, %", [0.0, 100.0]);
-    let mut shares = Panel::bars(heading, axis, names.collect(), bars);
+    let mut shares = Panel::bars(heading, axis, rows);
     let intervals = shown.iter().enumerate().map(|(row, attractor)| {
         let ends = attractor.share_interval.map(|share| 100.0 * share);
         ends.map(|share| [share, shares.y.row(row)]).to_vec()
     });
     let intervals = Layer::lines(intervals.collect(), Color::Ink);
-    shares.layers.push(intervals.with_id("intervals"));
+    shares.layers.push(intervals);
     let portraits = shown.iter().map(|attractor| portrait(points, attractor));
-    let rows = [vec![shares], portraits.collect()];
-    let rows = rows.into_iter().filter(|row| !row.is_empty()).collect();
+    let mut rows = vec![vec![shares], portraits.collect()];
+    rows.retain(|row| !row.is_empty());
     Figure::new("basins", title, 115.0, rows)
 }
 
@@ -56,9 +54,10 @@ fn name(attractor: &Attractor) -> String {
 }
 
 fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
-    let is_first =
-        |point: &&SweepPoint| attractor.seeds.first() == Some(&(point.place.values[0] as u64));
-    let response = points.iter().find(is_first).and_then(SweepPoint::found);
+    let seed = |point: &SweepPoint| point.place.values[0] as u64;
+    let first = attractor.seeds.first();
+    let point = points.iter().find(|point| Some(&seed(point)) == first);
+    let response = point.and_then(SweepPoint::found);
     let portrait = response.and_then(|response| response.portrait.as_ref());
     let trail = portrait.map_or_else(Vec::new, response::samples);
     let color = Color::Regime(attractor.regime);

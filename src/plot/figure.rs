@@ -109,16 +109,17 @@ impl Panel {
         }
     }
 
-    /// Horizontal bars in rows with names, the first row at the top. A bar is the number of its row, its ends and its
-    /// colour.
+    /// Horizontal bars in rows with names, the first row at the top. A bar is its ends and its colour.
     pub fn bars(
         title: impl Into<String>,
         x: Axis,
-        names: Vec<String>,
-        bars: impl IntoIterator<Item = (usize, [f64; 2], Color)>,
+        rows: impl IntoIterator<Item = (String, Vec<([f64; 2], Color)>)>,
     ) -> Self {
+        let (names, bars): (_, Vec<_>) = rows.into_iter().unzip();
         let y = Axis::rows(names);
-        let bars = bars.into_iter().map(|(row, [from, to], color)| {
+        let numbered = bars.into_iter().enumerate();
+        let bars = numbered.flat_map(|(row, bars)| bars.into_iter().map(move |bar| (row, bar)));
+        let bars = bars.map(|(row, ([from, to], color))| {
             let [low, high] = [-0.32, 0.32].map(|half| y.row(row) + half);
             let outline = vec![[from, low], [to, low], [to, high], [from, high]];
             Layer::areas(vec![outline], 1.0, color)
@@ -135,11 +136,9 @@ impl Panel {
     }
 
     /// Makes the plot area square.
-    pub fn square(self) -> Self {
-        Self {
-            square: true,
-            ..self
-        }
+    pub fn square(mut self) -> Self {
+        self.square = true;
+        self
     }
 
     /// Sets the note in the centre.
@@ -374,11 +373,9 @@ impl Layer {
     }
 
     /// Makes lines dashed.
-    pub fn dashed(self) -> Self {
-        Self {
-            dashed: true,
-            ..self
-        }
+    pub fn dashed(mut self) -> Self {
+        self.dashed = true;
+        self
     }
 
     /// Sets the marker of points.

@@ -140,8 +140,8 @@ impl LessonPictures {
             let friction = (0..3).map(|k| total(k).powi(2)).sum::<f64>().sqrt();
             let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
             let counts = states.map(|state| snapshot.count(state) as f64);
-            let forces = [snapshot.normal_force.iter().sum(), friction];
-            let contact = [&forces[..], &counts[..]].concat();
+            let mut contact = vec![snapshot.normal_force.iter().sum(), friction];
+            contact.extend(counts);
             self.contact.push(snapshot.time, contact, CONTACT);
         }
         if let Subject::Small(small) = &header.subject {
@@ -198,10 +198,8 @@ impl LessonPictures {
         let mut panel = self.distance.panel(title, axis, &[curve]);
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
             let at = |t: f64| {
-                [
-                    t,
-                    (line.intercept + line.rate_per_s * (t - now.start_s)).exp(),
-                ]
+                let level = line.intercept + line.rate_per_s * (t - now.start_s);
+                [t, level.exp()]
             };
             let ends = vec![at(line.since_s), at(now.saturated_s.unwrap_or(now.time_s))];
             let line = Layer::line(ends, Color::Compared);

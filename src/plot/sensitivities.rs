@@ -39,26 +39,24 @@ pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode])
 pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
     let color =
         |cause: Cause| Color::Series(Cause::ALL.iter().position(|c| *c == cause).unwrap_or(0));
-    let mut bars = Vec::new();
-    for (row, (_, mode)) in modes.iter().enumerate() {
+    let rows = modes.iter().map(|(name, mode)| {
         let mut ends = [0.0_f64; 2];
-        for cause in &mode.causes {
+        let bars = mode.causes.iter().map(|cause| {
             let end = &mut ends[usize::from(cause.share_per_s < 0.0)];
-            let from = *end;
-            *end += cause.share_per_s;
-            bars.push((row, [from, *end], color(cause.cause)));
-        }
-    }
-    let [low, high] = extent(bars.iter().map(|(_, [_, end], _)| *end).chain([0.0]));
+            let from = std::mem::replace(end, *end + cause.share_per_s);
+            ([from, *end], color(cause.cause))
+        });
+        (name.clone(), bars.collect())
+    });
+    let rows: Vec<(String, Vec<_>)> = rows.collect();
+    let ends = rows.iter().flat_map(|(_, bars)| bars);
+    let [low, high] = extent(ends.map(|([_, end], _)| *end).chain([0.0]));
     let lowest = lowest_growth([low, high]);
-    let title = if low < lowest {
-        "strong damping is cut at the left edge"
-    } else {
-        ""
-    };
     let axis = Axis::with_margin("growth rate, 1/s", [lowest, high].into_iter());
-    let names = modes.iter().map(|(name, _)| name.clone());
-    let mut panel = Panel::bars(title, axis, names.collect(), bars);
+    let mut panel = Panel::bars("", axis, rows);
+    if low < lowest {
+        panel.title = "strong damping is cut at the left edge".to_owned();
+    }
     let causes = modes.first().map_or(&[][..], |(_, mode)| &mode.causes);
     let keys = causes.iter().map(|cause| {
         let name = cause.cause.name().replace("Omega x u", "Ω × u");
@@ -68,9 +66,8 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
     let sums = sums.map(|(row, (_, mode))| [mode.growth_per_s, panel.y.row(row)]);
     let sums: Vec<[f64; 2]> = sums.collect();
     // The pale rim is visible on dark bars.
-    let rims = Layer::points(sums.clone(), 3.4, Color::Pale).with_id("rims");
-    let sums = Layer::points(sums, 2.3, Color::Ink).with_id("sums");
-    let sums = sums.with_label("sum: growth rate");
+    let rims = Layer::points(sums.clone(), 3.4, Color::Pale);
+    let sums = Layer::points(sums, 2.3, Color::Ink).with_label("sum: growth rate");
     panel.layers.extend(keys.chain([rims, sums]));
     panel
 }
@@ -86,21 +83,17 @@ pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure
 }
 
 fn panel(mode: &ModeSensitivities) -> Panel {
-    let shown = mode
-        .parameters
-        .iter()
-        .filter(|it| it.growth_per_percent != 0.0);
-    let shown = shown.take(MOST);
+    let shown = mode.parameters.iter();
+    let shown = shown.filter(|it| it.growth_per_percent != 0.0).take(MOST);
     let changes = shown.clone().map(|it| it.growth_per_percent);
-    let names = shown.map(|it| readable(&it.parameter, &it.unit)).collect();
-    let axis = Axis::with_margin(
-        "change of the growth rate, 1/s",
-        changes.clone().chain([0.0]),
-    );
-    let bars = changes.enumerate();
-    let bars = bars.map(|(row, to)| (row, [0.0, to], COLORS[usize::from(to < 0.0)]));
+    let axis = Axis::with_margin("change of the growth rate, 1/s", changes.chain([0.0]));
+    let rows = shown.map(|it| {
+        let to = it.growth_per_percent;
+        let bar = ([0.0, to], COLORS[usize::from(to < 0.0)]);
+        (readable(&it.parameter, &it.unit), vec![bar])
+    });
     let growth = significant(mode.mode.growth, 4);
     let (label, hertz) = (&mode.mode.label, mode.mode.frequency_hz);
     let title = format!("{label}, {hertz:.1} Hz, growth rate {growth} 1/s");
-    Panel::bars(title, axis, names, bars)
+    Panel::bars(title, axis, rows)
 }

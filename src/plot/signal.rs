@@ -398,14 +398,13 @@ fn regime(report: &SignalAnalysis) -> Picture {
     // What matters, as many as a slide has room for.
     let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
     let evidence: Vec<&Evidence> = evidence.take(8).collect();
-    let parts = evidence.iter().enumerate().map(|(row, piece)| {
-        let ends = [0.0, piece.contribution];
-        (row, ends, Color::Regime(piece.supports))
+    let rows = evidence.iter().map(|piece| {
+        let bar = ([0.0, piece.contribution], Color::Regime(piece.supports));
+        (piece.criterion.clone(), vec![bar])
     });
-    let names = evidence.iter().map(|piece| piece.criterion.clone());
     let largest = evidence.iter().map(|piece| piece.contribution);
     let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
-    let mut panel = Panel::bars(verdict.summary(), axis, names.collect(), parts);
+    let mut panel = Panel::bars(verdict.summary(), axis, rows);
     let is_supported = |regime| evidence.iter().any(|e| e.supports == regime);
     panel.layers.extend(regime_legend(is_supported));
     Ok((34.0 + 7.0 * evidence.len() as f64, vec![vec![panel]]))

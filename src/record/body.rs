@@ -4,11 +4,9 @@
 
 use crate::record::sdk::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
-use super::{
-    paths,
-    stream::{RecordingStream, nanos},
-    style::{self, ColorMap},
-};
+use super::paths;
+use super::stream::{RecordingStream, nanos};
+use super::style::{self, ColorMap};
 use crate::pipeline::message::{Frame, JointInfo, vertex_normals};
 use crate::plot::{FullScale, Unit};
 

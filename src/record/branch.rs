@@ -6,22 +6,17 @@
 
 use std::path::Path;
 
-use super::{
-    error::RecordError,
-    file,
-    paths::{self, Root},
-    sdk::TimelineName,
-    series::{self, PointSeries, SeriesTitles},
-    stream::{Moment, RecordingStream},
-    sweep::TimelineTicks,
-    text,
-};
-use crate::{
-    plot::{Color, Panel, branch_figure, multipliers_panel, response},
-    scene::Scene,
-    study::branch::{Branch, OrbitPoint},
-    text::branch as words,
-};
+use super::error::RecordError;
+use super::paths::{self, Root};
+use super::sdk::TimelineName;
+use super::series::{self, PointSeries, SeriesTitles};
+use super::stream::{Moment, RecordingStream};
+use super::sweep::TimelineTicks;
+use super::{file, text};
+use crate::plot::{Color, Panel, branch_figure, multipliers_panel, response};
+use crate::scene::Scene;
+use crate::study::branch::{Branch, OrbitPoint};
+use crate::text::branch as words;
 
 /// Application id, different from those of other recordings because the layout differs.
 pub const APPLICATION: &str = "squeakscope-branch";

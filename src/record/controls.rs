@@ -1,10 +1,8 @@
 //! The numbers of the scene that commands change during a live run, as time series.
 
 use super::{stream::RecordingStream, style};
-use crate::{
-    pipeline::message::{Frame, Header},
-    scene::{Control, Parameter},
-};
+use crate::pipeline::message::{Frame, Header};
+use crate::scene::{Control, Parameter};
 
 /// Path and name of a number's series.
 pub fn series(control: &Control) -> [String; 2] {

@@ -2,29 +2,23 @@
 
 use std::sync::Arc;
 
-use super::{
-    body::Body,
-    controls, exponents, health,
-    lesson::Lesson,
-    panel_view::PanelViews,
-    patch::Patch,
-    paths::{self, Root},
-    perturbed::PerturbedTrajectory,
-    portrait::{Embedding, Portrait, TRAIL},
-    quantification, regime,
-    samples::Samples,
-    sdk::TextLogLevel,
-    small::{self, SmallFrames},
-    spectrogram::Spectrogram,
-    stream::{RecordingStream, STATIC},
-    style, text,
-};
-use crate::{
-    analysis::regime::Verdict,
-    pipeline::message::{Frame, Header, Record, Subject},
-    plot::RunPanels,
-    scene::RecordSpec,
-};
+use super::body::Body;
+use super::lesson::Lesson;
+use super::panel_view::PanelViews;
+use super::patch::Patch;
+use super::paths::{self, Root};
+use super::perturbed::PerturbedTrajectory;
+use super::portrait::{Embedding, Portrait, TRAIL};
+use super::samples::Samples;
+use super::sdk::TextLogLevel;
+use super::small::{self, SmallFrames};
+use super::spectrogram::Spectrogram;
+use super::stream::{RecordingStream, STATIC};
+use super::{controls, exponents, health, quantification, regime, style, text};
+use crate::analysis::regime::Verdict;
+use crate::pipeline::message::{Frame, Header, Record, Subject};
+use crate::plot::RunPanels;
+use crate::scene::RecordSpec;
 
 /// Encodes the records after a header.
 #[derive(Debug)]

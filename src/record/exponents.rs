@@ -3,12 +3,10 @@
 use crate::record::sdk::Scalars;
 
 use super::{paths, stream::RecordingStream, style, text};
-use crate::{
-    pipeline::message::{Exponents, Header},
-    plot,
-    report::{Report as _, markdown},
-    study::lyapunov::Classified,
-};
+use crate::pipeline::message::{Exponents, Header};
+use crate::plot;
+use crate::report::{Report as _, markdown};
+use crate::study::lyapunov::Classified;
 
 /// Averaging time relative to the duration of the run below which the running values are not drawn: their errors would set
 /// the scale.

@@ -5,31 +5,23 @@
 //! ends after a complete message, so every reader can read it. A disk that does not respond delays the caller
 //! for a limited time only; in that case alone the thread is not joined.
 
-use std::{
-    fs::{File, OpenOptions},
-    io,
-    path::Path,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread::{self, JoinHandle},
-    time::Duration,
-};
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
-use crate::record::sdk::{
-    build_info,
-    external::re_log_encoding::{EncodeError, Encoder, EncodingOptions},
-    log::LogMsg,
-};
+use crate::record::sdk::build_info;
+use crate::record::sdk::external::re_log_encoding::{EncodeError, Encoder, EncodingOptions};
+use crate::record::sdk::log::LogMsg;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
-use super::{
-    check_memory,
-    error::RecordError,
-    part_file::PartFile,
-    stream::{MessageSink, RecordingStream},
-};
+use super::check_memory;
+use super::error::RecordError;
+use super::part_file::PartFile;
+use super::stream::{MessageSink, RecordingStream};
 
 /// Maximum number of messages in the queue.
 const QUEUE_LENGTH: usize = 16;

@@ -1,11 +1,8 @@
 //! State of the solver: accuracy of its steps, cost, queues.
 
-use super::{
-    paths,
-    stream::RecordingStream,
-    style::{self, short},
-    text,
-};
+use super::stream::RecordingStream;
+use super::style::{self, short};
+use super::{paths, text};
 use crate::pipeline::message::Health;
 
 /// Names of the series of steps and of queues.

@@ -9,22 +9,21 @@
 
 use std::collections::BTreeMap;
 
+use crate::record::sdk::components::ImageFormat;
+use crate::record::sdk::datatypes::ChannelDatatype;
 use crate::record::sdk::{
     AnnotationContext, ClassDescription, Clear, Color, LineStrips2D, Points2D, Radius, Rgba32,
-    SegmentationImage, Transform3D, components::ImageFormat, datatypes::ChannelDatatype,
+    SegmentationImage, Transform3D,
 };
 
-use super::{
-    blueprint::{layout::Row, tree::View},
-    paths::{self, Root},
-    plot::{CAPTION_HEIGHT, Plot, legend_height, texts},
-    stream::{Moment, RecordingStream},
-    style,
-};
-use crate::{
-    escape,
-    plot::{self, Image, Layer, Marker, Panel, Shape, shown},
-};
+use super::blueprint::layout::Row;
+use super::blueprint::tree::View;
+use super::paths::{self, Root};
+use super::plot::{CAPTION_HEIGHT, Plot, legend_height, texts};
+use super::stream::{Moment, RecordingStream};
+use super::style;
+use crate::escape;
+use crate::plot::{self, Image, Layer, Marker, Panel, Shape, shown};
 
 /// Half the size of a cross, pixels.
 const CROSS: f32 = 6.0;

@@ -1,10 +1,8 @@
 //! A file that appears under its name only when it is complete.
 
-use std::{
-    fs::File,
-    io::ErrorKind,
-    path::{Path, PathBuf},
-};
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 

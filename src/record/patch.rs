@@ -10,12 +10,10 @@ use nalgebra::Vector3;
 
 use crate::record::sdk::{Arrows3D, Color, LineStrips3D, Points3D, Radius};
 
-use super::{
-    camera::Camera,
-    paths,
-    stream::{RecordingStream, nanos},
-    style::{self, short},
-};
+use super::camera::Camera;
+use super::paths;
+use super::stream::{RecordingStream, nanos};
+use super::style::{self, short};
 use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
 use crate::plot::{RedrawTimer, round_up};
 

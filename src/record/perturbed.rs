@@ -3,18 +3,14 @@
 use std::collections::VecDeque;
 use std::f64::consts::LN_10;
 
-use super::{
-    panel_view::PanelView,
-    paths::{self, Root},
-    stream::RecordingStream,
-    style, text,
-};
+use super::panel_view::PanelView;
+use super::paths::{self, Root};
+use super::stream::RecordingStream;
+use super::{style, text};
 use crate::number::with_error;
 use crate::pipeline::message::{DivergenceFit, Frame, Header, TrajectoryDivergence};
-use crate::plot::{
-    Color, FullScale, Layer, RedrawTimer, Unit,
-    response::{SMALLEST, phase_portrait},
-};
+use crate::plot::response::{SMALLEST, phase_portrait};
+use crate::plot::{Color, FullScale, Layer, RedrawTimer, Unit};
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
 const TRAIL: f64 = 4e-3;

@@ -3,11 +3,8 @@
 
 use crate::record::sdk::{Color, LineStrips2D, Points2D, Radius};
 
-use super::{
-    paths,
-    stream::{Moment, RecordingStream},
-    style,
-};
+use super::stream::{Moment, RecordingStream};
+use super::{paths, style};
 use crate::plot::{Axis, shown};
 
 /// Width of a character of a legend and of the space after an entry, pixels.

@@ -4,21 +4,14 @@ use std::collections::VecDeque;
 
 use crate::record::sdk::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
-use super::{
-    panel_view::PanelView,
-    paths::{self, Root},
-    plot::Plot,
-    stream::{Moment, RecordingStream, nanos},
-    style::{self, short},
-};
-use crate::{
-    pipeline::message::{Frame, Subject},
-    plot::{
-        self, FullScale, RedrawTimer, Unit, letter, range_shown,
-        response::{SMALLEST, phase_portrait},
-        units,
-    },
-};
+use super::panel_view::PanelView;
+use super::paths::{self, Root};
+use super::plot::Plot;
+use super::stream::{Moment, RecordingStream, nanos};
+use super::style::{self, short};
+use crate::pipeline::message::{Frame, Subject};
+use crate::plot::response::{SMALLEST, phase_portrait};
+use crate::plot::{self, FullScale, RedrawTimer, Unit, letter, range_shown, units};
 
 /// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
 /// kHz apart, so that the trail covers a torus before it fades.

@@ -2,11 +2,9 @@
 
 use std::iter::once_with;
 
-use super::{
-    paths,
-    stream::RecordingStream,
-    style::{ACCENT, FRICTION, ROTATION, SIGNAL},
-};
+use super::paths;
+use super::stream::RecordingStream;
+use super::style::{ACCENT, FRICTION, ROTATION, SIGNAL};
 use crate::analysis::recurrence::{Measures, RecurrenceKind, RecurrencePeriods};
 use crate::plot::Unit;
 

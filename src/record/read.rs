@@ -4,12 +4,10 @@
 //! column is one series: `probe/displacement` is the only series of that entity, `modes/q[3]` the fourth
 //! series (counted from 0) of `modes/q`.
 
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::{self, BufReader},
-    path::Path,
-};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
 
 use crate::record::sdk::{Scalars, SeriesLines, TimelineName, log::Chunk, time::TimeType};
 

@@ -5,12 +5,10 @@ use strum::VariantArray as _;
 use crate::record::sdk::SeriesPoints;
 
 use super::{paths, stream::RecordingStream, style, text};
-use crate::{
-    analysis::regime::{Regime, Verdict},
-    number::significant,
-    pipeline::message::Header,
-    plot::Unit,
-};
+use crate::analysis::regime::{Regime, Verdict};
+use crate::number::significant;
+use crate::pipeline::message::Header;
+use crate::plot::Unit;
 
 /// Names the regimes and the series.
 pub fn name_regimes(rec: &RecordingStream) {

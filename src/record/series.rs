@@ -1,22 +1,16 @@
 //! A series of points of a study over a parameter: those of one start of a sweep, or the orbits of one branch. It has a
 //! folder of entities and a tab of its own.
 
-use re_sdk_types::blueprint::{
-    archetypes::TimePanelBlueprint,
-    components::{LoopMode, PlayState},
-};
+use re_sdk_types::blueprint::archetypes::TimePanelBlueprint;
+use re_sdk_types::blueprint::components::{LoopMode, PlayState};
 
-use super::{
-    blueprint::{
-        layout::{Row, screen_of},
-        tree::{self, Part, View},
-    },
-    panel_view::{PanelView, PanelViews},
-    paths::{self, Root},
-    stream::{Moment, RecordingStream, STATIC},
-    sweep::TimelineTicks,
-    text,
-};
+use super::blueprint::layout::{Row, screen_of};
+use super::blueprint::tree::{self, Part, View};
+use super::panel_view::{PanelView, PanelViews};
+use super::paths::{self, Root};
+use super::stream::{Moment, RecordingStream, STATIC};
+use super::sweep::TimelineTicks;
+use super::text;
 use crate::plot::Panel;
 
 /// Distance of the eye from the delay embedding.

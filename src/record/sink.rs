@@ -1,29 +1,21 @@
 //! The sink for recordings: it owns the recording stream, the file and the connection to the viewer.
 
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use super::{
-    blueprint, check_memory,
-    encode::Encoder,
-    error::RecordError,
-    file::RecordingFile,
-    part_file::PartFile,
-    stream::{MessageSink, RecordingStream},
-    viewer::{self, Feed, LiveConnection},
-};
-use crate::{
-    escape,
-    pipeline::{
-        Sink, SinkError,
-        message::{Header, Record, Subject},
-    },
-    scene::RecordSpec,
-};
+use super::encode::Encoder;
+use super::error::RecordError;
+use super::file::RecordingFile;
+use super::part_file::PartFile;
+use super::stream::{MessageSink, RecordingStream};
+use super::viewer::{self, Feed, LiveConnection};
+use super::{blueprint, check_memory};
+use crate::escape;
+use crate::pipeline::message::{Header, Record, Subject};
+use crate::pipeline::{Sink, SinkError};
+use crate::scene::RecordSpec;
 
 /// Application id: recordings with the same id share their layout in the viewer.
 pub const APPLICATION: &str = "squeakscope";

@@ -2,13 +2,10 @@
 
 use crate::record::sdk::{Color, SeriesLines, StateChange, StateConfiguration};
 
-use super::{
-    paths,
-    portrait::Portrait,
-    samples::push_probe,
-    stream::{RecordingStream, nanos},
-    style,
-};
+use super::portrait::Portrait;
+use super::samples::push_probe;
+use super::stream::{RecordingStream, nanos};
+use super::{paths, style};
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 use crate::plot::Unit;
 

@@ -2,17 +2,13 @@
 
 use crate::record::sdk::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 
-use super::{
-    paths,
-    plot::Plot,
-    stream::{Moment, RecordingStream, STATIC},
-    style::{self, ColorMap, short},
-};
-use crate::{
-    analysis::levels::LevelReference,
-    pipeline::message::{Header, SignalInfo, Subject},
-    plot::{Axis, Unit, full_scale, units},
-};
+use super::paths;
+use super::plot::Plot;
+use super::stream::{Moment, RecordingStream, STATIC};
+use super::style::{self, ColorMap, short};
+use crate::analysis::levels::LevelReference;
+use crate::pipeline::message::{Header, SignalInfo, Subject};
+use crate::plot::{Axis, Unit, full_scale, units};
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.

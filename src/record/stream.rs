@@ -8,21 +8,22 @@
 //! Logging does not fail: the first error of an encoding is kept and returned by [`RecordingStream::send_pending`], as the
 //! file and the viewer report theirs when they are flushed.
 
-use std::{
-    cell::RefCell,
-    collections::BTreeMap,
-    fmt::{Debug, Display},
-    sync::Arc,
-};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt::{Debug, Display};
+use std::sync::Arc;
 
+use crate::record::sdk::components::Timestamp;
+use crate::record::sdk::external::re_log_types::{
+    BlueprintActivationCommand, SetStoreInfo, StoreInfo,
+};
+use crate::record::sdk::log::{
+    Chunk, ChunkBatcherConfig, ChunkError, ChunkId, LogMsg, PendingRow, RowId,
+};
 use crate::record::sdk::{
     ApplicationId, AsComponents, Color, EntityPath, RecordingInfo, Scalars, SerializationError,
     SerializedComponentColumn, SeriesLines, SizeBytes as _, StoreId, StoreKind, TimeCell,
-    TimeColumn, TimePoint, TimelineName,
-    components::Timestamp,
-    external::re_log_types::{BlueprintActivationCommand, SetStoreInfo, StoreInfo},
-    log::{Chunk, ChunkBatcherConfig, ChunkError, ChunkId, LogMsg, PendingRow, RowId},
-    new_store_info,
+    TimeColumn, TimePoint, TimelineName, new_store_info,
 };
 
 use super::{error::RecordError, paths};

@@ -3,13 +3,11 @@
 
 use crate::record::sdk::{Color, Rgba32};
 
+use crate::analysis::regime::Regime;
 pub(crate) use crate::number::short;
+use crate::pipeline::message::{Header, NodeState, SignalInfo};
+use crate::plot::{self, INFERNO, Rgb, Unit, gradient};
 pub(crate) use crate::text::capitalize;
-use crate::{
-    analysis::regime::Regime,
-    pipeline::message::{Header, NodeState, SignalInfo},
-    plot::{self, INFERNO, Rgb, Unit, gradient},
-};
 
 /// Background of three-dimensional views.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);

@@ -1,8 +1,8 @@
 //! The texts of a recording: description, narration and log.
 
+use crate::record::sdk::components::Text;
 use crate::record::sdk::{
     DynamicArchetype, EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel,
-    components::Text,
 };
 
 use super::{RERUN_VERSION, paths, stream::RecordingStream, style};

@@ -8,25 +8,20 @@
 //! * [`LiveConnection`] sends messages if no file is saved. The sender waits for a slow viewer as long as the
 //!   viewer makes progress; the loss of the viewer ends the run.
 
-use std::{
-    fs::File,
-    io::{BufReader, ErrorKind, Read, Result as IoResult},
-    net::{TcpStream, ToSocketAddrs},
-    path::Path,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, AtomicU64, Ordering},
-    },
-    thread,
-    time::{Duration, Instant},
-};
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read, Result as IoResult};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use crate::record::sdk::{
-    SpawnOptions,
-    external::{re_log_encoding::DecoderApp, re_uri::ProxyUri},
-    log::LogMsg,
-    sink::{GrpcSink, GrpcSinkConnectionState, LogSink},
-};
+use crate::record::sdk::SpawnOptions;
+use crate::record::sdk::external::re_log_encoding::DecoderApp;
+use crate::record::sdk::external::re_uri::ProxyUri;
+use crate::record::sdk::log::LogMsg;
+use crate::record::sdk::sink::{GrpcSink, GrpcSinkConnectionState, LogSink};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
 use super::{error::RecordError, stream::MessageSink};

@@ -3,11 +3,9 @@
 use re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
 
 use super::tree::{Part, View};
-use crate::record::{
-    panel_view::NAMES_HEIGHT,
-    paths::Root,
-    plot::{CAPTION_HEIGHT, bounds},
-};
+use crate::record::panel_view::NAMES_HEIGHT;
+use crate::record::paths::Root;
+use crate::record::plot::{CAPTION_HEIGHT, bounds};
 
 /// The views and tabs.
 const LAYOUT: &str = include_str!("layout.txt");

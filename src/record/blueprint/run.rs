@@ -2,25 +2,16 @@
 
 use re_sdk_types::blueprint::{archetypes::TimePanelBlueprint, components::PlayState};
 
-use super::{
-    layout::{Row, tab},
-    tree::{self, Part, View},
-};
-use crate::{
-    pipeline::message::{Header, JointInfo, Subject},
-    plot::{Unit, letter, prediction_panel},
-    record::{
-        camera::Camera,
-        controls, lesson,
-        panel_view::PanelView,
-        patch,
-        paths::{self, Root},
-        samples, small,
-        stream::RecordingStream,
-        style,
-    },
-    scene::{Evidence, RecordSpec},
-};
+use super::layout::{Row, tab};
+use super::tree::{self, Part, View};
+use crate::pipeline::message::{Header, JointInfo, Subject};
+use crate::plot::{Unit, letter, prediction_panel};
+use crate::record::camera::Camera;
+use crate::record::panel_view::PanelView;
+use crate::record::paths::{self, Root};
+use crate::record::stream::RecordingStream;
+use crate::record::{controls, lesson, patch, samples, small, style};
+use crate::scene::{Evidence, RecordSpec};
 
 /// Playback speed of a joint, simulated seconds per second; others play in [`PLAYS`].
 const JOINT_SPEED: f64 = 0.01;

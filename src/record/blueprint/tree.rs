@@ -4,30 +4,25 @@
 //! properties at paths below. Rerun's own writer has no setters for most properties, and leaves two threads
 //! behind for each blueprint.
 
-use std::{
-    collections::HashMap,
-    hash::{DefaultHasher, Hash, Hasher},
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use re_sdk_types::blueprint::archetypes::{
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+    ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    VisibleTimeRanges, VisualBounds2D,
+};
+use re_sdk_types::blueprint::components::{
+    BackgroundKind, ContainerKind, Corner2D, PanelState, RootContainer,
 };
 
-use re_sdk_types::blueprint::{
-    archetypes::{
-        Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-        ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
-        VisibleTimeRanges, VisualBounds2D,
-    },
-    components::{BackgroundKind, ContainerKind, Corner2D, PanelState, RootContainer},
+use crate::record::sdk::datatypes::{
+    Range1D, Range2D, TimeInt, TimeRange, TimeRangeBoundary, Uuid, VisibleTimeRange,
 };
+use crate::record::sdk::{Archetype, AsComponents, EntityPath, SerializedComponentBatch};
 
-use crate::record::sdk::{
-    Archetype, AsComponents, EntityPath, SerializedComponentBatch,
-    datatypes::{Range1D, Range2D, TimeInt, TimeRange, TimeRangeBoundary, Uuid, VisibleTimeRange},
-};
-
-use crate::record::{
-    paths,
-    stream::{self, Moment, RecordingStream},
-    style,
-};
+use crate::record::stream::{self, Moment, RecordingStream};
+use crate::record::{paths, style};
 
 /// A view, or parts side by side, below each other, or as tabs, each with its share; equal shares if none are given.
 #[derive(Debug)]

@@ -4,21 +4,16 @@ use minijinja::context;
 use minijinja::value::{Serde, Value};
 
 use super::SweepStudy;
-use crate::{
-    analysis::regime::Regime,
-    dynamics::{Exponent, LyapunovSpectrum},
-    escape,
-    number::with_error,
-    plot,
-    record::text,
-    report::Table,
-    scene::Parameter,
-    study::{
-        response::{SettledResponse, section_lag},
-        sweep::{Shard, Start, SweepPoint},
-    },
-    text::filled,
-};
+use crate::analysis::regime::Regime;
+use crate::dynamics::{Exponent, LyapunovSpectrum};
+use crate::number::with_error;
+use crate::record::text;
+use crate::report::Table;
+use crate::scene::Parameter;
+use crate::study::response::{SettledResponse, section_lag};
+use crate::study::sweep::{Shard, Start, SweepPoint};
+use crate::text::filled;
+use crate::{escape, plot};
 
 /// Maximum number of spectral lines listed.
 const LINES: usize = 8;

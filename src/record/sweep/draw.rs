@@ -3,23 +3,15 @@
 use crate::record::sdk::{LineStrips3D, Radius};
 
 use super::{SweepStudy, description, scales::SharedScales};
-use crate::{
-    plot::{
-        self, Color, Layer, Panel, SectionAxes, Unit,
-        response::{self, recurrence_caption, samples, section},
-    },
-    record::{
-        paths::{self, Root},
-        portrait,
-        series::{PointSeries, SeriesTitles},
-        stream::{Moment, RecordingStream},
-        style::{self, capitalize},
-    },
-    study::{
-        response::{SettledResponse, section_lag},
-        sweep::{Start, SweepPoint},
-    },
-};
+use crate::plot::response::{self, recurrence_caption, samples, section};
+use crate::plot::{self, Color, Layer, Panel, SectionAxes, Unit};
+use crate::record::paths::{self, Root};
+use crate::record::portrait;
+use crate::record::series::{PointSeries, SeriesTitles};
+use crate::record::stream::{Moment, RecordingStream};
+use crate::record::style::{self, capitalize};
+use crate::study::response::{SettledResponse, section_lag};
+use crate::study::sweep::{Start, SweepPoint};
 
 /// Maximum number of points of a spectrum; it exceeds the number of pixels.
 const SPECTRUM_POINTS: usize = 2000;

@@ -18,13 +18,10 @@ use std::path::Path;
 
 use crate::record::sdk::TimelineName;
 
-use super::{
-    error::RecordError,
-    file, paths,
-    series::{self, PointSeries},
-    stream::{Moment, RecordingStream},
-    text,
-};
+use super::error::RecordError;
+use super::series::{self, PointSeries};
+use super::stream::{Moment, RecordingStream};
+use super::{file, paths, text};
 use crate::joint::BallJoint;
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
 use draw::StartWriter;

@@ -3,18 +3,14 @@
 
 use crate::record::sdk::{LineStrips3D, Mesh3D, Points3D, Radius};
 
-use crate::{
-    fem::ModeKind,
-    joint::BallJoint,
-    pipeline::message::vertex_normals,
-    record::{
-        blueprint::tree::{Part, View},
-        body::in_single,
-        paths,
-        stream::RecordingStream,
-        style::{self, ColorMap},
-    },
-};
+use crate::fem::ModeKind;
+use crate::joint::BallJoint;
+use crate::pipeline::message::vertex_normals;
+use crate::record::blueprint::tree::{Part, View};
+use crate::record::body::in_single;
+use crate::record::paths;
+use crate::record::stream::RecordingStream;
+use crate::record::style::{self, ColorMap};
 
 /// Numbers of rings and of meridians of the surface.
 const OUTLINE: [usize; 2] = [60, 24];

@@ -2,13 +2,10 @@
 //! points at one parameter value.
 
 use super::{SweepStudy, description, timeline::TimelineTicks};
-use crate::{
-    plot::{
-        SectionAxes,
-        response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes},
-    },
-    study::{response::SettledResponse, sweep::SweepPoint},
-};
+use crate::plot::SectionAxes;
+use crate::plot::response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes};
+use crate::study::response::SettledResponse;
+use crate::study::sweep::SweepPoint;
 
 /// Decades of the amplitude axis of a spectrum.
 const DECADES: i32 = 7;
