@@ -270,7 +270,7 @@ impl CurvePoint {
 type PointOf<M> = (CurvePoint, M);
 
 /// A curve on which a mode or a periodic motion changes its stability.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Curve {
     /// Dominant mode of the body where a Hopf curve was found; empty for another curve.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -322,10 +322,8 @@ impl MapPlan {
         solve: Solve<'_, M>,
     ) -> Result<Curve, StudyError> {
         let mut curve = Curve {
-            label: String::new(),
             points: vec![start.0.clone()],
-            closed: false,
-            ended: Vec::new(),
+            ..Curve::default()
         };
         for way in [-1.0, 1.0] {
             if !curve.closed {

@@ -241,18 +241,11 @@ impl Report for LyapunovResult {
 impl Classification {
     /// The exponents with their signs, one per row.
     pub fn table(&self, exponents: &[Exponent]) -> Block {
-        let exponents = exponents.iter().zip(&self.signs).enumerate();
-        let parts = |exponent: &Exponent| Measured::from(exponent).parts();
-        Table::of(exponents)
+        let parts = exponents.iter().map(|it| Measured::from(it).parts());
+        Table::of(parts.zip(&self.signs).enumerate())
             .right("", |(k, _)| (k + 1).to_string())
-            .right("exponent, 1/s", |(_, (exponent, _))| {
-                let [value, _] = parts(exponent);
-                value
-            })
-            .right("95 % ±", |(_, (exponent, _))| {
-                let [_, error] = parts(exponent);
-                error
-            })
+            .right("exponent, 1/s", |(_, (parts, _))| parts[0].clone())
+            .right("95 % ±", |(_, (parts, _))| parts[1].clone())
             .right("/ omega_1", |(k, _)| {
                 let scaled = self.exponents_over_omega_1.get(*k);
                 scaled.map(|scaled| format!("{:.3e}", scaled.value))
