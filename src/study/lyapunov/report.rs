@@ -55,7 +55,7 @@ impl LyapunovResult {
                 ..study.classification(found.omega_1_rad_per_s)
             },
             sum_per_s: study.sum(),
-            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
+            unsettled: study.unsettled(),
             real_time_factor: (study.simulated_s > 0.0)
                 .then(|| study.simulated_s / study.busy_seconds),
             warnings: warnings(&found),
@@ -143,8 +143,7 @@ fn warnings(found: &SceneLyapunov) -> Vec<String> {
         )),
         _ => {}
     }
-    let unsettled = study.unsettled().into_iter();
-    let unsettled: Vec<String> = unsettled.map(|k| (k + 1).to_string()).collect();
+    let unsettled: Vec<String> = study.unsettled().iter().map(usize::to_string).collect();
     if !unsettled.is_empty() {
         warnings.push(format!(
             "the tangent vectors are not aligned (out-of-order exponents: {}); raise --settle",
