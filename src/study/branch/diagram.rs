@@ -4,7 +4,6 @@
 //! The diagrams of the scenes that ship are stored in `assets/diagrams`, one JSON file each. `assets/diagrams/make`
 //! computes them with `squeakscope branch SCENE --tilt 0:10 --diagram FILE`.
 
-#[cfg(feature = "live")]
 use include_dir::{Dir, File, include_dir};
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +13,7 @@ use super::result::{Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
 use crate::number::{quantity, significant, to_digits};
-#[cfg(feature = "live")]
-use crate::scene::preset;
-use crate::scene::{Parameter, Scene};
+use crate::scene::{Parameter, Scene, preset};
 use crate::study::response::{ResponsePlan, SettledResponse};
 use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint, sweep};
 use crate::study::{OnProgress, StudyError};
@@ -291,11 +288,9 @@ fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
 }
 
 /// The stored diagrams, one JSON file each with the name of a scene. Scenes that differ in their loading over time share one.
-#[cfg(feature = "live")]
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/assets/diagrams");
 
 /// The stored diagram (JSON) of the joint and the start of a scene, at any tilt; `None` if no scene that ships has them.
-#[cfg(feature = "live")]
 pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
     let upright = |scene: &Scene| Some((scene.clone().with_tilt(0.0).ok()?.subject, scene.start));
     let own = upright(scene)?;
@@ -405,8 +400,6 @@ fn degrees(tilt: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![cfg(feature = "live")]
-
     use super::super::equilibria::add_equilibria;
     use super::super::orbits::add_orbits;
     use super::*;

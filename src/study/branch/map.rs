@@ -270,7 +270,7 @@ impl CurvePoint {
 type PointOf<M> = (CurvePoint, M);
 
 /// A curve on which a mode or a periodic motion changes its stability.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Curve {
     /// Dominant mode of the body where a Hopf curve was found; empty for another curve.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -322,10 +322,8 @@ impl MapPlan {
         solve: Solve<'_, M>,
     ) -> Result<Curve, StudyError> {
         let mut curve = Curve {
-            label: String::new(),
             points: vec![start.0.clone()],
-            closed: false,
-            ended: Vec::new(),
+            ..Curve::default()
         };
         for way in [-1.0, 1.0] {
             if !curve.closed {
@@ -364,12 +362,11 @@ impl MapPlan {
             } else {
                 0.0
             };
+            let [dx, dy] = direction;
             let next = solve(&now, axis, expected)?;
-            let next = next.filter(|next| {
-                let [x, y] = self.between(&now.0, &next.0);
-                x * direction[0] + y * direction[1] > cosine * x.hypot(y)
-            });
-            let Some(next) = next else {
+            let next = next.map(|next| (self.between(&now.0, &next.0), next));
+            let next = next.filter(|([x, y], _)| x * dx + y * dy > cosine * x.hypot(*y));
+            let Some(([x, y], next)) = next else {
                 // Not the next step, which a border may have shortened.
                 step = 0.5 * length;
                 if step >= least {
@@ -383,8 +380,6 @@ impl MapPlan {
                 ));
                 return Ok(());
             };
-            let [x, y] = self.between(&now.0, &next.0);
-            let [dx, dy] = direction;
             let turn = (y * dx - x * dy).atan2(x * dx + y * dy);
             let moved = x.hypot(y);
             direction = [x / moved, y / moved];

@@ -13,11 +13,9 @@ mod table;
 mod tests;
 mod tori;
 
-#[cfg(feature = "live")]
-pub use diagram::shipped_diagram;
 pub use diagram::{
     DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramResponses, TiltDiagram,
-    UnstableModes, tilt_diagram,
+    UnstableModes, shipped_diagram, tilt_diagram,
 };
 pub use equilibria::{
     BranchMode, BranchPlan, CriticalityMethod, CycleBirth, EquilibriumPoint, SteadyBifurcation,

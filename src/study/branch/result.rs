@@ -15,7 +15,7 @@ use crate::report::{Block, Report, Table};
 use crate::study::sweep::SweepPoint;
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Branch {
     /// Path of the parameter in the scene file.
     pub parameter: String,
@@ -109,13 +109,7 @@ impl Branch {
             parameter: plan.parameter.clone(),
             unit: plan.unit.clone(),
             interval: plan.interval,
-            equilibria: Vec::new(),
-            points: Vec::new(),
-            bifurcations: Vec::new(),
-            settled: Vec::new(),
-            tori: Vec::new(),
-            ended: Vec::new(),
-            interrupted: false,
+            ..Self::default()
         }
     }
 
@@ -347,25 +341,18 @@ fn span(values: impl Iterator<Item = f64>, decimals: usize) -> String {
 
 /// The branches of periodic orbits, one per row.
 fn orbit_table(branch: &Branch) -> Block {
-    let orbits = |number: &usize| {
-        let number = *number;
-        let points = branch.points.iter();
-        points.filter(move |point| point.branch == number)
+    let branches = branch.points.chunk_by(|a, b| a.branch == b.branch);
+    let spans = |of: fn(&PeriodicOrbit) -> f64, decimals| {
+        move |orbits: &&[OrbitPoint]| span(orbits.iter().map(|it| of(&it.orbit)), decimals)
     };
-    Table::of(0..branch.orbit_branches())
-        .right("branch", usize::to_string)
-        .right("orbits", |number| orbits(number).count().to_string())
-        .right(branch.name(), |number| {
-            span(orbits(number).map(|point| point.at.value), 4)
-        })
-        .right("frequency, Hz", |number| {
-            span(orbits(number).map(|point| point.orbit.frequency_hz()), 2)
-        })
-        .right("amplitude, um", |number| {
-            span(orbits(number).map(|point| 1e6 * point.orbit.amplitude), 4)
-        })
-        .left("attracting at", |number| {
-            stable_intervals(&branch.course(*number))
+    Table::of(branches)
+        .right("branch", |orbits| orbits[0].branch.to_string())
+        .right("orbits", |orbits| orbits.len().to_string())
+        .right(branch.name(), spans(|orbit| orbit.parameter, 4))
+        .right("frequency, Hz", spans(PeriodicOrbit::frequency_hz, 2))
+        .right("amplitude, um", spans(|orbit| 1e6 * orbit.amplitude, 4))
+        .left("attracting at", |orbits| {
+            stable_intervals(&branch.course(orbits[0].branch))
         })
         .into()
 }
@@ -502,35 +489,28 @@ impl Report for StabilityMap {
                 format!("{:.1} %", 100.0 * *number as f64 / map.grid.len() as f64)
             });
         let mut blocks = vec![Block::heading(scene, rest), shares.into()];
+        let spans = |of: fn(&CurvePoint) -> f64, decimals| {
+            move |curve: &&Curve| span(curve.points.iter().map(of), decimals)
+        };
         if !map.curves.is_empty() {
             let curves = Table::of(&map.curves)
                 .left("Hopf curve", |curve| curve.label.clone())
                 .right("points", |curve| curve.points.len().to_string())
-                .right("frequency, Hz", |curve| {
-                    span(curve.points.iter().map(|point| point.frequency_hz), 1)
-                })
+                .right("frequency, Hz", spans(|point| point.frequency_hz, 1))
                 .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }
         if !map.torus_curves.is_empty() {
-            let spans = |curve: &Curve, of: fn(&CurvePoint) -> f64, decimals| {
-                span(curve.points.iter().map(of), decimals)
-            };
+            let second = spans(|point| point.second_hz.unwrap_or(f64::NAN), 1);
             let curves = Table::of(&map.torus_curves)
                 .left(
                     "Neimark-Sacker curve of",
                     |_| "the periodic motion of the scene",
                 )
                 .right("points", |curve| curve.points.len().to_string())
-                .right(&x.parameter, |curve| {
-                    spans(curve, |point| point.values[0], 4)
-                })
-                .right(&y.parameter, |curve| {
-                    spans(curve, |point| point.values[1], 4)
-                })
-                .right("second frequency, Hz", |curve| {
-                    spans(curve, |point| point.second_hz.unwrap_or(f64::NAN), 1)
-                })
+                .right(&x.parameter, spans(|point| point.values[0], 4))
+                .right(&y.parameter, spans(|point| point.values[1], 4))
+                .right("second frequency, Hz", second)
                 .left("end", |curve| curve_end(curve));
             blocks.push(curves.into());
         }

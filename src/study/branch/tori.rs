@@ -98,7 +98,7 @@ pub struct Tongue {
 }
 
 /// A torus from its birth on.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Torus {
     /// Number of the branch of periodic orbits from which it is born.
     pub branch: usize,
@@ -150,9 +150,7 @@ pub fn add_tori(
         let mut torus = Torus {
             branch: found.branch,
             born: point.parameter,
-            points: Vec::new(),
-            tongues: Vec::new(),
-            ended: None,
+            ..Torus::default()
         };
         let values: Vec<f64> = values.collect();
         torus.ended = study.follow(&values, &mut torus, progress).err();

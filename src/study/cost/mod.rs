@@ -28,7 +28,7 @@ pub use settings::{Choice, Origin, Setting, Settings, TARGETS, WorkPrecision, Wo
 use motion::Runner;
 
 /// Result of a cost study.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Cost {
     /// Values at which the scheduled parameters of the scene are fixed while its motion is measured.
     pub fixed_at: FixedAt,
@@ -78,11 +78,7 @@ pub fn cost(
         measurement_s: runner.plan.measurement_s,
         scatter: (!reference.has_lines()).then(|| again.difference(&reference)),
         reference,
-        settings: Vec::new(),
-        run_cpu_s_per_s: None,
-        effects: Vec::new(),
-        choices: Vec::new(),
-        stopped: false,
+        ..Cost::default()
     };
     let done = settings::vary(&mut runner, &mut study)
         .and_then(|()| settings::choose(&mut runner, &mut study))

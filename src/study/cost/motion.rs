@@ -29,7 +29,7 @@ pub const REPEATS: usize = 5;
 const MAX_RHS_EVALS: u64 = 20_000_000;
 
 /// A settled motion.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Motion {
     /// Regime: the type of motion.
     pub regime: Regime,

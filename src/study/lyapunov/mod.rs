@@ -159,11 +159,11 @@ impl LyapunovStudy {
         }
     }
 
-    /// Indices of exponents that are smaller than the next one by more than both intervals. Aligned tangent
+    /// Numbers, from 1, of exponents that are smaller than the next one by more than both intervals. Aligned tangent
     /// vectors have descending growth rates, so such a pair shows that the settling time was too short. A
     /// drift that does not change the order widens the intervals.
     pub fn unsettled(&self) -> Vec<usize> {
-        let pairs = self.spectrum.exponents.windows(2).enumerate();
+        let pairs = (1..).zip(self.spectrum.exponents.windows(2));
         let swapped = pairs.filter(|(_, pair)| pair[0].high() < pair[1].low());
         swapped.map(|(k, _)| k).collect()
     }

@@ -55,7 +55,7 @@ impl LyapunovResult {
                 ..study.classification(found.omega_1_rad_per_s)
             },
             sum_per_s: study.sum(),
-            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
+            unsettled: study.unsettled(),
             real_time_factor: (study.simulated_s > 0.0)
                 .then(|| study.simulated_s / study.busy_seconds),
             warnings: warnings(&found),
@@ -143,8 +143,7 @@ fn warnings(found: &SceneLyapunov) -> Vec<String> {
         )),
         _ => {}
     }
-    let unsettled = study.unsettled().into_iter();
-    let unsettled: Vec<String> = unsettled.map(|k| (k + 1).to_string()).collect();
+    let unsettled: Vec<String> = study.unsettled().iter().map(usize::to_string).collect();
     if !unsettled.is_empty() {
         warnings.push(format!(
             "the tangent vectors are not aligned (out-of-order exponents: {}); raise --settle",
@@ -241,18 +240,11 @@ impl Report for LyapunovResult {
 impl Classification {
     /// The exponents with their signs, one per row.
     pub fn table(&self, exponents: &[Exponent]) -> Block {
-        let exponents = exponents.iter().zip(&self.signs).enumerate();
-        let parts = |exponent: &Exponent| Measured::from(exponent).parts();
-        Table::of(exponents)
+        let parts = exponents.iter().map(|it| Measured::from(it).parts());
+        Table::of(parts.zip(&self.signs).enumerate())
             .right("", |(k, _)| (k + 1).to_string())
-            .right("exponent, 1/s", |(_, (exponent, _))| {
-                let [value, _] = parts(exponent);
-                value
-            })
-            .right("95 % ±", |(_, (exponent, _))| {
-                let [_, error] = parts(exponent);
-                error
-            })
+            .right("exponent, 1/s", |(_, (parts, _))| parts[0].clone())
+            .right("95 % ±", |(_, (parts, _))| parts[1].clone())
             .right("/ omega_1", |(k, _)| {
                 let scaled = self.exponents_over_omega_1.get(*k);
                 scaled.map(|scaled| format!("{:.3e}", scaled.value))

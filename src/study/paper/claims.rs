@@ -242,28 +242,24 @@ pub struct Score {
 impl Score {
     /// Counts the verdicts of findings.
     pub fn of(findings: &[Finding]) -> Self {
-        let verdicts = findings.iter().map(|finding| finding.comparison.verdict);
-        let count = |is: fn(Verdict) -> bool| verdicts.clone().filter(|it| is(*it)).count();
-        let is_met = |verdict| f64::from(verdict == Verdict::Met);
+        let all = findings
+            .iter()
+            .map(|it| (it.claim.weight, it.comparison.verdict));
+        let count = |is: fn(Verdict) -> bool| all.clone().filter(|(_, it)| is(*it)).count();
+        // Weighted means over the claims that can be compared.
+        let comparable = all.clone().filter(|(_, it)| *it != Verdict::NotComparable);
+        let weights: f64 = comparable.clone().map(|(weight, _)| weight).sum();
+        let mean = |share: fn(Verdict) -> f64| {
+            let weighted = comparable.clone().map(|(weight, it)| weight * share(it));
+            weighted.sum::<f64>() / weights.max(f64::MIN_POSITIVE)
+        };
         Self {
-            strict_score: weighted_mean(findings, is_met),
-            partial_score: weighted_mean(findings, Verdict::share),
+            strict_score: mean(|verdict| f64::from(verdict == Verdict::Met)),
+            partial_score: mean(Verdict::share),
             met: count(|verdict| verdict == Verdict::Met),
             partly: count(|verdict| matches!(verdict, Verdict::Partly { .. })),
             not_met: count(|verdict| verdict == Verdict::NotMet),
             not_comparable: count(|verdict| verdict == Verdict::NotComparable),
         }
     }
-}
-
-/// Weighted mean over the claims that can be compared.
-fn weighted_mean(findings: &[Finding], value: impl Fn(Verdict) -> f64) -> f64 {
-    let verdicts = findings.iter();
-    let verdicts = verdicts.map(|finding| (finding.claim.weight, finding.comparison.verdict));
-    let comparable = verdicts.filter(|(_, verdict)| *verdict != Verdict::NotComparable);
-    let weights: f64 = comparable.clone().map(|(weight, _)| weight).sum();
-    let sum: f64 = comparable
-        .map(|(weight, verdict)| weight * value(verdict))
-        .sum();
-    sum / weights.max(f64::MIN_POSITIVE)
 }

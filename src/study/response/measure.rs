@@ -15,7 +15,6 @@ use crate::analysis::{
     stats::{deviation, range},
     tones::{Bases, FREQUENCY_UNCERTAINTY, LineCriterion, SpectrumAnalyser, Window, follow_lines},
 };
-use crate::dynamics::SolverStats;
 use crate::scene::{Scene, SectionSurface};
 
 /// Maximum number of maxima and section points kept; the newest ones are kept.
@@ -102,8 +101,6 @@ impl Samples {
         section.drain(..section.len().saturating_sub(MAX_POINTS));
         let recurrence = if moves { self.recurrence(lag)? } else { None };
         Ok(SettledResponse {
-            transient_s: 0.0,
-            settled: false,
             amplitude_m: amplitude,
             mean_m: u.iter().sum::<f64>() / u.len() as f64,
             rms_velocity_m_per_s: rms_velocity,
@@ -117,19 +114,16 @@ impl Samples {
             },
             lines: naming.label(&lines),
             broadband_share: spectrum.broadband_share(),
-            exponents: None,
             recurrence_periods: if moves {
                 recurrence_periods(u, lag, DIMENSION, Norm::Euclidean)?.in_seconds(1.0 / self.rate)
             } else {
                 RecurrencePeriods::default()
             },
             recurrence,
-            linear: None,
             regime: verdict.regime,
             confidence: verdict.confidence,
             portrait: Some(self.portrait(&spectrum.amplitude, spectrum.bin)),
-            state: Vec::new(),
-            stats: SolverStats::default(),
+            ..SettledResponse::default()
         })
     }
 

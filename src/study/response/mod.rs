@@ -410,7 +410,7 @@ impl<'a> Run<'a> {
 
 /// A settled response of a scene, in SI units. Measures that could not be computed are empty. Each field is a column of
 /// the table of a sweep, which is derived from this type: so no field may be flattened.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettledResponse {
     /// Transient time before the measurement, s. It includes earlier windows in which the motion changed.
     pub transient_s: f64,

@@ -11,6 +11,7 @@ use strum::{Display, VariantArray};
     Clone,
     Copy,
     Debug,
+    Default,
     PartialEq,
     Eq,
     Hash,
@@ -36,6 +37,7 @@ pub enum Regime {
     /// No determinism is detected.
     Noise,
     /// The evidence is insufficient.
+    #[default]
     Undetermined,
 }
 
