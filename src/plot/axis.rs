@@ -196,10 +196,9 @@ impl Axis {
             _ if tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(tick),
             _ => trimmed(tick, decimals(shown)),
         };
-        ticks
-            .into_iter()
-            .map(|tick| (tick / self.unit.factor, label(tick)))
-            .collect()
+        let ticks = ticks.into_iter();
+        let labelled = ticks.map(|tick| (tick / self.unit.factor, label(tick)));
+        labelled.collect()
     }
 }
 
@@ -212,10 +211,10 @@ pub fn readable(path: &str, unit: &str) -> String {
     let symbol = unit.to_lowercase().replace("1/", "/").replace('^', "");
     let symbol = symbol.replace('²', "2").replace('µ', "u");
     let endings = ["_per_", "_"].map(|per| symbol.replace('/', per));
-    let mut names = endings
+    let name = endings
         .iter()
-        .filter_map(|ending| key.strip_suffix(&**ending));
-    let name = names.next().unwrap_or(key).trim_end_matches('_');
+        .find_map(|ending| key.strip_suffix(&**ending));
+    let name = name.unwrap_or(key).trim_end_matches('_');
     let name = name.replace("mu_", "μ");
     let name = if name.starts_with(table) {
         name

@@ -32,7 +32,7 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
     };
     let heading = format!("shares of {kicks} with 95 % intervals");
     let axis = Axis::linear("share, %", [0.0, 100.0]);
-    let mut shares = Panel::bars(heading, axis, rows);
+    let mut shares = Panel::bars(&heading, axis, rows.collect());
     let intervals = shown.iter().enumerate().map(|(row, attractor)| {
         let ends = attractor.share_interval.map(|share| 100.0 * share);
         ends.map(|share| [share, shares.y.row(row)]).to_vec()

@@ -57,7 +57,7 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let title = "frequencies: solid if stable, dashed if unstable";
     let lower = Panel::new(title, x, y, layers(branch, frequency, None));
     let title = format!("{scene}: modes of steady sliding");
-    Figure::grid("modes", title, ROW_MM, 1, [upper, lower])
+    Figure::grid("modes", &title, ROW_MM, 1, vec![upper, lower])
 }
 
 fn parameter_axis(branch: &Branch) -> Axis {
@@ -162,7 +162,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{scene}: stability of steady sliding");
-    Figure::grid("stability-map", title, 85.0, 2, panels)
+    Figure::grid("stability-map", &title, 85.0, 2, panels)
 }
 
 /// The Hopf curves, by mode, and those of the births of tori.
@@ -230,7 +230,7 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     );
     let title = format!("{scene}: branches of periodic orbits");
     let panels = [upper, lower].into_iter().chain(rotation_panel(branch, x));
-    Figure::grid("branch", title, ROW_MM, 1, panels)
+    Figure::grid("branch", &title, ROW_MM, 1, panels.collect())
 }
 
 /// The rotation numbers of the tori: dots in the colour of the motion, bars where they are phase-locked. `None` without a
@@ -295,7 +295,7 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
     let magnitude = Panel::new(title, parameter_axis(branch), y, layers);
     let title = format!("{scene}: Floquet multipliers");
     let rows = vec![vec![multipliers_panel(branch, None), magnitude]];
-    Figure::new("multipliers", title, 85.0, rows)
+    Figure::new("multipliers", &title, 85.0, rows)
 }
 
 /// The complex plane with the unit circle and the multipliers of all orbits, or of one of them in front of the others.

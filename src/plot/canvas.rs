@@ -130,6 +130,15 @@ impl Canvas {
         self.write(taken, &place, text, (1.0, false, color));
     }
 
+    /// Draws lines of a text, vertically centred at a position.
+    pub fn lines(&mut self, [x, y]: [f64; 2], lines: &[String], anchor: Anchor, style: TextStyle) {
+        let step = 1.15 * self.font_size;
+        let first = y - 0.5 * step * (lines.len() as f64 - 1.0);
+        for (k, line) in lines.iter().enumerate() {
+            self.text([x, first + step * k as f64], line, anchor, style);
+        }
+    }
+
     fn write(&mut self, taken: Rect, place: &str, text: &str, (size, bold, color): TextStyle) {
         let is_empty = taken.size.contains(&0.0);
         self.fits &= is_empty || self.is_free(&taken);
@@ -173,15 +182,11 @@ impl PlotArea<'_> {
     }
 
     /// Positions of the points within the axes.
-    pub fn inside<'b>(
-        &self,
-        points: impl IntoIterator<Item = &'b [f64; 2]>,
-    ) -> impl Iterator<Item = [f64; 2]> {
-        let points = points.into_iter().filter(move |[x, y]| {
-            let shares = [self.panel.x.fraction(*x), self.panel.y.fraction(*y)];
-            let is_inside = |share: &f64| (-1e-9..=1.0 + 1e-9).contains(share);
-            shares.iter().all(is_inside)
+    pub fn inside<'b>(&self, points: impl IntoIterator<Item = &'b [f64; 2]>) -> Vec<[f64; 2]> {
+        let points = points.into_iter().filter(|[x, y]| {
+            let mut shares = [self.panel.x.fraction(*x), self.panel.y.fraction(*y)].into_iter();
+            shares.all(|share| (-1e-9..=1.0 + 1e-9).contains(&share))
         });
-        points.filter_map(move |point| self.position(*point))
+        points.filter_map(|point| self.position(*point)).collect()
     }
 }

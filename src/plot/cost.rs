@@ -14,7 +14,7 @@ pub fn cost_figure(scene: &str, study: &Cost) -> Figure {
         (!sets.is_empty()).then(|| panel(setting, &sets, study.scatter))
     });
     let title = format!("{scene}: error of the settled motion against time");
-    Figure::new("cost", title, 88.0, vec![panels.collect()])
+    Figure::new("cost", &title, 88.0, vec![panels.collect()])
 }
 
 fn panel(setting: Setting, sets: &[&WorkPrecision], scatter: Option<f64>) -> Panel {

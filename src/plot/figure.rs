@@ -30,16 +30,11 @@ const SQUARE_MM: f64 = 108.0;
 impl Figure {
     /// A figure of page width, or narrower if it is a single square, without a caption; `height_mm` is the height of
     /// the whole figure.
-    pub fn new(
-        name: impl Into<String>,
-        title: impl Into<String>,
-        height_mm: f64,
-        rows: Vec<Vec<Panel>>,
-    ) -> Self {
+    pub fn new(name: &str, title: &str, height_mm: f64, rows: Vec<Vec<Panel>>) -> Self {
         let is_square = matches!(&rows[..], [row] if matches!(&row[..], [one] if one.square));
         Self {
-            name: name.into(),
-            title: title.into(),
+            name: name.to_owned(),
+            title: title.to_owned(),
             caption: String::new(),
             size_mm: [if is_square { SQUARE_MM } else { PAGE_MM }, height_mm],
             rows,
@@ -47,14 +42,7 @@ impl Figure {
     }
 
     /// Panels in rows of at most `columns`, each row `row_mm` high.
-    pub fn grid(
-        name: impl Into<String>,
-        title: impl Into<String>,
-        row_mm: f64,
-        columns: usize,
-        panels: impl IntoIterator<Item = Panel>,
-    ) -> Self {
-        let panels = Vec::from_iter(panels);
+    pub fn grid(name: &str, title: &str, row_mm: f64, columns: usize, panels: Vec<Panel>) -> Self {
         let rows = Vec::from_iter(panels.chunks(columns).map(<[Panel]>::to_vec));
         let height = row_mm * rows.len().max(1) as f64;
         Self::new(name, title, height, rows)
@@ -110,11 +98,7 @@ impl Panel {
     }
 
     /// Horizontal bars in rows with names, the first row at the top. A bar is its ends and its colour.
-    pub fn bars(
-        title: impl Into<String>,
-        x: Axis,
-        rows: impl IntoIterator<Item = (String, Vec<([f64; 2], Color)>)>,
-    ) -> Self {
+    pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<([f64; 2], Color)>)>) -> Self {
         let (names, bars): (_, Vec<_>) = rows.into_iter().unzip();
         let y = Axis::rows(names);
         let numbered = bars.into_iter().enumerate();
@@ -311,20 +295,16 @@ impl Layer {
 
     /// Cells of two axes made by [`Axis::cells`], the lower row first: the index of the colour of each, `None` for an
     /// unknown one.
-    pub fn cells(
-        [x, y]: [&Axis; 2],
-        columns: usize,
-        cells: &[Option<u8>],
-        palette: &[Rgb],
-    ) -> Self {
-        let unknown = palette.len() as u8;
+    pub fn cells(axes: [&Axis; 2], columns: usize, cells: &[Option<u8>], colors: &[Rgb]) -> Self {
+        let [x, y] = axes.map(|axis| axis.range);
+        let unknown = colors.len() as u8;
         let rows = cells.chunks(columns).rev();
         Self::image(Image {
-            x: x.range,
-            y: y.range,
+            x,
+            y,
             size: [columns, rows.len()],
             pixels: rows.flatten().map(|cell| cell.unwrap_or(unknown)).collect(),
-            palette: plain_palette(palette.iter().copied().chain([UNKNOWN])),
+            palette: plain_palette(colors.iter().copied().chain([UNKNOWN])),
         })
     }
 

@@ -254,7 +254,6 @@ impl LessonPictures {
         let (bin, amplitude, lines) = &self.spectrum;
         let named = lines.iter().filter(|line| !line.label.is_empty());
         let named: Vec<SpectralLine> = named.cloned().collect();
-        let amplitude = amplitude.iter().copied();
         let mut panel = SpectrumAxes::of_run(header).panel(*bin, amplitude, &named, Color::Run);
         for layer in &mut panel.layers {
             match &*layer.id {

@@ -17,7 +17,7 @@ pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     let below = vec![all(spectrum), largest(spectrum, found.omega_1_rad_per_s)];
     let title = format!("Lyapunov exponents of {name}");
     let rows = vec![vec![running(&found.study)], below];
-    Figure::new("lyapunov", title, 135.0, rows)
+    Figure::new("lyapunov", &title, 135.0, rows)
 }
 
 /// Number of exponents in the detail panels: the non-negative ones and a few negative ones.

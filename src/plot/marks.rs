@@ -32,10 +32,10 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
                 ));
             }
         }
-        Shape::Points(points) => put_markers(canvas, layer, size, area.inside(points)),
+        Shape::Points(points) => put_markers(canvas, layer, size, &area.inside(points)),
         Shape::Peaks(peaks) => {
             let points = peaks.iter().map(|(point, _)| point);
-            put_markers(canvas, layer, size, area.inside(points));
+            put_markers(canvas, layer, size, &area.inside(points));
         }
         Shape::Image(image) => draw_image(canvas, area, image),
     }
@@ -56,7 +56,7 @@ pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width
             ));
         }
         Shape::Points(_) | Shape::Peaks(_) => {
-            put_markers(canvas, layer, SAMPLE, [[x + 0.5 * width, y]]);
+            put_markers(canvas, layer, SAMPLE, &[[x + 0.5 * width, y]]);
         }
     }
 }
@@ -68,12 +68,7 @@ fn dashes(canvas: &Canvas, layer: &Layer) -> String {
 }
 
 /// Draws the markers of a layer with a radius for a font size of 8 points.
-fn put_markers(
-    canvas: &mut Canvas,
-    layer: &Layer,
-    radius: f64,
-    places: impl IntoIterator<Item = [f64; 2]>,
-) {
+fn put_markers(canvas: &mut Canvas, layer: &Layer, radius: f64, places: &[[f64; 2]]) {
     let (color, width, r) = (hex(layer.color), canvas.scaled(1.0), canvas.scaled(radius));
     if matches!(layer.marker, Marker::Ring | Marker::Cross) {
         canvas.push(format_args!(
@@ -96,10 +91,10 @@ fn put_markers(
             continue;
         }
         let path = lines.iter().map(|line| {
-            let corners = line
-                .iter()
-                .map(|[right, down]| format!("{:.2},{:.2}", x + r * right, y + r * down));
-            format!("M{}", corners.collect::<Vec<_>>().join("L"))
+            let corner =
+                |[right, down]: &[f64; 2]| format!("{:.2},{:.2}", x + r * right, y + r * down);
+            let corners: Vec<String> = line.iter().map(corner).collect();
+            format!("M{}", corners.join("L"))
         });
         let path = path.collect::<String>();
         canvas.push(format_args!("<path d=\"{path}\"/>"));
@@ -155,9 +150,8 @@ pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
     };
     let em = canvas.font_size;
     let (left, right) = (area.rect.at[0], area.rect.end()[0]);
-    let tips = peaks
-        .iter()
-        .filter_map(|(point, name)| Some((area.inside([point]).next()?, name)));
+    let tips = peaks.iter();
+    let tips = tips.filter_map(|(point, name)| Some((area.inside([point]).pop()?, name)));
     let tips: Vec<([f64; 2], &String)> = tips.collect();
     for &([x, tip], name) in tips.iter().filter(|(_, name)| !name.is_empty()) {
         let width = text::width(&text::shown(name), em, false) + 0.4 * em;

@@ -132,7 +132,13 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
     let undeformed = panel("undeformed".to_owned(), vec![rest(Color::Ink)]);
     let panels = [undeformed].into_iter().chain(modes);
     let title = "Fig. 2: mode shapes";
-    Ok(Figure::grid("figure-2", title, 78.0, COLUMNS, panels))
+    Ok(Figure::grid(
+        "figure-2",
+        title,
+        78.0,
+        COLUMNS,
+        panels.collect(),
+    ))
 }
 
 /// Rings and meridians of the surface, with each vertex displaced by `moved`.
@@ -197,7 +203,7 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
     );
     let (mu_s, mu_d) = (law.mu_s, law.mu_d);
     let title = format!("Fig. 3: friction curve, μs = {mu_s}, μd = {mu_d}");
-    Figure::new("figure-3", title, 85.0, vec![vec![panel]])
+    Figure::new("figure-3", &title, 85.0, vec![vec![panel]])
 }
 
 /// Fig. 4 to 7: growth rates of the linear modes `modes`, time series, phase portrait, spectrum, delay
@@ -213,10 +219,9 @@ pub fn motion(
         response.regime.with_confidence(response.confidence)
     );
     let unstable = modes.iter().filter(|mode| mode.unstable()).count();
-    let named = modes
-        .iter()
-        .map(|mode| (format!("{:.2} kHz", 1e-3 * mode.frequency_hz), mode));
-    let growth = contributions(&named.collect::<Vec<_>>());
+    let name = |mode: &ExplainedMode| format!("{:.2} kHz", 1e-3 * mode.frequency_hz);
+    let named: Vec<_> = modes.iter().map(|mode| (name(mode), mode)).collect();
+    let growth = contributions(&named);
     let mut panels = vec![growth.with_title(format!("{unstable} unstable modes"))];
     if let Some(portrait) = &response.portrait {
         let (dt, color) = (portrait.dt_s, Color::Regime(response.regime));
@@ -236,7 +241,8 @@ pub fn motion(
         let title = format!("{letter}: {}", panel.title);
         panel.with_title(title)
     });
-    Figure::grid(format!("figure-{number}"), title, 66.0, 3, lettered)
+    let name = format!("figure-{number}");
+    Figure::grid(&name, &title, 66.0, 3, lettered.collect())
 }
 
 /// The recurrence plot; `None` for a constant signal.
@@ -257,7 +263,12 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let title = format!("b: false nearest neighbours: dimension {dimension}");
     let neighbours = false_neighbours(choice, &format!("m = {dimension}")).with_title(title);
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
-    Figure::new("figure-8", title, 80.0, vec![vec![information, neighbours]])
+    Figure::new(
+        "figure-8",
+        &title,
+        80.0,
+        vec![vec![information, neighbours]],
+    )
 }
 
 /// Title of the motion at a tilt (degrees).
@@ -272,7 +283,7 @@ pub fn recurrence_plots(points: &[(f64, &SettledResponse)]) -> Figure {
         Some(response::recurrence(found.as_ref(), false).with_title(title(point)))
     });
     let title = "Fig. 9: recurrence plots";
-    Figure::grid("figure-9", title, 54.0, COLUMNS, panels)
+    Figure::grid("figure-9", title, 54.0, COLUMNS, panels.collect())
 }
 
 /// Fig. 10: Poincaré sections at several tilts (degrees), all on the same axes.
@@ -280,10 +291,9 @@ pub fn sections(points: &[(f64, &SettledResponse)]) -> Figure {
     let found: Vec<&SettledResponse> = points.iter().map(|(_, response)| *response).collect();
     let size = found.iter().map(|response| largest(response)[0]);
     let plane = section_axes(&found, "u", size.fold(SMALLEST[0], f64::max));
-    let panels = points
-        .iter()
-        .map(|point| section(&plane, Some(point.1)).with_title(title(point)));
+    let panel = |point: &(f64, _)| section(&plane, Some(point.1)).with_title(title(point));
+    let panels = points.iter().map(panel).collect();
     let us = 1e6 * LAG;
     let title = format!("Fig. 10: Poincaré sections at u(t + τ) = 0, τ = {us:.0} µs");
-    Figure::grid("figure-10", title, 54.0, COLUMNS, panels)
+    Figure::grid("figure-10", &title, 54.0, COLUMNS, panels)
 }

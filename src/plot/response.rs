@@ -152,13 +152,13 @@ impl SpectrumAxes {
     pub fn panel(
         &self,
         bin: f64,
-        amplitude: impl IntoIterator<Item = f64>,
+        amplitude: &[f64],
         lines: &[SpectralLine],
         color: Color,
     ) -> Panel {
         let end = self.x.range[1];
-        let points = amplitude.into_iter().enumerate();
-        let points = points.map(|(k, amplitude)| [bin * k as f64, amplitude]);
+        let points = amplitude.iter().enumerate();
+        let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
         let points = points.take_while(|point| point[0] <= end).collect();
         let shown = lines.iter().filter(|line| line.frequency <= end);
         let peaks = shown.take(NAMED_LINES).map(|line| {
@@ -183,7 +183,8 @@ impl SpectrumAxes {
 /// The spectrum of a motion with its labelled lines.
 pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
     let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
-    axes.panel(motion.spectrum_bin_hz, amplitude, lines, Color::Faint)
+    let amplitude = amplitude.collect::<Vec<f64>>();
+    axes.panel(motion.spectrum_bin_hz, &amplitude, lines, Color::Faint)
 }
 
 /// The axes of the sections of some responses. `letter` is the symbol of the displacement, `fallback` the half-width

@@ -137,7 +137,7 @@ impl RunPanels {
 
     /// The spectrum without data.
     pub fn empty_spectrum(&self) -> Panel {
-        self.spectrum.panel(1.0, [], &[], Color::Ink)
+        self.spectrum.panel(1.0, &[], &[], Color::Ink)
     }
 
     /// The pictures that a record changes.
@@ -154,7 +154,6 @@ impl RunPanels {
                 amplitude,
                 peaks,
             } => {
-                let amplitude = amplitude.iter().copied();
                 let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
                 (*time, vec![("spectrum", panel)])
             }
@@ -297,10 +296,10 @@ impl RunFigures {
         }
         let lesson = kept.lesson.panels(header);
         let title = format!("Lesson of {}", header.scene);
-        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", title, 90.0, 1, lesson));
+        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", &title, 90.0, 1, lesson));
         let pictures = RUN_FIGURES.iter().filter_map(|name| {
             let rows = vec![vec![kept.last.get(name)?.clone()]];
-            Some(Figure::new(*name, header.scene.clone(), 100.0, rows))
+            Some(Figure::new(name, &header.scene, 100.0, rows))
         });
         lesson.into_iter().chain(pictures).collect()
     }

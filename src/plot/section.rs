@@ -136,10 +136,8 @@ impl SectionAxes {
     pub fn section(&self, points: &[[f64; 2]], color: Color) -> Panel {
         // Coordinates of the same quantity have the same unit.
         let [x, y] = self.coordinates.each_ref().map(|own| {
-            let alike = self
-                .coordinates
-                .iter()
-                .filter(|other| other.unit == own.unit);
+            let all = self.coordinates.iter();
+            let alike = all.filter(|other| other.unit == own.unit);
             own.axis("", alike.map(Coordinate::reach).fold(0.0, f64::max))
         });
         let cloud = cloud(points.to_vec(), color);

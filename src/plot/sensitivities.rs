@@ -31,7 +31,7 @@ pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode])
     let panel = contributions(&modes.collect::<Vec<_>>());
     let height = ROW_MM[1] + ROW_MM[0] * panel.y.names.len() as f64;
     let title = format!("{title}: contributions to the growth rate");
-    Figure::new("causes", title, height, vec![vec![panel]])
+    Figure::new("causes", &title, height, vec![vec![panel]])
 }
 
 /// The stacked contributions of the terms of the model to the growth rate of each mode, positive ones to the right and
@@ -79,7 +79,7 @@ pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure
     let columns = if modes.len() == 1 { 1 } else { 2 };
     let row = ROW_MM[1] + ROW_MM[0] * MOST as f64;
     let title = format!("{title}: growth rate if a number increases by 1 %");
-    Figure::grid("sensitivities", title, row, columns, panels)
+    Figure::grid("sensitivities", &title, row, columns, panels.collect())
 }
 
 fn panel(mode: &ModeSensitivities) -> Panel {
@@ -95,5 +95,5 @@ fn panel(mode: &ModeSensitivities) -> Panel {
     let growth = significant(mode.mode.growth, 4);
     let (label, hertz) = (&mode.mode.label, mode.mode.frequency_hz);
     let title = format!("{label}, {hertz:.1} Hz, growth rate {growth} 1/s");
-    Panel::bars(title, axis, rows)
+    Panel::bars(&title, axis, rows.collect())
 }

@@ -62,7 +62,7 @@ pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
         let skipped = |reason| (60.0, vec![vec![skipped_panel("skipped", reason)]]);
         let (height, rows) = picture(report).unwrap_or_else(skipped);
         let title = format!("{title} of {}", report.signal.name);
-        Figure::new(name, title, height, rows)
+        Figure::new(name, &title, height, rows)
     });
     figures.collect()
 }
@@ -278,8 +278,8 @@ fn portrait(report: &SignalAnalysis) -> Picture {
     let newest = count.saturating_sub(2 * MOST_POINTS)..count;
     let title = format!("delay {lag} samples, the last {}", newest.len());
     let points = newest.map(|k| [samples[k], samples[k + lag]]).collect();
-    let [x, y] = ["y(t)", "y(t + τ)"]
-        .map(|name| Axis::with_margin(name, samples.iter().copied()).written_in(unit(report)));
+    let axis = |name| Axis::with_margin(name, samples.iter().copied()).written_in(unit(report));
+    let (x, y) = (axis("y(t)"), axis("y(t + τ)"));
     let curve = Layer::line(points, Color::Ink).with_size(0.6);
     let panel = Panel::new(title, x, y, vec![curve]);
     Ok((108.0, vec![vec![panel.square()]]))
@@ -404,7 +404,7 @@ fn regime(report: &SignalAnalysis) -> Picture {
     });
     let largest = evidence.iter().map(|piece| piece.contribution);
     let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
-    let mut panel = Panel::bars(verdict.summary(), axis, rows);
+    let mut panel = Panel::bars(&verdict.summary(), axis, rows.collect());
     let is_supported = |regime| evidence.iter().any(|e| e.supports == regime);
     panel.layers.extend(regime_legend(is_supported));
     Ok((34.0 + 7.0 * evidence.len() as f64, vec![vec![panel]]))

@@ -108,13 +108,11 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
         let right = |len| aligned(len).map(|texts| texts.right).fold(0.0, f64::max);
         let lengths = placed.iter().map(Vec::len);
         margins = lengths.map(|len| [left(len), right(len)]).collect();
-        let headers = placed.iter().map(|row| {
+        let left_over = placed.iter().map(|row| {
             let headers = row.iter().map(|texts| texts.header_height(em));
-            headers.fold(0.0, f64::max)
+            height - (headers.fold(0.0, f64::max) + BELOW * em)
         });
-        heights = headers
-            .map(|header| height - (header + BELOW * em))
-            .collect();
+        heights = left_over.collect();
     }
     for (number, row) in placed.iter().enumerate() {
         canvas.plots += heights[number] / canvas.page.size[1];
@@ -315,23 +313,9 @@ fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) 
     }
     let lines = text::wrap(&panel.note, width - em, em, false);
     let middle = [x + 0.5 * width, y + 0.5 * height];
-    centred(canvas, middle, &lines, (Anchor::Middle, FAINT));
+    canvas.lines(middle, &lines, Anchor::Middle, FAINT);
     for layer in &panel.layers {
         marks::label_peaks(canvas, &area, layer);
-    }
-}
-
-/// Lines of a text, vertically centred at a position.
-fn centred(
-    canvas: &mut Canvas,
-    [x, y]: [f64; 2],
-    lines: &[String],
-    (anchor, style): (Anchor, TextStyle),
-) {
-    let step = 1.15 * canvas.font_size;
-    let first = y - 0.5 * step * (lines.len() as f64 - 1.0);
-    for (k, line) in lines.iter().enumerate() {
-        canvas.text([x, first + step * k as f64], line, anchor, style);
     }
 }
 
@@ -353,7 +337,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
         }
         canvas.line([x, bottom, x, bottom + tick], Color::Faint, 0.7, "");
         let below = [x, bottom + tick + 0.8 * em];
-        centred(canvas, below, label, (Anchor::Middle, PLAIN));
+        canvas.lines(below, label, Anchor::Middle, PLAIN);
     }
     let middle = [0.5 * (left + right), bottom + 2.4 * em];
     canvas.text(middle, &panel.x.label(), Anchor::Middle, FAINT);
@@ -365,7 +349,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
             }
             canvas.line([left - tick, y, left, y], Color::Faint, 0.7, "");
         }
-        centred(canvas, [left - GAP * em, y], label, (Anchor::End, PLAIN));
+        canvas.lines([left - GAP * em, y], label, Anchor::End, PLAIN);
     }
     canvas.line([left, top, left, bottom], Color::Faint, 0.7, "");
     canvas.line([left, bottom, right, bottom], Color::Faint, 0.7, "");

@@ -56,7 +56,13 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         _ => format!("starts {}", names.join(", ")),
     };
     let title = format!("{}: {starts}", plan.subject.name);
-    vec![Figure::grid("bifurcation", title, ROW_MM, 1, panels)]
+    vec![Figure::grid(
+        "bifurcation",
+        &title,
+        ROW_MM,
+        1,
+        panels.collect(),
+    )]
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
@@ -75,7 +81,7 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let starts: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
     let starts = starts.join(", ");
     let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
-    Figure::grid("figure-11", title, ROW_MM, 1, panels)
+    Figure::grid("figure-11", &title, ROW_MM, 1, panels.collect())
 }
 
 /// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
@@ -312,7 +318,7 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{}: {}", plan.subject.name, start_label(start));
-    let mut figure = Figure::grid(format!("regimes-{start}"), title, 75.0, 1, panels);
+    let mut figure = Figure::grid(&format!("regimes-{start}"), &title, 75.0, 1, panels);
     figure.size_mm[0] = 160.0;
     figure
 }

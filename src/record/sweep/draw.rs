@@ -159,8 +159,8 @@ fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
         Some(motion) => thinned(motion.spectrum_bin_hz, &motion.spectrum_m),
         None => (1.0, Vec::new()),
     };
-    let amplitude = amplitude.into_iter().map(f64::from);
-    scales.spectrum.panel(bin, amplitude, lines, Color::Faint)
+    let amplitude: Vec<f64> = amplitude.into_iter().map(f64::from).collect();
+    scales.spectrum.panel(bin, &amplitude, lines, Color::Faint)
 }
 
 /// The recurrence plot of a response, or the reason why there is none.

@@ -224,7 +224,7 @@ fn points_at_a_value_have_common_scales() {
     assert_eq!(shown.x.unit.symbol, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
     assert_eq!(
-        scales.spectrum.panel(1.0, [], &[], Color::Ink).x.range[1],
+        scales.spectrum.panel(1.0, &[], &[], Color::Ink).x.range[1],
         5e3
     );
     // An empty sweep has valid axes, too.
