@@ -28,8 +28,11 @@ use crate::study::lyapunov::LyapunovResult;
 use crate::study::signal::SignalAnalysis;
 use crate::study::sweep::SweepResult;
 
+/// Makes the schema of a document.
+type Derive = fn() -> Schema;
+
 /// The commands that write JSON, with the schema of the document.
-const RESULTS: [(&str, fn() -> Schema); 13] = [
+const RESULTS: [(&str, Derive); 13] = [
     ("run", root::<Document<RunResult<'_>>>),
     ("stability", root::<Document<StabilityResult>>),
     ("lyapunov", root::<Document<LyapunovResult>>),

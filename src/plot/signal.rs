@@ -30,8 +30,11 @@ const RIDGE: Color = Color::Series(6);
 /// The rows of a figure and its height, mm.
 type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
+/// Draws the picture of a figure.
+type Draw = fn(&SignalAnalysis) -> Picture;
+
 /// The figures: name, what it shows, and its picture.
-const FIGURES: [(&str, &str, fn(&SignalAnalysis) -> Picture); 13] = [
+const FIGURES: [(&str, &str, Draw); 13] = [
     ("events", "Tonal events", events),
     ("waveform", "Waveform", waveform),
     ("spectrum", "Spectrum", spectrum),
