@@ -83,6 +83,9 @@ pub struct Panel {
     pub caption: String,
 }
 
+/// The ends of a horizontal bar, in the unit of its axis, and its colour.
+type Bar = ([f64; 2], Color);
+
 impl Panel {
     /// A panel with layers.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, layers: Vec<Layer>) -> Self {
@@ -98,7 +101,7 @@ impl Panel {
     }
 
     /// Horizontal bars in rows with names, the first row at the top. A bar is its ends and its colour.
-    pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<([f64; 2], Color)>)>) -> Self {
+    pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<Bar>)>) -> Self {
         let (names, bars): (_, Vec<_>) = rows.into_iter().unzip();
         let y = Axis::rows(names);
         let numbered = bars.into_iter().enumerate();
