@@ -116,7 +116,8 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         Some(read) => read?,
         None => return Ok(()),
     };
-    let plan = first.plan.clone();
+    let plan = SweepPlan::from_identity(&first.identity)
+        .map_err(|reason| TableError::invalid(path, reason))?;
     check_timeline(&plan, &args.outputs)?;
     let files = outputs(None, &args.outputs, Kind::TABLE, stems(&plan)).check()?;
     // Points by their index in the plan.
