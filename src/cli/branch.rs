@@ -24,7 +24,7 @@ use crate::study::branch::{
     Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_tori, portraits, stability_map,
     write_branch,
 };
-use crate::study::sweep::{SweepPoint, read_table};
+use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
 use crate::study::{StudyError, threads};
 
 /// Arguments of `squeakscope branch`.
@@ -203,7 +203,9 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
         return Ok(Vec::new());
     };
     let table = read_table(path)?;
-    match &table.plan.axes[..] {
+    let plan = SweepPlan::from_identity(&table.identity)
+        .map_err(|reason| TableError::invalid(path, reason))?;
+    match &plan.axes[..] {
         [axis] if axis.name == parameter.path() => Ok(table.points),
         _ => Err(CliError::Input(format!(
             "`{}` (--sweep) is not a sweep over `{}` alone; give the table of one",

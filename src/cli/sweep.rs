@@ -106,7 +106,8 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
     let Some(first) = args.tables.first() else {
         return Ok(());
     };
-    let plan = read_table(first)?.plan;
+    let plan = SweepPlan::from_identity(&read_table(first)?.identity)
+        .map_err(|reason| TableError::invalid(first, reason))?;
     check_timeline(&plan, &args.outputs)?;
     let files = outputs(None, &args.outputs, None, &stems(&plan))?;
     // Points by their index in the plan.

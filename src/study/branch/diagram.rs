@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equilibria::{BranchPlan, SteadyBifurcation, SteadyBifurcationKind};
 use super::orbits::OrbitStarts;
-use super::result::{Branch, BranchBifurcation};
+use super::result::{Branch, BranchBifurcation, OrbitBifurcation};
 use crate::analysis::regime::Regime;
 use crate::dynamics::continuation::{Bifurcation, BifurcationKind, Criticality, PeriodicOrbit};
 use crate::number::{quantity, significant, to_digits};
@@ -247,29 +247,29 @@ fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
 }
 
 fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation {
-    let (kind, frequency_hz, second_hz, attracts, text) = match found {
-        BranchBifurcation::Orbit(orbit) => (
-            DiagramBifurcationKind::Orbit(orbit.bifurcation.kind),
-            orbit.bifurcation.frequency_hz,
-            orbit.bifurcation.torus_frequency_hz,
-            orbit.bifurcation.has_stable_side(),
-            orbit_sentence(&orbit.bifurcation),
-        ),
-        BranchBifurcation::Steady(steady) => (
-            DiagramBifurcationKind::Steady(steady.kind),
-            steady.frequency_hz,
-            None,
-            branch.slides_stably_beside(steady.at.value),
-            steady_sentence(steady),
-        ),
+    let exact = match found {
+        BranchBifurcation::Orbit(OrbitBifurcation { bifurcation, .. }) => DiagramBifurcation {
+            kind: DiagramBifurcationKind::Orbit(bifurcation.kind),
+            tilt_deg: bifurcation.parameter,
+            frequency_hz: bifurcation.frequency_hz,
+            second_hz: bifurcation.torus_frequency_hz,
+            attracts: bifurcation.has_stable_side(),
+            text: orbit_sentence(bifurcation),
+        },
+        BranchBifurcation::Steady(steady) => DiagramBifurcation {
+            kind: DiagramBifurcationKind::Steady(steady.kind),
+            tilt_deg: steady.at.value,
+            frequency_hz: steady.frequency_hz,
+            second_hz: None,
+            attracts: branch.slides_stably_beside(steady.at.value),
+            text: steady_sentence(steady),
+        },
     };
     DiagramBifurcation {
-        kind,
-        tilt_deg: to_digits(found.value(), DIGITS[1]),
-        frequency_hz: to_digits(frequency_hz, DIGITS[1]),
-        second_hz: second_hz.map(|hz| to_digits(hz, DIGITS[0])),
-        attracts,
-        text,
+        tilt_deg: to_digits(exact.tilt_deg, DIGITS[1]),
+        frequency_hz: to_digits(exact.frequency_hz, DIGITS[1]),
+        second_hz: exact.second_hz.map(|hz| to_digits(hz, DIGITS[0])),
+        ..exact
     }
 }
 

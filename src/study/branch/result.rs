@@ -92,16 +92,6 @@ pub enum BranchBifurcation {
     Steady(SteadyBifurcation),
 }
 
-impl BranchBifurcation {
-    /// Value of the parameter.
-    pub fn value(&self) -> f64 {
-        match self {
-            Self::Orbit(orbit) => orbit.at.value,
-            Self::Steady(steady) => steady.at.value,
-        }
-    }
-}
-
 impl Branch {
     /// The result of a plan, still empty.
     pub fn new(plan: &BranchPlan) -> Self {

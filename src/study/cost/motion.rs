@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use crate::analysis::regime::Regime;
 use crate::dynamics::Exponent;
-use crate::joint::{AssemblyError, BallOnBeam};
 use crate::pipeline::prepare;
 use crate::scene::Scene;
 use crate::study::response::{ResponsePlan, SettledResponse, response};
@@ -187,13 +186,8 @@ impl<'a> Runner<'a> {
         Ok([seconds / simulated, rhs_evals / simulated])
     }
 
-    /// CPU time to compute the modes of a body, s. A system with these modes is then built in no time.
-    pub fn modes_time(&mut self, body: &BallOnBeam) -> Result<f64, StudyError> {
-        self.shortest(|| Ok(body.solve_modes().map(drop).map_err(AssemblyError::from)?))
-    }
-
     /// The shortest CPU time of some work, s.
-    fn shortest(
+    pub fn shortest(
         &mut self,
         mut work: impl FnMut() -> Result<(), StudyError>,
     ) -> Result<f64, StudyError> {

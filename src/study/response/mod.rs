@@ -212,11 +212,6 @@ impl<'a> Run<'a> {
         self.samples as f64 / self.rate
     }
 
-    /// Samples in a block of energies.
-    fn block(&self) -> usize {
-        (BLOCK * self.period * self.rate).round().min(1e9) as usize
-    }
-
     /// Advances by one sample.
     fn advance(&mut self) -> Result<(), StudyError> {
         self.samples += 1;
@@ -269,7 +264,8 @@ impl<'a> Run<'a> {
 
     /// A detector of the end of a transient in these energies.
     fn detector(&self) -> TransientDetector {
-        TransientDetector::new(self.energies().count(), self.block())
+        let block = (BLOCK * self.period * self.rate).round().min(1e9) as usize;
+        TransientDetector::new(self.energies().count(), block)
     }
 
     /// Runs to the end of a period of the drive, so that another run can continue from there at time zero.

@@ -96,14 +96,6 @@ impl MeasuredSound {
         let strongest = events.max_by(|a, b| energy(a.1).total_cmp(&energy(b.1)));
         strongest.map(|(index, _)| index)
     }
-
-    /// Whether samples in an interval are clipped.
-    pub fn is_clipped(&self, span: Span) -> bool {
-        self.condition
-            .clipped
-            .iter()
-            .any(|other| overlap(*other, span))
-    }
 }
 
 /// Searches events in blocks, so that the search of a long signal takes no more memory than that of a block.

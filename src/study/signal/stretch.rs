@@ -55,13 +55,14 @@ pub(super) fn select(
     number: Option<usize>,
 ) -> Result<(AnalysedStretch, Option<Signal>, Option<SkipReason>), SignalError> {
     let whole = whole(signal);
+    let clipped = sound.map_or(&[][..], |sound| &sound.condition.clipped);
     let stretch_at = |span: Span, event: Option<usize>| AnalysedStretch {
         start_s: span.start_s,
         end_s: span.end_s,
         event,
         demodulated: false,
         band_hz: None,
-        clipped: sound.is_some_and(|sound| sound.is_clipped(span)),
+        clipped: clipped.iter().any(|other| overlap(*other, span)),
     };
     let strongest = || Some(sound?.strongest()? + 1);
     let Some(number) = number.or_else(strongest) else {

@@ -214,27 +214,17 @@ impl SweepPlan {
     /// # Errors
     /// A description of the fault in the text.
     pub fn from_identity(identity: &str) -> Result<Self, String> {
-        let record: PlanRecord =
-            toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())?;
-        let count = record.axes.len();
-        if !(1..=2).contains(&count) {
-            return Err(format!("it has {count} axes instead of 1 or 2"));
-        }
+        let record = PlanRecord::parse(identity)?;
         for axis in &record.axes {
             axis.parameter().map_err(|e| e.to_string())?;
         }
-        let subject = Scene::parse(&record.scene, record.text).map_err(|e| e.to_string())?;
-        if fingerprint(&subject) != record.modes {
+        let scene = Scene::parse(&record.scene, record.text.clone()).map_err(|e| e.to_string())?;
+        if fingerprint(&scene) != record.modes {
             return Err(
                 "the modes file has changed since; restore it, or choose another --out".to_owned(),
             );
         }
-        Ok(Self {
-            subject,
-            axes: record.axes,
-            starts: record.starts,
-            response: record.response,
-        })
+        Ok(record.plan(scene))
     }
 }
 
@@ -246,7 +236,7 @@ fn fingerprint(scene: &Scene) -> Option<String> {
 
 /// A plan in serialised form.
 #[derive(Serialize, Deserialize)]
-struct PlanRecord {
+pub(super) struct PlanRecord {
     /// Version of the program.
     version: String,
     /// Name of the scene.
@@ -262,6 +252,27 @@ struct PlanRecord {
     response: ResponsePlan,
     /// The axes.
     axes: Vec<Axis>,
+}
+
+impl PlanRecord {
+    /// The plan of an identity text, or the fault in it.
+    pub fn parse(identity: &str) -> Result<Self, String> {
+        let record: Self = toml_edit::de::from_str(identity).map_err(|e| e.message().to_owned())?;
+        match record.axes.len() {
+            1 | 2 => Ok(record),
+            count => Err(format!("it has {count} axes instead of 1 or 2")),
+        }
+    }
+
+    /// The plan for a scene, or for systems of a caller.
+    pub fn plan<S>(self, subject: S) -> SweepPlan<S> {
+        SweepPlan {
+            subject,
+            axes: self.axes,
+            starts: self.starts,
+            response: self.response,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::{Value, json};
 
+use super::plan::PlanRecord;
 use super::{Place, Start, SweepPlan, SweepPoint};
 use crate::analysis::recurrence::RecurrenceKind;
 use crate::dynamics::Exponent;
@@ -80,9 +81,7 @@ pub struct TableWriter {
 /// A sweep table read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepTable {
-    /// Plan of the sweep.
-    pub plan: SweepPlan,
-    /// Identity of the plan ([`SweepPlan::identity`]), which has the version of the program, too.
+    /// Identity of the sweep's plan ([`SweepPlan::identity`]).
     pub identity: String,
     /// The points in the order of the file.
     pub points: Vec<SweepPoint>,
@@ -180,13 +179,14 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let identity = identity.ok_or_else(|| {
         foreign("its metadata has no sweep plan of this version; choose another --out")
     })?;
-    let plan = SweepPlan::from_identity(&identity).map_err(|reason| {
+    let plan = PlanRecord::parse(&identity).map_err(|reason| {
         foreign(&format!(
             "its sweep plan cannot be read ({reason}); it may be of another version: choose another --out"
         ))
     })?;
+    // The file of modes of the scene need not be at hand.
+    let plan = plan.plan(());
     let mut found = SweepTable {
-        plan,
         identity,
         points: Vec::new(),
         truncated: false,
@@ -196,7 +196,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             found.truncated = true;
             break;
         };
-        let read = points(&batch, &found.plan).map_err(|reason| foreign(&one_line(reason)))?;
+        let read = points(&batch, &plan).map_err(|reason| foreign(&one_line(reason)))?;
         found.points.extend(read);
     }
     Ok(found)
@@ -430,7 +430,7 @@ fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<RecordBatch> 
 }
 
 /// The points of a record batch of a plan, or the reason why it has none.
-fn points(batch: &RecordBatch, plan: &SweepPlan) -> Result<Vec<SweepPoint>, String> {
+fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<SweepPoint>, String> {
     let rows: Vec<StoredRow> = serde_arrow::from_record_batch(batch).map_err(|e| e.to_string())?;
     let stored = |name: &str, row: usize| {
         let column = batch.column_by_name(name)?;
