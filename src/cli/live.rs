@@ -135,10 +135,8 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     }
     let ended = control(&session, stop, &page, args.browser)?;
     let closed = page.close();
-    let mut files = session.saved();
     // After a failed run, do not also report recordings that had not started.
-    files.retain(|file| file.begun || ended.is_ok());
-    let delivered = deliver(files);
+    let delivered = deliver(session.saved(ended.is_ok()));
     let summary = ended.map_err(|fault| {
         // `main` prints the returned error, so the cause comes last.
         if let Err(missing) = &delivered {
@@ -166,7 +164,7 @@ pub(super) fn bound(host: IpAddr, port: u16) -> Result<TcpListener, CliError> {
 /// Prints the saved files, and the error of each missing file; returns the last error.
 fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
     let mut delivered = Ok(());
-    for SavedFile { path, outcome, .. } in files {
+    for SavedFile { path, outcome } in files {
         let outcome = outcome.and_then(|()| match path.metadata() {
             Ok(_) => Ok(()),
             Err(fault) => Err(format!("it was complete, but has been removed: {fault}").into()),

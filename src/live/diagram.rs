@@ -15,9 +15,7 @@ use crate::study::branch::{
 
 /// The store of the diagram of the present scene.
 #[derive(Default)]
-pub(super) struct DiagramStore {
-    present: Mutex<Present>,
-}
+pub(super) struct DiagramStore(Mutex<Present>);
 
 #[derive(Default)]
 struct Present {
@@ -26,8 +24,8 @@ struct Present {
     count: u64,
     /// The diagram, or the part of it that is computed so far.
     shown: Option<Arc<TiltDiagram>>,
-    /// What is computed at present, or why the scene has no diagram; empty for a complete one.
-    note: String,
+    /// What is computed at present, or why the scene has no diagram; `None` for a complete one.
+    note: Option<String>,
     /// The computation of a diagram on its own thread, and the flag that stops it.
     computation: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
 }
@@ -42,87 +40,84 @@ impl DiagramStore {
         interval: Option<[f64; 2]>,
         store: &Arc<StatusStore>,
     ) {
-        let mut present = lock(&self.present);
+        let present = &mut *lock(&self.0);
         if present.scene.as_ref() == Some(scene) {
             return;
         }
-        let before = present.computation.take();
-        if let Some((stop, _)) = &before {
+        if let Some((stop, _)) = &present.computation {
             stop.store(true, Ordering::Relaxed);
         }
         present.scene = Some(scene.clone());
         let shipped = shipped_diagram(scene);
         present.set(shipped.and_then(|text| serde_json::from_str(text).ok()));
-        let interval = interval.filter(|[low, high]| low < high);
         // A rotation that moves the patch changes the tilt itself.
         let turns = scene.joint().is_ok_and(|joint| joint.patch_moves());
-        present.note = match interval {
-            _ if present.shown.is_some() => String::new(),
-            Some(_) if turns => {
-                "no branch diagram: the rotation of this scene changes the tilt itself".to_owned()
+        present.note = match interval.filter(|[low, high]| low < high) {
+            _ if present.shown.is_some() => None,
+            None => Some("no branch diagram: this scene has no tilt to change".to_owned()),
+            Some(_) if turns => Some(
+                "no branch diagram: the rotation of this scene changes the tilt itself".to_owned(),
+            ),
+            Some(interval) => {
+                let (before, stop) = (present.computation.take(), Arc::<AtomicBool>::default());
+                let (diagrams, scene, store) = (Arc::clone(self), scene.clone(), Arc::clone(store));
+                let stopped = Arc::clone(&stop);
+                let thread = std::thread::Builder::new()
+                    .name("diagram".to_owned())
+                    .spawn(move || {
+                        // A panic there was printed; it does not concern this scene.
+                        let _ = before.map(|(_, thread)| thread.join());
+                        diagrams.compute(&scene, interval, &stopped, &store);
+                    });
+                // Without a thread the run continues without a diagram.
+                present.computation = thread.ok().map(|thread| (stop, thread));
+                Some(computing("steady sliding"))
             }
-            Some(_) => computing("steady sliding"),
-            None => "no branch diagram: this scene has no tilt to change".to_owned(),
         };
-        let is_needed = present.shown.is_none() && !turns;
-        let Some(interval) = interval.filter(|_| is_needed) else {
-            present.computation = before;
-            return;
-        };
-        let stop = Arc::<AtomicBool>::default();
-        let (diagrams, scene, store) = (Arc::clone(self), scene.clone(), Arc::clone(store));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::Builder::new()
-            .name("diagram".to_owned())
-            .spawn(move || {
-                // A panic there was printed; it does not concern this scene.
-                let _ = before.map(|(_, thread)| thread.join());
-                diagrams.compute(&scene, interval, &stopped, &store);
-            });
-        // Without a thread the run continues without a diagram.
-        present.computation = thread.ok().map(|thread| (stop, thread));
     }
 
     /// Computes a diagram on this thread: the run needs the other cores.
     fn compute(&self, scene: &Scene, interval: [f64; 2], stop: &AtomicBool, store: &StatusStore) {
-        // Unless another scene has taken its place.
-        let change = |change: &mut dyn FnMut(&mut Present)| {
-            let mut present = lock(&self.present);
-            if present.scene.as_ref() == Some(scene) {
-                change(&mut present);
-            }
-        };
         let mut progress = |share: f64, task: &str| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Stopped);
             }
             let note = computing(&format!("{task}, {:.0} %", 100.0 * share));
-            change(&mut |present| present.note.clone_from(&note));
+            self.change(scene, |present| present.note = Some(note));
             Ok(())
         };
         let found = tilt_diagram(scene, interval, 1, &mut progress, |diagram| {
-            change(&mut |present| present.set(Some(diagram.clone())));
+            self.change(scene, |present| present.set(Some(diagram.clone())));
         });
         if stop.load(Ordering::Relaxed) {
             return;
         }
         let time = store.read().time_s;
-        change(&mut |present| match &found {
+        self.change(scene, |present| match found {
             Ok(diagram) => {
-                present.set(Some(diagram.clone()));
-                present.note.clear();
+                present.set(Some(diagram));
+                present.note = None;
                 store.log(time, "the branch diagram is complete");
             }
             Err(fault) => {
-                present.note = format!("no branch diagram: {fault}");
-                store.log(time, present.note.clone());
+                let note = format!("no branch diagram: {fault}");
+                store.log(time, &note);
+                present.note = Some(note);
             }
         });
     }
 
+    /// Changes the diagram of a scene, unless another scene has taken its place.
+    fn change(&self, scene: &Scene, change: impl FnOnce(&mut Present)) {
+        let mut present = lock(&self.0);
+        if present.scene.as_ref() == Some(scene) {
+            change(&mut present);
+        }
+    }
+
     /// Cancels a computation and waits for its end.
     pub fn cancel(&self) {
-        let computation = lock(&self.present).computation.take();
+        let computation = lock(&self.0).computation.take();
         if let Some((stop, thread)) = computation {
             stop.store(true, Ordering::Relaxed);
             // A panic there was printed; the session has its own result.
@@ -132,19 +127,18 @@ impl DiagramStore {
 
     /// What is computed at present, or why the scene has no diagram; `None` for a complete one.
     pub fn note(&self) -> Option<String> {
-        let note = lock(&self.present).note.clone();
-        (!note.is_empty()).then_some(note)
+        lock(&self.0).note.clone()
     }
 
     /// The number of the diagram, from 1; a part that is new has another number.
     pub fn number(&self) -> Option<u64> {
-        let present = lock(&self.present);
+        let present = lock(&self.0);
         present.shown.is_some().then_some(present.count)
     }
 
     /// The diagram, as far as it is computed.
     pub fn diagram(&self) -> Option<Arc<TiltDiagram>> {
-        lock(&self.present).shown.clone()
+        lock(&self.0).shown.clone()
     }
 }
 

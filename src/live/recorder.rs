@@ -29,22 +29,8 @@ struct State {
 pub struct SavedFile {
     /// Path.
     pub path: PathBuf,
-    /// Whether writing was started.
-    pub begun: bool,
     /// Whether the file is complete, or the reason why not.
     pub outcome: Result<(), SinkError>,
-}
-
-impl SavedFile {
-    /// Result for a file that was never started.
-    pub fn never_started(path: PathBuf) -> Self {
-        let outcome = Err("the run ended before the file was created; nothing was written".into());
-        Self {
-            path,
-            begun: false,
-            outcome,
-        }
-    }
 }
 
 impl RecordingControl {
@@ -86,11 +72,7 @@ impl RecordingControl {
 
     /// Stores the result for a file.
     pub fn store_result(&self, path: PathBuf, outcome: Result<(), SinkError>) {
-        lock(&self.state).saved.push(SavedFile {
-            path,
-            begun: true,
-            outcome,
-        });
+        lock(&self.state).saved.push(SavedFile { path, outcome });
     }
 
     /// Path of a complete recording with this file name.
@@ -101,14 +83,12 @@ impl RecordingControl {
         found.map(|file| file.path.clone())
     }
 
-    /// The results since the last call, after the end of the run.
-    pub fn take_results(&self) -> Vec<SavedFile> {
+    /// After the end of the run, the results since the last call, and a requested file that was not begun.
+    pub fn take_results(&self) -> (Vec<SavedFile>, Option<PathBuf>) {
         let mut state = lock(&self.state);
-        let mut saved = std::mem::take(&mut state.saved);
         let left = state.requested.take();
         let left = left.map(|(file, reserved)| reserved.map_or(file, |part| part.abandon()));
-        saved.extend(left.map(SavedFile::never_started));
-        saved
+        (std::mem::take(&mut state.saved), left)
     }
 
     fn requested(&self) -> Option<PathBuf> {
@@ -298,7 +278,8 @@ mod tests {
         recording.stop();
         other.stop();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-        assert!(recording.take_results().is_empty());
+        let (saved, left) = recording.take_results();
+        assert!(saved.is_empty() && left.is_none());
     }
 
     #[test]
@@ -306,11 +287,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let save = folder.path().join("run.rrd");
         let recording = RecordingControl::new(folder.path().to_owned(), Some(save.clone()));
-        let saved = recording.take_results();
-        assert!(
-            saved[0].path == save && saved[0].outcome.is_err(),
-            "{saved:?}"
-        );
-        assert!(recording.take_results().is_empty());
+        assert_eq!(recording.take_results().1, Some(save));
+        assert_eq!(recording.take_results().1, None);
     }
 }

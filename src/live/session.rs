@@ -277,11 +277,14 @@ impl Session {
         end(&current.handle);
     }
 
-    /// Results for the requested files, after the end of the session.
-    pub fn saved(&self) -> Vec<SavedFile> {
-        let mut saved = self.recording.take_results();
-        let wav = lock(&self.current).wav.take();
-        saved.extend(wav.map(SavedFile::never_started));
+    /// Results for the requested files, after the end of the session; with `unstarted`, also for those that were not begun.
+    pub fn saved(&self, unstarted: bool) -> Vec<SavedFile> {
+        let (mut saved, left) = self.recording.take_results();
+        let left = left.into_iter().chain(lock(&self.current).wav.take());
+        saved.extend(left.filter(|_| unstarted).map(|path| SavedFile {
+            path,
+            outcome: Err("the run ended before the file was created; nothing was written".into()),
+        }));
         saved
     }
 

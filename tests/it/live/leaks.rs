@@ -130,7 +130,7 @@ fn child_with_a_long_session() {
     );
     long.0.end();
     long.0.join().expect("no error");
-    let saved = long.0.saved();
+    let saved = long.0.saved(true);
     assert_eq!(saved.len(), WARM_UP + TIMES);
     assert!(saved.iter().all(|file| file.outcome.is_ok()));
 }
