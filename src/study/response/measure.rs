@@ -160,12 +160,8 @@ impl Samples {
 
 /// Section delay of a scene, s: the delay of its section if it has a delay section, else 60 µs.
 pub fn section_lag(scene: &Scene) -> f64 {
-    match scene
-        .analysis
-        .section
-        .as_ref()
-        .map(|section| &section.surface)
-    {
+    let section = scene.analysis.section.as_ref();
+    match section.map(|section| &section.surface) {
         Some(SectionSurface::Delay { lag: Some(lag), .. }) => *lag,
         _ => LAG,
     }
