@@ -85,11 +85,8 @@ const MAX_SEEDS: usize = 8;
 
 impl Report for Basins {
     fn blocks(&self, scene: &str) -> Vec<Block> {
-        let rest = format!(
-            ": {} attractors from {} kicks",
-            self.attractors.len(),
-            self.simulated
-        );
+        let (count, kicks) = (self.attractors.len(), self.simulated);
+        let rest = format!(": {count} attractors from {kicks} kicks");
         let mut blocks = vec![Block::heading(title(scene, self.tilt), rest)];
         if self.simulated < self.kicks {
             let (done, all) = (self.simulated, self.kicks);

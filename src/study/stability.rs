@@ -149,11 +149,8 @@ impl ModesAt {
 
 /// The share of a cause, and the rate without it. Adding 0.0 turns -0.0 into 0.0.
 fn share(cause: &CauseOfGrowth) -> String {
-    format!(
-        "{:.1} ({:.1})",
-        cause.share_per_s + 0.0,
-        cause.without_per_s + 0.0
-    )
+    let (share, without) = (cause.share_per_s + 0.0, cause.without_per_s + 0.0);
+    format!("{share:.1} ({without:.1})")
 }
 
 /// Largest number of sensitivities of a mode that are printed. JSON has all of them.

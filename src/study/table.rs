@@ -35,10 +35,7 @@ pub(super) fn columns(fields: Vec<FieldRef>) -> Vec<FieldRef> {
     let (single, lists): (Vec<_>, Vec<_>) = fields.into_iter().partition(is_single);
     let with_unit = |field: FieldRef| {
         let unit = UNITS.iter().find(|(end, _)| field.name().ends_with(end));
-        match unit {
-            Some((_, unit)) => measured_in(&field, unit),
-            None => field,
-        }
+        measured_in(&field, unit.map_or("", |(_, unit)| unit))
     };
     single.into_iter().chain(lists).map(with_unit).collect()
 }

@@ -192,14 +192,8 @@ pub(super) fn settled_responses(
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
         let plan = sweep_plan(scene, interval, starts, lowest);
         let keep = |_: &SweepPoint| Ok::<_, StudyError>(());
-        let points = sweep(
-            &plan,
-            Shard::WHOLE,
-            Vec::new(),
-            threads,
-            &mut progress,
-            keep,
-        )?;
+        let (shard, known) = (Shard::WHOLE, Vec::new());
+        let points = sweep(&plan, shard, known, threads, &mut progress, keep)?;
         let is_whole = points.len() == plan.size();
         settled.extend(points);
         if !is_whole {

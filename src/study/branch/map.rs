@@ -547,14 +547,8 @@ pub(super) fn torus_curves(
     let start = own.unwrap_or(0.5 * (from + to));
     let first = branch_over(plan, 0, start)?;
     let mut branch = Branch::new(&first);
-    let progress = &mut |_: f64, _: &str| check();
-    add_orbits(
-        &first,
-        OrbitStarts::Scene,
-        &mut branch,
-        progress,
-        &mut |_| (),
-    )?;
+    let (starts, progress) = (OrbitStarts::Scene, &mut |_: f64, _: &str| check());
+    add_orbits(&first, starts, &mut branch, progress, &mut |_| ())?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
     let mut curves: Vec<Curve> = Vec::new();

@@ -255,11 +255,8 @@ impl From<At> for BTreeMap<String, f64> {
 impl Report for Branch {
     fn blocks(&self, scene: &str) -> Vec<Block> {
         let [from, to] = self.interval;
-        let rest = format!(
-            ": {} from {from} to {to}{}",
-            self.parameter,
-            unit(&self.unit)
-        );
+        let (parameter, unit) = (&self.parameter, unit(&self.unit));
+        let rest = format!(": {parameter} from {from} to {to}{unit}");
         let mut blocks = vec![Block::heading(scene, rest)];
         for ([low, high], count) in self.unstable_intervals() {
             blocks.push(Block::text(format!(

@@ -310,14 +310,9 @@ impl TorusStudy<'_> {
             max_period_s: period * 1.01,
             tolerance: RETURN,
         };
-        let orbit = settled_orbit(
-            self.family,
-            point.at.value,
-            &self.state,
-            &search,
-            self.options,
-        )
-        .ok()?;
+        let (at, state) = (point.at.value, &self.state);
+        let orbit = settled_orbit(self.family, at, state, &search, self.options);
+        let orbit = orbit.ok()?;
         let is_whole = (orbit.period_s / period - 1.0).abs() < 1e-3;
         let attracts = orbit
             .nontrivial_multipliers()

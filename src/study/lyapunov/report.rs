@@ -194,10 +194,8 @@ impl Report for LyapunovResult {
             blocks.push(segments(&study.segments));
         }
         if let Some(dimension) = &self.classification.kaplan_yorke {
-            blocks.push(Block::text(format!(
-                "Kaplan-Yorke dimension {}",
-                Measured::from(dimension)
-            )));
+            let dimension = Measured::from(dimension);
+            blocks.push(Block::text(format!("Kaplan-Yorke dimension {dimension}")));
         }
         if let Some(sum) = self.sum_per_s {
             let trace = study.mean_trace_per_s;
@@ -300,11 +298,9 @@ impl Report for Classified<&Exponents> {
             Some(dimension) => Tone::Strong.cell(Measured::from(dimension)),
             None => "not defined by these exponents".into(),
         };
+        let attractor = self.classification.attractor;
         vec![
-            Block::heading(
-                "Lyapunov exponents",
-                format!(": {}", self.classification.attractor),
-            ),
+            Block::heading("Lyapunov exponents", format!(": {attractor}")),
             Block::text(format!(
                 "{} of {} exponents, averaged over {} up to {}{since}.",
                 spectrum.exponents.len(),

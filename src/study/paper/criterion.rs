@@ -258,11 +258,8 @@ fn nearly_periodic(share: f64, points: &Points<'_>) -> Comparison {
             .map(|l| l.amplitude / strongest.amplitude)
             .fold(0.0, f64::max);
         let is_regular = matches!(response.regime, Regime::Periodic | Regime::QuasiPeriodic);
-        let measured = format!(
-            "{}, other lines at {:.0} %",
-            response.regime,
-            100.0 * largest
-        );
+        let (regime, percent) = (response.regime, 100.0 * largest);
+        let measured = format!("{regime}, other lines at {percent:.0} %");
         Some((is_regular && largest < share, measured))
     })
 }

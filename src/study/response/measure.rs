@@ -74,9 +74,7 @@ impl Samples {
         let u = &self.displacement[..];
         let [low, high] = range(u.iter().copied());
         let amplitude = 0.5 * (high - low);
-        let moves = amplitude > silence.max(1e-12 * high.abs().max(low.abs()));
         let squares = self.velocity.iter().map(|v| v * v);
-        let rms_velocity = (squares.sum::<f64>() / self.velocity.len() as f64).sqrt();
         let speeds = self.velocity.iter().map(|v| v.abs());
         let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, self.rate).analyse(u)?;
         let search = RegimeSearch {
@@ -85,46 +83,39 @@ impl Samples {
             background: 0.0,
         };
         let verdict = classify(u, &search)?;
-        let criterion = LineCriterion {
-            max_lines: MAX_LINES,
-            ..LineCriterion::default()
-        };
-        let lines = if moves {
-            spectrum.lines(&criterion)
-        } else {
-            Vec::new()
-        };
-        let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
-        let lag = ((lag * self.rate).round() as usize).max(1);
-        let mut section = if moves { section(u, lag)? } else { Vec::new() };
-        let curves = curves(&section, high - low);
-        section.drain(..section.len().saturating_sub(MAX_POINTS));
-        let recurrence = if moves { self.recurrence(lag)? } else { None };
-        Ok(SettledResponse {
+        let mut found = SettledResponse {
             amplitude_m: amplitude,
             mean_m: u.iter().sum::<f64>() / u.len() as f64,
-            rms_velocity_m_per_s: rms_velocity,
+            rms_velocity_m_per_s: (squares.sum::<f64>() / self.velocity.len() as f64).sqrt(),
             peak_velocity_m_per_s: speeds.fold(0.0, f64::max),
-            maxima_m: if moves { maxima(u) } else { Vec::new() },
-            section_m: section,
-            curves,
-            doubling: match verdict.regime {
-                Regime::Periodic | Regime::QuasiPeriodic => naming.doubling,
-                _ => 0,
-            },
-            lines: naming.label(&lines),
             broadband_share: spectrum.broadband_share(),
-            recurrence_periods: if moves {
-                recurrence_periods(u, lag, DIMENSION, Norm::Euclidean)?.in_seconds(1.0 / self.rate)
-            } else {
-                RecurrencePeriods::default()
-            },
-            recurrence,
             regime: verdict.regime,
             confidence: verdict.confidence,
             portrait: Some(self.portrait(&spectrum.amplitude, spectrum.bin)),
             ..SettledResponse::default()
-        })
+        };
+        if amplitude <= silence.max(1e-12 * high.abs().max(low.abs())) {
+            return Ok(found);
+        }
+        let lines = spectrum.lines(&LineCriterion {
+            max_lines: MAX_LINES,
+            ..LineCriterion::default()
+        });
+        let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
+        found.lines = naming.label(&lines);
+        if let Regime::Periodic | Regime::QuasiPeriodic = verdict.regime {
+            found.doubling = naming.doubling;
+        }
+        let lag = ((lag * self.rate).round() as usize).max(1);
+        found.maxima_m = maxima(u);
+        found.section_m = section(u, lag)?;
+        found.curves = curves(&found.section_m, high - low);
+        let surplus = found.section_m.len().saturating_sub(MAX_POINTS);
+        found.section_m.drain(..surplus);
+        found.recurrence = self.recurrence(lag)?;
+        let periods = recurrence_periods(u, lag, DIMENSION, Norm::Euclidean)?;
+        found.recurrence_periods = periods.in_seconds(1.0 / self.rate);
+        Ok(found)
     }
 
     /// Recurrence measures of the newest states, lengths in s.
@@ -169,12 +160,8 @@ impl Samples {
 
 /// Section delay of a scene, s: the delay of its section if it has a delay section, else 60 µs.
 pub fn section_lag(scene: &Scene) -> f64 {
-    match scene
-        .analysis
-        .section
-        .as_ref()
-        .map(|section| &section.surface)
-    {
+    let section = scene.analysis.section.as_ref();
+    match section.map(|section| &section.surface) {
         Some(SectionSurface::Delay { lag: Some(lag), .. }) => *lag,
         _ => LAG,
     }

@@ -187,11 +187,9 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
         );
         let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
         blocks.extend(evidence.map(|piece| {
-            let factor = significant(piece.factor(), 2);
-            Block::text(format!(
-                "{factor:>5} x {}: {}",
-                piece.supports, piece.description
-            ))
+            let (factor, supports) = (significant(piece.factor(), 2), piece.supports);
+            let description = &piece.description;
+            Block::text(format!("{factor:>5} x {supports}: {description}"))
         }));
         blocks
     })
@@ -286,11 +284,8 @@ fn recurrence(recurrence: &RecurrenceAnalysis, amount: Amount<'_>) -> Vec<Block>
     let epsilon = epsilon.map_or(String::new(), |epsilon| {
         format!(": epsilon = {}", amount(epsilon))
     });
-    let value = significant(value, DIGITS);
-    let rest = format!(
-        " of {} states ({threshold} {value}{epsilon})",
-        recurrence.states
-    );
+    let (value, states) = (significant(value, DIGITS), recurrence.states);
+    let rest = format!(" of {states} states ({threshold} {value}{epsilon})");
     let mut blocks = vec![Block::heading("recurrence", rest)];
     blocks.extend(measures(&recurrence.measures));
     blocks.extend(recurrence.recurrence_periods.0.iter().map(|found| {
@@ -376,10 +371,8 @@ fn chaos(report: &SignalAnalysis) -> Vec<Block> {
             1 => "every sample".to_owned(),
             stride => format!("one sample in {stride}"),
         };
-        let rest = format!(
-            " K = {:.3} (0: regular, 1: chaos or noise), from {sampling}",
-            test.k
-        );
+        let k = test.k;
+        let rest = format!(" K = {k:.3} (0: regular, 1: chaos or noise), from {sampling}");
         vec![Block::heading("0-1 test", rest)]
     }));
     blocks
@@ -448,11 +441,8 @@ fn event_table(events: &[TonalEvent], reference: LevelReference) -> Block {
 /// Modulation of amplitude and frequency; empty if there is none.
 fn modulation(event: &TonalEvent) -> String {
     let amplitude = event.modulation.map(|m| {
-        let depth = 100.0 * m.modulation_depth;
-        format!(
-            "amplitude {} Hz, depth {depth:.0} %",
-            significant(m.modulation_hz, 3)
-        )
+        let (rate, depth) = (significant(m.modulation_hz, 3), 100.0 * m.modulation_depth);
+        format!("amplitude {rate} Hz, depth {depth:.0} %")
     });
     let frequency = event.vibrato.map(|v| {
         let [rate, deviation] = [v.vibrato_hz, v.vibrato_deviation_hz].map(|hz| significant(hz, 3));

@@ -153,17 +153,13 @@ impl Report for SweepResult {
                 values.join(", ")
             )));
         }
-        for HysteresisEnd {
-            kind,
-            value,
-            frequency_hz,
-        } in &self.hysteresis_ends
-        {
+        for end in &self.hysteresis_ends {
+            let (kind, value) = (end.kind, end.value);
             let ends = match kind {
                 BifurcationKind::Fold => "ends",
                 _ => "loses its stability",
             };
-            let frequency = quantity(*frequency_hz, 5, "Hz");
+            let frequency = quantity(end.frequency_hz, 5, "Hz");
             blocks.push(Block::text(format!(
                 "  the motion of {frequency} {ends} at {value:.6} ({kind})"
             )));
