@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::PipelineError;
+use super::endpoints::{Sink, SinkError};
 use super::message::{Frame, Header, Observation, Record, Summary};
-use super::sink::{Sink, SinkError};
 use super::stages::{Clock, LessonStage, StageGroup, SummaryStage, stages};
 use crate::scene::AnalysisSpec;
 

@@ -1,6 +1,6 @@
 //! Errors that end a run.
 
-use super::sink::SinkError;
+use super::endpoints::SinkError;
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;

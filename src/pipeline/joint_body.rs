@@ -118,12 +118,13 @@ impl JointBody {
     pub fn info(&self, scene: &Scene) -> JointInfo {
         let loaded = &self.loaded;
         let [min_tilt, max_tilt] = loaded.tilt_span(scene.duration);
-        let outline = if scene.record.body_rate > 0.0 {
-            self.ball.outline(OUTLINE.0, OUTLINE.1)
-        } else {
-            None
+        let is_drawn = scene.record.body_rate > 0.0;
+        let outline = is_drawn.then(|| self.ball.outline(OUTLINE.0, OUTLINE.1));
+        let labels = self.ball.mode_labels().into_iter();
+        let mode = |(label, &frequency_hz)| ModeInfo {
+            label,
+            frequency_hz,
         };
-        let labels = self.ball.mode_labels();
         // The rotation at a factor of 1, independent of the present factor, and the largest load.
         let (rotation, load_span) = (loaded.full_rotation, loaded.load_span());
         let mut extreme = self.ball.clone();
@@ -134,19 +135,12 @@ impl JointBody {
         });
         JointInfo {
             body: self.ball.body_description(),
-            modes: labels
-                .into_iter()
-                .zip(self.ball.frequencies_hz())
-                .map(|(label, &frequency_hz)| ModeInfo {
-                    label,
-                    frequency_hz,
-                })
-                .collect(),
+            modes: labels.zip(self.ball.frequencies_hz()).map(mode).collect(),
             min_tilt,
             max_tilt,
             tilt_range: None,
             azimuth: loaded.spec.azimuth,
-            outline: outline.unwrap_or_default(),
+            outline: outline.flatten().unwrap_or_default(),
             rotation,
             rotation_span: loaded.rotation_span(),
             load_span,

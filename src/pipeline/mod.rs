@@ -5,6 +5,7 @@ mod budget;
 mod computed;
 #[cfg(test)]
 mod control_tests;
+mod endpoints;
 mod error;
 mod health;
 mod interactive;
@@ -13,7 +14,6 @@ pub mod message;
 mod motion_changes;
 mod patch;
 mod pending;
-mod perturbed;
 mod prepare;
 mod record_sender;
 mod run;
@@ -22,16 +22,15 @@ mod sensitivity;
 mod sensitivity_tests;
 mod signal_source;
 mod simulate;
-mod sink;
 mod small_body;
 #[cfg(test)]
 mod small_tests;
-mod source;
 mod stages;
 #[cfg(test)]
 mod stop_tests;
 
 pub use analyse::Analyser;
+pub use endpoints::{Sink, SinkError, Source, Tee};
 pub use error::PipelineError;
 pub use motion_changes::ChangeDetector;
 pub use pending::{MAX_KICKS_PER_FRAME, RunCommand, RunState, TooManyKicks};
@@ -45,7 +44,5 @@ pub use run::{Monitor, drive, run};
 #[cfg(feature = "live")]
 pub(crate) use run::{joined, panic_message};
 pub use simulate::Simulation;
-pub use sink::{Sink, SinkError, Tee};
-pub use source::Source;
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;

@@ -4,8 +4,8 @@ use std::mem::discriminant;
 
 use crossbeam_channel::{Sender, TrySendError};
 
+use super::endpoints::{Sink, SinkError};
 use super::message::Record;
-use super::sink::{Sink, SinkError};
 
 /// Error of a channel that is closed; the recorder has the reason.
 const STOPPED: &str = "the recorder has stopped";

@@ -1,8 +1,8 @@
 //! A recorded signal as the source of a run.
 
 use super::PipelineError;
+use super::endpoints::Source;
 use super::message::{Frame, Header, SignalInfo, Subject};
-use super::source::Source;
 use crate::scene::AnalysisSpec;
 
 /// Samples per frame.

@@ -5,12 +5,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::computed;
+use super::endpoints::Source;
 use super::joint_body::JointBody;
 use super::message::{DisplayRates, Frame, Header, MechanismPrediction, SmallInfo, Subject};
 use super::pending::RunState;
 use super::prepare::{boxed, kick, small_integrator, small_probe};
 use super::sensitivity::{SensitivityTracker, with_tangents};
-use super::source::Source;
 use super::{PipelineError, small_body};
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::Loading;

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::segment::MotionSegment;
-use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
+use super::observation::Exponents;
+use crate::dynamics::{ErrorEstimate, SolverStats};
 use crate::pipeline::RunState;
 use crate::scene::Parameter;
 
@@ -118,36 +117,6 @@ pub struct EnergySample {
     /// Residual of the audit, J: present energy - initial energy - work of friction - energy added by kicks
     /// and by changes of tilt, load and rotation.
     pub residual: f64,
-}
-
-/// Lyapunov exponents of a run up to a time.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Exponents {
-    /// Simulated time, s.
-    #[serde(rename = "time_s")]
-    pub time: f64,
-    /// Exponents averaged since the end of the settling time or the last change of the motion.
-    #[serde(flatten)]
-    pub spectrum: LyapunovSpectrum,
-    /// Further properties of the motion.
-    pub motion: Motion,
-    /// Lowest natural frequency `omega_1`, rad/s. An exponent divided by it refers to the dimensionless time
-    /// `tau = omega_1 t`.
-    #[serde(rename = "omega_1_rad_per_s")]
-    pub omega_1: f64,
-    /// Successive motions since the end of the settling time; the last one has the exponents above.
-    pub segments: Vec<MotionSegment>,
-    /// Lifetime of the chaotic transient before the last motion, s, from the start of the run or the last
-    /// change of tilt, load or rotation; `None` if there was none.
-    #[serde(rename = "chaotic_transient_s")]
-    pub chaotic_transient: Option<f64>,
-}
-
-impl Exponents {
-    /// The attractor that the exponents indicate.
-    pub fn attractor(&self) -> Attractor {
-        self.spectrum.attractor_of(self.motion)
-    }
 }
 
 /// The perturbed trajectory at the last samples of a frame: at all of them, unless it starts in the frame.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::computed::MechanismPrediction;
+use super::lesson::MechanismPrediction;
 use crate::analysis::{events::TonalEvent, levels::LevelReference};
 use crate::fem::SurfaceMesh;
 use crate::scene::{AnalysisSpec, Control, Parameter, SectionSurface, StateCoordinate};

@@ -1,19 +1,15 @@
 //! Messages of a run: frames from the simulation, records to a sink.
 
-mod computed;
 mod frame;
 mod header;
 mod lesson;
 mod observation;
 mod record;
-mod segment;
 
 pub use crate::analysis::{poincare::SectionPoint, regime::Regime, tones::SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
-pub use computed::*;
 pub use frame::*;
 pub use header::*;
 pub use lesson::*;
 pub use observation::*;
 pub use record::*;
-pub use segment::*;

@@ -5,8 +5,65 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::frame::Exponents;
 use crate::analysis::tones::SpectralLine;
+use crate::dynamics::{Attractor, LyapunovSpectrum, Motion};
+
+/// Lyapunov exponents of a run up to a time.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Exponents {
+    /// Simulated time, s.
+    #[serde(rename = "time_s")]
+    pub time: f64,
+    /// Exponents averaged since the end of the settling time or the last change of the motion.
+    #[serde(flatten)]
+    pub spectrum: LyapunovSpectrum,
+    /// Further properties of the motion.
+    pub motion: Motion,
+    /// Lowest natural frequency `omega_1`, rad/s. An exponent divided by it refers to the dimensionless time
+    /// `tau = omega_1 t`.
+    #[serde(rename = "omega_1_rad_per_s")]
+    pub omega_1: f64,
+    /// Successive motions since the end of the settling time; the last one has the exponents above.
+    pub segments: Vec<MotionSegment>,
+    /// Lifetime of the chaotic transient before the last motion, s, from the start of the run or the last
+    /// change of tilt, load or rotation; `None` if there was none.
+    #[serde(rename = "chaotic_transient_s")]
+    pub chaotic_transient: Option<f64>,
+}
+
+impl Exponents {
+    /// The attractor that the exponents indicate.
+    pub fn attractor(&self) -> Attractor {
+        self.spectrum.attractor_of(self.motion)
+    }
+}
+
+/// A motion between two changes of attractor, with its exponents.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct MotionSegment {
+    /// Start time, s: of the averaging for the first motion, else of the change.
+    pub start_s: f64,
+    /// End time, s.
+    pub end_s: f64,
+    /// Attractor that the exponents indicate.
+    #[schemars(with = "String")]
+    pub attractor: Attractor,
+    /// Exponents averaged within the motion; of zero averaging time if it is too short.
+    #[serde(flatten)]
+    pub spectrum: LyapunovSpectrum,
+}
+
+impl MotionSegment {
+    /// Lifetime of the chaotic transient before the last motion, s: the time from `since` (s), when the
+    /// motion started under its present parameters, to the end of the last chaotic segment before the last
+    /// one. `None` if no earlier motion under these parameters was chaotic.
+    pub fn chaotic_transient(segments: &[Self], since: f64) -> Option<f64> {
+        let (_, earlier) = segments.split_last()?;
+        let mut chaotic = earlier.iter().rev().filter(|s| s.attractor.is_chaotic());
+        let end = chaotic.next()?.end_s;
+        (end > since).then_some(end - since)
+    }
+}
 
 /// Distance of the perturbed trajectory from the simulated one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -133,4 +190,39 @@ pub enum Appearance {
     Broad,
     /// Lines without a simple pattern, or no lines.
     Unsettled,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transient_lives_until_its_last_chaotic_motion_ends() {
+        let segment = |start, end, attractor| MotionSegment {
+            start_s: start,
+            end_s: end,
+            attractor,
+            spectrum: LyapunovSpectrum::default(),
+        };
+        let [chaos, approach, cycle] = [
+            segment(0.1, 0.8, Attractor::Chaos),
+            segment(0.8, 0.9, Attractor::Undecided),
+            segment(0.9, 2.0, Attractor::Cycle),
+        ];
+        let lifetime = |segments: &[&MotionSegment], since| {
+            let segments: Vec<MotionSegment> = segments.iter().copied().cloned().collect();
+            MotionSegment::chaotic_transient(&segments, since)
+        };
+        assert_eq!(lifetime(&[&chaos, &cycle], 0.0), Some(0.8));
+        assert_eq!(
+            lifetime(&[&chaos, &approach, &cycle], 0.25),
+            Some(0.8 - 0.25)
+        );
+        // The chaos belongs to other parameters.
+        assert_eq!(lifetime(&[&chaos, &cycle], 0.85), None);
+        assert_eq!(lifetime(&[&approach, &cycle], 0.0), None);
+        assert_eq!(lifetime(&[&cycle, &chaos], 0.0), None);
+        assert_eq!(lifetime(&[&chaos], 0.0), None);
+        assert_eq!(lifetime(&[], 0.0), None);
+    }
 }

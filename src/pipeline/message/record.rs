@@ -5,10 +5,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::frame::{Exponents, Frame};
+use super::frame::Frame;
 use super::header::Header;
 use super::lesson::{Lesson, LevelSample};
-use super::observation::{Observation, TrajectoryDivergence};
+use super::observation::{Exponents, Observation, TrajectoryDivergence};
 use crate::analysis::{
     chaos::{Divergence, ZeroOne},
     delay::DelayChoice,

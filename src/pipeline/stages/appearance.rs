@@ -97,16 +97,10 @@ pub struct AppearanceClassifier {
     last_change: f64,
     /// Bases of the lines at the last evaluation.
     bases: Bases,
-    reported: Option<Report>,
-    /// A new appearance that has not been reported yet, and the time of its first observation.
-    pending: Option<Report>,
-}
-
-/// An appearance with the time of its report or of its first observation, s.
-#[derive(Clone, Copy)]
-struct Report {
-    appearance: Appearance,
-    time: f64,
+    /// The reported appearance, and the time of the report, s.
+    reported: Option<(Appearance, f64)>,
+    /// A new appearance that has not been reported yet, and the time of its first observation, s.
+    pending: Option<(Appearance, f64)>,
 }
 
 /// Minimum time for which a new appearance must last before it replaces the reported one, s; it is always
@@ -154,8 +148,8 @@ impl AppearanceClassifier {
         now: OperatingPoint,
         context: &Context,
     ) -> Result<Option<Vibration>, AnalysisError> {
-        let envelope = Envelope::of(velocity, self.rate);
-        let change = self.change(&envelope, now.sliding_speed);
+        let [growth, peak] = envelope(velocity, self.rate);
+        let change = self.change([growth, peak], now.sliding_speed);
         if change.is_some() {
             self.last_change = time;
         }
@@ -182,7 +176,7 @@ impl AppearanceClassifier {
         };
         Ok(self.is_due(appearance, time).then(|| Vibration {
             appearance,
-            growth_rate: envelope.growth / SEGMENT,
+            growth_rate: growth / SEGMENT,
             lines,
             f1,
             f2,
@@ -200,43 +194,42 @@ impl AppearanceClassifier {
     fn is_due(&mut self, appearance: Appearance, time: f64) -> bool {
         // Half a sample of tolerance: times are sums of rounded numbers.
         let past = |since: f64, least: f64| time - since + 0.5 / self.rate >= least;
-        let now = Report { appearance, time };
         let due = match (self.reported, self.pending) {
             (None, _) => appearance != Appearance::Settling,
-            (Some(reported), _) if reported.appearance == appearance => {
+            (Some((reported, since)), _) if reported == appearance => {
                 self.pending = None;
-                past(reported.time, REFRESH)
+                past(since, REFRESH)
             }
-            (Some(reported), Some(seen)) if seen.appearance == appearance => {
-                past(seen.time, persistence(reported.appearance, appearance))
+            (Some((reported, _)), Some((seen, since))) if seen == appearance => {
+                past(since, persistence(reported, appearance))
             }
             _ => {
-                self.pending = Some(now);
+                self.pending = Some((appearance, time));
                 false
             }
         };
         if due {
             self.pending = None;
-            self.reported = Some(now);
+            self.reported = Some((appearance, time));
         }
         due
     }
 
     fn is(&self, appearance: Appearance) -> bool {
-        let reported = self.reported;
-        reported.is_some_and(|reported| reported.appearance == appearance)
+        self.reported
+            .is_some_and(|(reported, _)| reported == appearance)
     }
 
     /// The appearance of a vibration that is nonstationary or almost absent.
-    fn change(&self, envelope: &Envelope, sliding_speed: f64) -> Option<Appearance> {
+    fn change(&self, [growth, peak]: [f64; 2], sliding_speed: f64) -> Option<Appearance> {
         let silence = (SILENCE.now(self.is(Appearance::Silent)) * sliding_speed).max(MIN_SPEED);
-        if envelope.peak < REST.now(self.is(Appearance::AtRest)) * self.rest {
+        if peak < REST.now(self.is(Appearance::AtRest)) * self.rest {
             Some(Appearance::AtRest)
-        } else if envelope.growth > GROWTH.now(self.is(Appearance::Growing)) {
+        } else if growth > GROWTH.now(self.is(Appearance::Growing)) {
             Some(Appearance::Growing)
-        } else if envelope.peak <= silence {
+        } else if peak <= silence {
             Some(Appearance::Silent)
-        } else if -envelope.growth > GROWTH.now(self.is(Appearance::Fading)) {
+        } else if -growth > GROWTH.now(self.is(Appearance::Fading)) {
             Some(Appearance::Fading)
         } else {
             None
@@ -267,27 +260,16 @@ impl AppearanceClassifier {
     }
 }
 
-/// Level of the vibration and its growth.
-struct Envelope {
-    /// Natural logarithm of the ratio of the RMS values of the last two segments; 0 if one of them is zero.
-    growth: f64,
-    /// Peak speed in the last segment, m/s.
-    peak: f64,
-}
-
-impl Envelope {
-    /// From the last two segments of `velocity`.
-    fn of(velocity: &[f64], rate: f64) -> Self {
-        let segment = ((SEGMENT * rate).round() as usize).min(velocity.len() / 2);
-        let (before, last) = velocity[velocity.len() - 2 * segment..].split_at(segment);
-        let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
-        let ratio = power(last) / power(before);
-        let both = ratio > 0.0 && ratio.is_finite();
-        Self {
-            growth: if both { 0.5 * ratio.ln() } else { 0.0 },
-            peak: peak_magnitude(last),
-        }
-    }
+/// Natural logarithm of the ratio of the RMS values of the last two segments of `velocity`, 0 if one of them is zero, and
+/// peak speed in the last segment, m/s.
+fn envelope(velocity: &[f64], rate: f64) -> [f64; 2] {
+    let segment = ((SEGMENT * rate).round() as usize).min(velocity.len() / 2);
+    let (before, last) = velocity[velocity.len() - 2 * segment..].split_at(segment);
+    let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+    let ratio = power(last) / power(before);
+    let both = ratio > 0.0 && ratio.is_finite();
+    let growth = if both { 0.5 * ratio.ln() } else { 0.0 };
+    [growth, peak_magnitude(last)]
 }
 
 #[cfg(test)]
@@ -330,7 +312,7 @@ mod tests {
         for rate in [750.0, 50.0, 0.0, -300.0] {
             let motion = Motion::tones(0.02, &[(4117.0, 1e-3, 0.0)]).with_growth(rate);
             // Segments with a fraction of a period have the error of half a period.
-            let error = Envelope::of(&motion.velocity, RATE).growth / SEGMENT - rate;
+            let error = envelope(&motion.velocity, RATE)[0] / SEGMENT - rate;
             assert!(
                 error.abs() < 0.02 * rate.abs() + 1.0,
                 "{rate} off by {error}"
