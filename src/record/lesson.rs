@@ -10,13 +10,13 @@ use super::{
 use crate::{
     pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection},
     plot::{Panel, prediction_panel, tone_loop},
-    text::LessonText,
 };
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
 pub struct Lesson {
-    text: LessonText,
+    /// The last text.
+    text: String,
     /// The strongest line over the tilt, if it varies: view, and tilt and frequency for rising and for falling tilt.
     hysteresis: Option<(PanelView, [Vec<[f64; 2]>; 2])>,
 }
@@ -37,16 +37,18 @@ impl Lesson {
             (view, Default::default())
         });
         Self {
-            text: LessonText::default(),
+            text: String::new(),
             hysteresis,
         }
     }
 
     /// Logs the lesson as text if it has changed.
     pub fn write(&mut self, rec: &RecordingStream, now: &message::Lesson) {
-        if let Some(words) = self.text.next(now) {
-            let document = text::document(text::lists(words));
+        let words = crate::text::lesson(now);
+        if words != self.text {
+            let document = text::document(text::lists(&words));
             rec.log(paths::LESSON, now.time, &document);
+            self.text = words;
         }
     }
 
