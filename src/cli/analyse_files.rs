@@ -1,7 +1,6 @@
 //! `squeakscope analyse` of several signals: a table over them and one JSON document.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -206,16 +205,13 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
             continue;
         }
         let directory = path.display();
-        let unreadable = |source: io::Error| {
+        let entries = std::fs::read_dir(path)
+            .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect());
+        let mut inside: Vec<PathBuf> = entries.map_err(|source| {
             CliError::Input(format!(
                 "cannot read the directory `{directory}` ({source}); check its permissions"
             ))
-        };
-        let entries = std::fs::read_dir(path).map_err(unreadable)?;
-        let entries = entries.map(|entry| entry.map(|entry| entry.path()));
-        let mut inside = entries
-            .collect::<io::Result<Vec<_>>>()
-            .map_err(unreadable)?;
+        })?;
         inside.retain(|entry| entry.is_file());
         inside.sort();
         let before = files.len();

@@ -53,8 +53,7 @@ pub(super) fn execute(
     stop: &AtomicBool,
     plan: impl FnOnce(Scene, Start) -> SweepPlan,
 ) -> Result<(), CliError> {
-    let mut scene = args.scene.load_or(SCENE)?;
-    scene = args.accuracy.apply(scene)?;
+    let mut scene = args.accuracy.apply(args.scene.load_or(SCENE)?)?;
     scene.ball_on_beam()?;
     console::print_study_warnings(&scene);
     if let Some(seed) = args.seed {

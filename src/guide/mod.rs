@@ -80,123 +80,70 @@
 //! * [Faults](mod@reference::faults): full disks, closed viewers, signals, damaged files.
 //! * [Glossary](mod@reference::glossary): terms that a newcomer needs.
 
+/// The pages of a part, each a module with the text of its file, and of a file with drawings.
+macro_rules! pages {
+    ($part:literal: $($page:ident $(with $drawings:literal)?,)*) => {$(
+        #[doc = include_str!(concat!($part, "/", stringify!($page), ".md"))]
+        $(#[doc = include_str!(concat!($part, "/", $drawings))])?
+        pub mod $page {}
+    )*};
+}
+
 /// First recording, first live run, first signal, first scene.
 pub mod tutorial {
-    #[doc = include_str!("tutorial/first_recording.md")]
-    pub mod first_recording {}
-
-    #[doc = include_str!("tutorial/first_live_run.md")]
-    pub mod first_live_run {}
-
-    #[doc = include_str!("tutorial/first_signal.md")]
-    pub mod first_signal {}
-
-    #[doc = include_str!("tutorial/first_scene.md")]
-    pub mod first_scene {}
+    pages! { "tutorial":
+        first_recording,
+        first_live_run,
+        first_signal,
+        first_scene,
+    }
 }
 
 /// One page for each task.
 pub mod how_to {
-    #[doc = include_str!("how_to/find_what_squeaks.md")]
-    pub mod find_what_squeaks {}
-
-    #[doc = include_str!("how_to/compare_attractors.md")]
-    pub mod compare_attractors {}
-
-    #[doc = include_str!("how_to/exponents.md")]
-    pub mod exponents {}
-
-    #[doc = include_str!("how_to/measured_recording.md")]
-    pub mod measured_recording {}
-
-    #[doc = include_str!("how_to/choose_accuracy.md")]
-    pub mod choose_accuracy {}
-
-    #[doc = include_str!("how_to/own_modes.md")]
-    #[doc = include_str!("how_to/own_modes.html")]
-    pub mod own_modes {}
-
-    #[doc = include_str!("how_to/many_machines.md")]
-    pub mod many_machines {}
-
-    #[doc = include_str!("how_to/classroom.md")]
-    pub mod classroom {}
-
-    #[doc = include_str!("how_to/listen.md")]
-    pub mod listen {}
-
-    #[doc = include_str!("how_to/figures.md")]
-    pub mod figures {}
-
-    #[doc = include_str!("how_to/read_results.md")]
-    pub mod read_results {}
-
-    #[doc = include_str!("how_to/python.md")]
-    pub mod python {}
-
-    #[doc = include_str!("how_to/library.md")]
-    pub mod library {}
-
-    #[doc = include_str!("how_to/reproduce_paper.md")]
-    #[doc = include_str!("how_to/reproduce_paper.html")]
-    pub mod reproduce_paper {}
+    pages! { "how_to":
+        find_what_squeaks,
+        compare_attractors,
+        exponents,
+        measured_recording,
+        choose_accuracy,
+        own_modes with "own_modes.html",
+        many_machines,
+        classroom,
+        listen,
+        figures,
+        read_results,
+        python,
+        library,
+        reproduce_paper with "reproduce_paper.html",
+    }
 }
 
 /// Physics, numerics, chaos and cost.
 pub mod explanation {
-    #[doc = include_str!("explanation/equations.md")]
-    pub mod equations {}
-
-    #[doc = include_str!("explanation/mechanisms.md")]
-    pub mod mechanisms {}
-
-    #[doc = include_str!("explanation/stability.md")]
-    pub mod stability {}
-
-    #[doc = include_str!("explanation/nodes.md")]
-    pub mod nodes {}
-
-    #[doc = include_str!("explanation/hard_cases.md")]
-    pub mod hard_cases {}
-
-    #[doc = include_str!("explanation/branches.md")]
-    pub mod branches {}
-
-    #[doc = include_str!("explanation/exponents.md")]
-    pub mod exponents {}
-
-    #[doc = include_str!("explanation/responses.md")]
-    pub mod responses {}
-
-    #[doc = include_str!("explanation/events.md")]
-    #[doc = include_str!("explanation/events.html")]
-    pub mod events {}
-
-    #[doc = include_str!("explanation/regimes.md")]
-    #[doc = include_str!("explanation/regimes.html")]
-    pub mod regimes {}
-
-    #[doc = include_str!("explanation/recurrence.md")]
-    pub mod recurrence {}
-
-    #[doc = include_str!("explanation/cost.md")]
-    pub mod cost {}
-
-    #[doc = include_str!("explanation/peers.md")]
-    pub mod peers {}
+    pages! { "explanation":
+        equations,
+        mechanisms,
+        stability,
+        nodes,
+        hard_cases,
+        branches,
+        exponents,
+        responses,
+        events with "events.html",
+        regimes with "regimes.html",
+        recurrence,
+        cost,
+        peers,
+    }
 }
 
 /// Scene keys ([`scene`](crate::scene)), outputs, live runs, faults, glossary.
 pub mod reference {
-    #[doc = include_str!("reference/outputs.md")]
-    pub mod outputs {}
-
-    #[doc = include_str!("reference/live.md")]
-    pub mod live {}
-
-    #[doc = include_str!("reference/faults.md")]
-    pub mod faults {}
-
-    #[doc = include_str!("reference/glossary.md")]
-    pub mod glossary {}
+    pages! { "reference":
+        outputs,
+        live,
+        faults,
+        glossary,
+    }
 }

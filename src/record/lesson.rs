@@ -1,6 +1,7 @@
 //! The lesson of a scene with a mechanism, and its plots: velocity level compared with the computed growth,
 //! strongest line over the tilt, and computed curves.
 
+<<<<<<< HEAD
 use super::panel_view::PanelView;
 use super::paths::{self, Root};
 use super::stream::{RecordingStream, STATIC};
@@ -8,11 +9,24 @@ use super::{style, text};
 use crate::pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection};
 use crate::plot::{Panel, prediction_panel, tone_loop};
 use crate::text::LessonText;
+=======
+use super::{
+    panel_view::PanelView,
+    paths::{self, Root},
+    stream::{RecordingStream, STATIC},
+    style, text,
+};
+use crate::{
+    pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection},
+    plot::{Panel, prediction_panel, tone_loop},
+};
+>>>>>>> w-cli
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
 pub struct Lesson {
-    text: LessonText,
+    /// The last text.
+    text: String,
     /// The strongest line over the tilt, if it varies: view, and tilt and frequency for rising and for falling tilt.
     hysteresis: Option<(PanelView, [Vec<[f64; 2]>; 2])>,
 }
@@ -33,16 +47,18 @@ impl Lesson {
             (view, Default::default())
         });
         Self {
-            text: LessonText::default(),
+            text: String::new(),
             hysteresis,
         }
     }
 
     /// Logs the lesson as text if it has changed.
     pub fn write(&mut self, rec: &RecordingStream, now: &message::Lesson) {
-        if let Some(words) = self.text.next(now) {
-            let document = text::document(text::lists(words));
+        let words = crate::text::lesson(now);
+        if words != self.text {
+            let document = text::document(text::lists(&words));
             rec.log(paths::LESSON, now.time, &document);
+            self.text = words;
         }
     }
 

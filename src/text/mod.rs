@@ -14,8 +14,8 @@ mod tests;
 
 use std::f64::consts::{LN_2, LN_10};
 
+use minijinja::context;
 use minijinja::value::{Serde, Value};
-use minijinja::{Error, context};
 
 use crate::dynamics::{Motion, Sign};
 use crate::number::{quantity, with_error};
@@ -40,30 +40,39 @@ pub(crate) fn capitalize(text: &str) -> String {
 
 /// An observation as text: Markdown that starts with a heading `## ...`.
 pub fn narration(observation: &Observation) -> String {
-    or_error_text(fill_narration(observation))
+    let (name, values) = match observation {
+        Observation::Vibration(vibration) => {
+            let values = Value::from(Serde(vibration));
+            ("narration/vibration", context! { ln2 => LN_2, ..values })
+        }
+        Observation::Separated {
+            initial_distance,
+            after,
+            e_fold_time,
+        } => (
+            "narration/separated",
+            context! {
+                initial_distance => *initial_distance,
+                after => *after,
+                e_fold_time => *e_fold_time,
+            },
+        ),
+        Observation::Exponents(exponents) => ("narration/exponents", exponent_values(exponents)),
+    };
+    filled(name, values).trim().to_owned()
 }
 
 /// A lesson as text: Markdown that starts with a heading `## ...`.
 pub fn lesson(lesson: &Lesson) -> String {
-    or_error_text(fill_lesson(lesson))
-}
-
-/// The lessons of a run as text. A lesson with the same text as the previous one is skipped.
-#[derive(Debug, Default)]
-pub struct LessonText {
-    last: String,
-}
-
-impl LessonText {
-    /// The text of a lesson if it differs from the previous one; see [`lesson`].
-    pub fn next(&mut self, lesson: &Lesson) -> Option<&str> {
-        let text = self::lesson(lesson);
-        if text == self.last {
-            return None;
-        }
-        self.last = text;
-        Some(&self.last)
+    let name = lesson_name(lesson.computed.mechanism);
+    let mut text = tidy(&filled(&name, lesson_values(lesson)));
+    let changed = lesson.measured.changed.join(", ");
+    if !changed.is_empty() {
+        text += &format!(
+            "\n\n**Changed in this run: {changed}.** The computed numbers hold for the scene as written.\n"
+        );
     }
+    text
 }
 
 /// A Markdown table of the views of a run's recording and what each one shows.
@@ -84,37 +93,10 @@ fn view_values(header: &Header) -> Value {
     }
 }
 
-/// The text, or the error message of its template: a template error must not stop a run.
-fn or_error_text(text: Result<String, Error>) -> String {
-    text.unwrap_or_else(|error| format!("## Text missing\n\n{error:#}; please report this.\n"))
-}
-
-/// The text of a template with its values.
+/// The text of a template with its values, or its error message: a template error must not stop a run.
 pub(crate) fn filled(name: &str, values: Value) -> String {
-    or_error_text(fill(name, values))
-}
-
-fn fill_narration(observation: &Observation) -> Result<String, Error> {
-    let (name, values) = match observation {
-        Observation::Vibration(vibration) => {
-            let values = Value::from(Serde(vibration));
-            ("narration/vibration", context! { ln2 => LN_2, ..values })
-        }
-        Observation::Separated {
-            initial_distance,
-            after,
-            e_fold_time,
-        } => (
-            "narration/separated",
-            context! {
-                initial_distance => *initial_distance,
-                after => *after,
-                e_fold_time => *e_fold_time,
-            },
-        ),
-        Observation::Exponents(exponents) => ("narration/exponents", exponent_values(exponents)),
-    };
-    Ok(fill(name, values)?.trim().to_owned())
+    let text = fill(name, values);
+    text.unwrap_or_else(|error| format!("## Text missing\n\n{error:#}; please report this.\n"))
 }
 
 /// What preceded the last of several motions in a run, such as `chaotic transient of 830 ms`; `None` for one
@@ -158,18 +140,6 @@ fn each_with_error(exponents: &Exponents) -> Vec<String> {
     all.take(EXPONENTS_SHOWN)
         .map(|exponent| with_error(exponent.value, exponent.half_width))
         .collect()
-}
-
-fn fill_lesson(lesson: &Lesson) -> Result<String, Error> {
-    let name = lesson_name(lesson.computed.mechanism);
-    let mut text = tidy(&fill(&name, lesson_values(lesson))?);
-    let changed = lesson.measured.changed.join(", ");
-    if !changed.is_empty() {
-        text += &format!(
-            "\n\n**Changed in this run: {changed}.** The computed numbers hold for the scene as written.\n"
-        );
-    }
-    Ok(text)
 }
 
 /// Template variables of a lesson.

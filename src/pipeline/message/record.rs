@@ -130,7 +130,7 @@ pub enum Record {
         /// Description.
         text: String,
     },
-    /// Measurements for the scene's mechanism so far; [`text::LessonText`](crate::text::LessonText) renders
+    /// Measurements for the scene's mechanism so far; [`text::lesson`](crate::text::lesson) renders
     /// them as text.
     Lesson(Arc<Lesson>),
     /// Level and strongest spectral line at one instant of a run that demonstrates a mechanism.

@@ -8,7 +8,7 @@ use squeakscope::pipeline::message::{
 };
 use squeakscope::pipeline::{Analyser, Monitor, Simulation, Source as _, run};
 use squeakscope::scene::{AnalysisSpec, Scene};
-use squeakscope::text::{LessonText, narration};
+use squeakscope::text::{lesson, narration};
 
 /// The records of a run.
 pub struct Run {
@@ -58,14 +58,15 @@ impl Run {
         let Some(Record::Header(header)) = records.first() else {
             panic!("the first record is the header");
         };
-        let mut text = LessonText::default();
         let lessons = records.iter().filter_map(|record| match record {
-            Record::Lesson(lesson) => Some((lesson.time, text.next(lesson)?.to_owned())),
+            Record::Lesson(now) => Some((now.time, lesson(now))),
             _ => None,
         });
+        let mut lessons: Vec<_> = lessons.collect();
+        lessons.dedup_by(|(_, later), (_, text)| later == text);
         Self {
             header: Arc::clone(header),
-            lessons: lessons.collect(),
+            lessons,
             records,
         }
     }
