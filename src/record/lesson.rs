@@ -1,26 +1,12 @@
 //! The lesson of a scene with a mechanism, and its plots: velocity level compared with the computed growth,
 //! strongest line over the tilt, and computed curves.
 
-<<<<<<< HEAD
 use super::panel_view::PanelView;
 use super::paths::{self, Root};
 use super::stream::{RecordingStream, STATIC};
 use super::{style, text};
 use crate::pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection};
 use crate::plot::{Panel, prediction_panel, tone_loop};
-use crate::text::LessonText;
-=======
-use super::{
-    panel_view::PanelView,
-    paths::{self, Root},
-    stream::{RecordingStream, STATIC},
-    style, text,
-};
-use crate::{
-    pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection},
-    plot::{Panel, prediction_panel, tone_loop},
-};
->>>>>>> w-cli
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
