@@ -208,6 +208,8 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
     let residual = |point: &FrictionPoint| point.coefficient - law.coefficient(point.speed);
     let residuals: Vec<f64> = points.iter().map(residual).collect();
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
+    let all = points.iter();
+    let in_creep_region = all.filter(|point| creep * point.speed < CREEP_REGION);
     let mut fit = FrictionFit {
         mu_s: number(0, law.mu_s),
         mu_d: number(1, law.mu_d),
@@ -218,10 +220,7 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         chi_square_per_degree: known.then_some(sum / freedom as f64),
         chi_square_expected: chi_square_interval(freedom),
         runs_score: runs_score(&residuals),
-        points_in_creep_region: points
-            .iter()
-            .filter(|point| creep * point.speed < CREEP_REGION)
-            .count(),
+        points_in_creep_region: in_creep_region.count(),
         doubts: Vec::new(),
     };
     fit.doubts = fit.find_doubts();
@@ -285,10 +284,8 @@ fn best_coefficients(
 /// no minimum between the extreme ones. And the least sum of the many.
 fn slope_factor(points: &[FrictionPoint], sum: &dyn Fn(f64) -> Option<f64>) -> (Option<f64>, f64) {
     let speeds = points.iter().map(|point| point.speed);
-    let (low, high) = (
-        0.1 / speeds.clone().fold(0.0, f64::max),
-        10.0 / speeds.fold(f64::MAX, f64::min),
-    );
+    let low = 0.1 / speeds.clone().fold(0.0, f64::max);
+    let high = 10.0 / speeds.fold(f64::MAX, f64::min);
     let trial = |k: usize| low * (high / low).powf(k as f64 / (TRIALS - 1) as f64);
     let sums = (0..TRIALS).filter_map(|k| Some((k, sum(trial(k))?)));
     let (best, least) = sums
@@ -316,11 +313,9 @@ fn runs_score(residuals: &[f64]) -> f64 {
     let above = residuals.iter().filter(|r| **r > 0.0).count() as f64;
     let below = residuals.len() as f64 - above;
     let all = above + below;
-    let runs = 1.0
-        + residuals
-            .windows(2)
-            .filter(|pair| (pair[0] > 0.0) != (pair[1] > 0.0))
-            .count() as f64;
+    let changes = residuals.windows(2);
+    let changes = changes.filter(|pair| (pair[0] > 0.0) != (pair[1] > 0.0));
+    let runs = 1.0 + changes.count() as f64;
     let mean = 1.0 + 2.0 * above * below / all;
     let variance = (mean - 1.0) * (mean - 2.0) / (all - 1.0);
     if variance > 0.0 {

@@ -105,10 +105,8 @@ fn write_parquet(
 
 fn write_csv(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {
     let fields = schema.fields().iter().enumerate();
-    let single: Vec<usize> = fields
-        .filter(|(_, f)| is_single(f))
-        .map(|(k, _)| k)
-        .collect();
+    let single = fields.filter(|(_, field)| is_single(field));
+    let single: Vec<usize> = single.map(|(k, _)| k).collect();
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(single.iter().map(|&k| schema.field(k).name()))?;
     for batch in batches {

@@ -81,7 +81,7 @@ const MIN_EXPLICIT_PHASE: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub(super) struct Steppers {
     pub explicit: RungeKutta,
-    implicit: Option<Rosenbrock>,
+    pub implicit: Option<Rosenbrock>,
     /// Whether the implicit method is active.
     pub is_implicit: bool,
     /// The choice between both methods; `None` without one.

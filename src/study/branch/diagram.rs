@@ -111,16 +111,14 @@ impl TiltDiagram {
         let found = branch.bifurcations.iter();
         let mut bifurcations: Vec<_> = found.map(|found| bifurcation(branch, found)).collect();
         bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
-        let responses = Start::ALL.map(|start| responses(start, &branch.settled));
+        let mut responses = Start::ALL.map(|it| responses(it, &branch.settled)).to_vec();
+        responses.retain(|row| !row.tilt_deg.is_empty());
         let modes = branch.unstable_intervals().into_iter();
         Self {
             parameter: branch.name().to_owned(),
             branches: branches.collect(),
             bifurcations,
-            responses: responses
-                .into_iter()
-                .filter(|responses| !responses.tilt_deg.is_empty())
-                .collect(),
+            responses,
             unstable_modes: modes
                 .map(|(ends, count)| UnstableModes {
                     tilt_deg: ends.map(|end| to_digits(end, DIGITS[0])),

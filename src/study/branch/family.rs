@@ -159,12 +159,9 @@ impl SteadyState {
     /// Displacement of the probe (m) per unit of the amplitude `|w|` of a mode, see
     /// [`FirstLyapunov`](crate::dynamics::equilibrium::FirstLyapunov).
     pub fn probe_amplitude(&self, mode: &Eigenmode) -> f64 {
-        let parts = self
-            .probe
-            .iter()
-            .zip(&mode.vector)
-            .zip(&self.linearised.scale);
-        let sum: faer::c64 = parts.map(|((probe, x), scale)| *x * (probe / scale)).sum();
+        let probe = self.probe.iter().zip(&self.linearised.scale);
+        let parts = probe.zip(&mode.vector);
+        let sum: faer::c64 = parts.map(|((probe, scale), x)| *x * (probe / scale)).sum();
         2.0 * sum.norm()
     }
 }

@@ -259,10 +259,9 @@ impl Report for Branch {
         let rest = format!(": {parameter} from {from} to {to}{unit}");
         let mut blocks = vec![Block::heading(scene, rest)];
         for ([low, high], count) in self.unstable_intervals() {
+            let [low, high] = [low, high].map(short);
             blocks.push(Block::text(format!(
-                "steady sliding with {count} unstable modes from {} to {}",
-                short(low),
-                short(high)
+                "steady sliding with {count} unstable modes from {low} to {high}"
             )));
         }
         let bifurcations: Vec<_> = self.steady_bifurcations().collect();
@@ -270,11 +269,8 @@ impl Report for Branch {
             blocks.push(Block::heading("bifurcations of the equilibria", ""));
             blocks.push(steady_table(self, &bifurcations));
         }
-        blocks.extend(
-            bifurcations
-                .iter()
-                .filter_map(|found| normal_form(found, &self.unit)),
-        );
+        let steady = bifurcations.iter();
+        blocks.extend(steady.filter_map(|found| normal_form(found, &self.unit)));
         if !self.points.is_empty() {
             blocks.push(Block::heading("periodic orbits", ""));
             blocks.push(orbit_table(self));
@@ -456,13 +452,9 @@ impl Report for StabilityMap {
     fn blocks(&self, scene: &str) -> Vec<Block> {
         let map = self;
         let [x, y] = &map.axes;
-        let rest = format!(
-            ": stability over {} and {}, {} x {} points",
-            x.parameter,
-            y.parameter,
-            x.values.len(),
-            y.values.len()
-        );
+        let [columns, rows] = [x, y].map(|axis| axis.values.len());
+        let [over, and] = [x, y].map(|axis| &axis.parameter);
+        let rest = format!(": stability over {over} and {and}, {columns} x {rows} points");
         let counts = || map.grid.iter().map(|point| point.unstable_modes);
         let most = counts().flatten().max().unwrap_or(0);
         let kinds = (0..=most).map(Some).chain([None]);

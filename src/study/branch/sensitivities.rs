@@ -67,11 +67,9 @@ struct Number<'a> {
 impl<'a> Number<'a> {
     /// All numbers of a scene.
     fn all(scene: &'a Scene) -> Result<Vec<Self>, StudyError> {
-        let mut numbers: Vec<Self> = scene
-            .physical_parameters()
-            .into_iter()
-            .map(|(parameter, value)| Self::of_key(scene, parameter, value))
-            .collect();
+        let keys = scene.physical_parameters().into_iter();
+        let numbers = keys.map(|(parameter, value)| Self::of_key(scene, parameter, value));
+        let mut numbers: Vec<Self> = numbers.collect();
         let Ok(joint) = scene.joint() else {
             return Ok(numbers);
         };
@@ -147,17 +145,13 @@ pub fn sensitivities(
     let mut modes = state.linearised.modes()?;
     modes.retain(|mode| mode.oscillates());
     modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));
-    let lefts: Vec<_> = modes
-        .iter()
-        .map(|mode| state.linearised.left(mode))
-        .collect();
-    let mut found: Vec<ModeSensitivities> = modes
-        .iter()
-        .map(|mode| ModeSensitivities {
-            mode: state.named(mode),
-            parameters: Vec::new(),
-        })
-        .collect();
+    let lefts = modes.iter().map(|mode| state.linearised.left(mode));
+    let lefts: Vec<_> = lefts.collect();
+    let found = modes.iter().map(|mode| ModeSensitivities {
+        mode: state.named(mode),
+        parameters: Vec::new(),
+    });
+    let mut found: Vec<ModeSensitivities> = found.collect();
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
         let (slope, error) = difference(first_step(number.value, 1.0), |step| {
@@ -184,11 +178,8 @@ pub fn sensitivities(
     }
     for mode in &mut found {
         mode.parameters.sort_by(|a, b| {
-            let by_percent = b
-                .growth_per_percent
-                .abs()
-                .total_cmp(&a.growth_per_percent.abs());
-            by_percent.then(b.growth_per_unit.abs().total_cmp(&a.growth_per_unit.abs()))
+            let [a, b] = [a, b].map(|it| [it.growth_per_percent, it.growth_per_unit].map(f64::abs));
+            b[0].total_cmp(&a[0]).then(b[1].total_cmp(&a[1]))
         });
     }
     Ok(found)

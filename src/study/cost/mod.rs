@@ -69,11 +69,9 @@ pub fn cost(
     runner.begin("reference", 0.05);
     let finest = Settings::reference(scene).apply(scene)?;
     let (reference, again) = runner.twice(&finest)?;
+    let joint = scene.joint();
     let mut study = Cost {
-        fixed_at: scene
-            .joint()
-            .map(LoadedJoint::fixed_at_start)
-            .unwrap_or_default(),
+        fixed_at: joint.map(LoadedJoint::fixed_at_start).unwrap_or_default(),
         settling_s: runner.plan.min_transient_s,
         measurement_s: runner.plan.measurement_s,
         scatter: (!reference.has_lines()).then(|| again.difference(&reference)),

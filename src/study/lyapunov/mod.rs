@@ -182,8 +182,8 @@ const SPACING: f64 = 1.03;
 const FIRST: f64 = 16.0;
 
 /// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
-/// the goal is reached, after a settling time. An average never contains a change of attractor: it starts again
-/// there, see [`LyapunovStudy::segments`].
+/// the goal is reached, after a settling time. The statistics of the integrator begin here. An average never contains a
+/// change of attractor: it starts again there, see [`LyapunovStudy::segments`].
 ///
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
@@ -200,7 +200,8 @@ pub fn lyapunov(
             purpose: "exponents",
         });
     }
-    let (start, before) = (integrator.time(), integrator.stats());
+    integrator.reset_stats();
+    let start = integrator.time();
     let sys = integrator.system();
     let is_smooth = width == sys.tangent_dim() && !sys.jumps();
     let law = sys.differentiable().filter(|_| is_smooth);
@@ -242,7 +243,7 @@ pub fn lyapunov(
         segments: run.segments,
         ending,
         settle_s: settled,
-        stats: since(run.integrator.stats(), before),
+        stats: run.integrator.stats(),
         simulated_s: simulated,
         busy_seconds: began.elapsed().as_secs_f64(),
     })
@@ -453,22 +454,6 @@ impl StudyRun<'_, '_> {
             let trace: f64 = diagonal.step_by(sys.tangent_dim() + 1).sum();
             self.trace += (trace - self.trace) / count as f64;
         }
-    }
-}
-
-/// Difference of two readings of the solver statistics.
-fn since(now: SolverStats, before: SolverStats) -> SolverStats {
-    SolverStats {
-        steps: now.steps - before.steps,
-        rejections: now.rejections - before.rejections,
-        rhs_evals: now.rhs_evals - before.rhs_evals,
-        jacobians: now.jacobians - before.jacobians,
-        switches: now.switches - before.switches,
-        crossings: now.crossings - before.crossings,
-        events: now.events - before.events,
-        grazings: now.grazings - before.grazings,
-        steps_without_event_location: now.steps_without_event_location
-            - before.steps_without_event_location,
     }
 }
 

@@ -305,10 +305,8 @@ const BASE: f64 = 0.015;
 fn harmonics(hz: f64, within: f64, points: &Points<'_>) -> Comparison {
     Comparison::of_points(format!("multiples of {}", khz(hz)), points, |response| {
         let lines = strong_lines(response);
-        let others = lines
-            .iter()
-            .filter(|&&line| !is_multiple(line, hz, within))
-            .count();
+        let others = lines.iter().filter(|&&it| !is_multiple(it, hz, within));
+        let others = others.count();
         let measured = match others {
             0 => format!("{} multiples", lines.len()),
             others => format!("{others} of {} lines are no multiples", lines.len()),

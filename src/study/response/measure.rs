@@ -142,10 +142,8 @@ impl Samples {
     fn portrait(&self, spectrum: &[f64], bin: f64) -> PhasePortrait {
         let kept = ((KEPT_TIME * self.rate) as usize).min(self.displacement.len());
         let newest = |values: &[f64]| -> Vec<f32> {
-            values[values.len() - kept..]
-                .iter()
-                .map(|&v| v as f32)
-                .collect()
+            let newest = values[values.len() - kept..].iter();
+            newest.map(|&v| v as f32).collect()
         };
         let bins = ((MAX_FREQUENCY / bin) as usize + 1).min(spectrum.len());
         PhasePortrait {

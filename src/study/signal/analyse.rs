@@ -321,11 +321,9 @@ fn delay(
     if let Some(dimension) = search.dimension {
         choice.dimension = dimension;
     }
-    let shares = choice
-        .neighbours
-        .share
-        .get(choice.dimension.wrapping_sub(1));
-    choice.unfolded = shares.is_some_and(|share| *share <= rules.false_share);
+    let shares = &choice.neighbours.share;
+    let share = shares.get(choice.dimension.wrapping_sub(1));
+    choice.unfolded = share.is_some_and(|share| *share <= rules.false_share);
     Ok(DelayEmbedding {
         lag_s: choice.lag as f64 / rate,
         theiler_s: choice.theiler as f64 / rate,

@@ -180,11 +180,8 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
         let summary = verdict.summary();
         let (regime, rest) = summary.split_at(verdict.regime.to_string().len());
         let mut blocks = vec![Block::heading(regime, rest)];
-        blocks.extend(
-            verdict
-                .limitation
-                .map(|limitation| Block::text(limitation.to_string())),
-        );
+        let limitation = verdict.limitation;
+        blocks.extend(limitation.map(|it| Block::text(it.to_string())));
         let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
         blocks.extend(evidence.map(|piece| {
             let (factor, supports) = (significant(piece.factor(), 2), piece.supports);
@@ -209,11 +206,9 @@ fn spectrum(tones: &SpectralLines, amount: Amount<'_>) -> Vec<Block> {
             let misfit = it.misfit_hz.filter(|_| !is_fundamental);
             misfit.map(|hz| format!("misfit {hz:+.decimals$} Hz"))
         });
-    let rest = format!(
-        " (bin width {} Hz, broadband share {} of the power)",
-        significant(tones.bin_width_hz, DIGITS),
-        percent(tones.broadband_share)
-    );
+    let width = significant(tones.bin_width_hz, DIGITS);
+    let share = percent(tones.broadband_share);
+    let rest = format!(" (bin width {width} Hz, broadband share {share} of the power)");
     let lines = match tones.lines[..] {
         [] => Block::text("none"),
         _ => table.into(),
@@ -250,8 +245,10 @@ fn embedding(states: &DelayEmbedding, samples: usize) -> Vec<Block> {
         LagReason::FirstDecay => "the mutual information falls to 1/e",
         LagReason::Largest => "largest delay tried, the mutual information has no minimum",
     };
-    let unit = if choice.lag == 1 { "sample" } else { "samples" };
-    let false_share = choice.neighbours.share.get(choice.dimension - 1);
+    let (lag, dimension) = (choice.lag, choice.dimension);
+    let delay = duration(states.lag_s);
+    let unit = if lag == 1 { "sample" } else { "samples" };
+    let false_share = choice.neighbours.share.get(dimension - 1);
     let false_share = false_share.map_or("unknown share of".to_owned(), |share| percent(*share));
     let folded = if choice.unfolded {
         ""
@@ -260,14 +257,9 @@ fn embedding(states: &DelayEmbedding, samples: usize) -> Vec<Block> {
     };
     vec![
         Block::heading("delay embedding", format!(" of the last {samples} samples")),
+        Block::text(format!("delay tau = {delay} ({lag} {unit}): {reason}")),
         Block::text(format!(
-            "delay tau = {} ({} {unit}): {reason}",
-            duration(states.lag_s),
-            choice.lag,
-        )),
-        Block::text(format!(
-            "dimension m = {}: {false_share} false nearest neighbours{folded}",
-            choice.dimension
+            "dimension m = {dimension}: {false_share} false nearest neighbours{folded}"
         )),
     ]
 }

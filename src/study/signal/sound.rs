@@ -107,17 +107,11 @@ fn by_blocks(signal: &Signal, options: &EventOptions) -> Result<TonalEvents, Ana
         let [first, end] =
             [block, block + 1].map(|k| (count as u128 * k as u128 / blocks as u128) as usize);
         let start_s = signal.time(first as f64);
-        let mut found = tonal_events(&signal.samples[first..end], signal.rate, options)?;
-        found
-            .events
-            .iter_mut()
-            .for_each(|event| shift(event, start_s));
-        for event in found.events {
-            let before = all
-                .events
-                .iter_mut()
-                .find(|before| continues(before, &event, start_s));
-            match before {
+        let found = tonal_events(&signal.samples[first..end], signal.rate, options)?;
+        for mut event in found.events {
+            shift(&mut event, start_s);
+            let mut before = all.events.iter_mut();
+            match before.find(|before| continues(before, &event, start_s)) {
                 Some(before) => join(before, event),
                 None => all.events.push(event),
             }
@@ -169,10 +163,9 @@ fn join(event: &mut TonalEvent, mut next: TonalEvent) {
 pub(super) fn shift(event: &mut TonalEvent, by_s: f64) {
     event.start_s += by_s;
     event.end_s += by_s;
-    event
-        .ridge
-        .iter_mut()
-        .for_each(|point| point.time_s += by_s);
+    for point in &mut event.ridge {
+        point.time_s += by_s;
+    }
 }
 
 /// Whether two intervals have a common part.

@@ -70,12 +70,8 @@ pub(super) fn select(
     };
     let sound = sound.ok_or(SignalError::NotSound)?;
     let events = &sound.tonal.events;
-    let event = events
-        .get(number.wrapping_sub(1))
-        .ok_or(SignalError::NoEvent {
-            number,
-            found: events.len(),
-        })?;
+    let (event, found) = (events.get(number.wrapping_sub(1)), events.len());
+    let event = event.ok_or(SignalError::NoEvent { number, found })?;
     let (span, obstacle) = stretch_of(event, sound, signal.rate);
     let band = pass_band(events, event, span, signal.rate);
     let demodulated = drifts(event, span);

@@ -340,9 +340,17 @@ impl<'a> Integrator<'a> {
         self.step_controller.step
     }
 
-    /// Work done since [`Integrator::new`].
+    /// Work done since [`Integrator::new`], or since [`Integrator::reset_stats`].
     pub fn stats(&self) -> SolverStats {
         self.stepper.stats()
+    }
+
+    /// Counts the work from here on.
+    pub fn reset_stats(&mut self) {
+        self.stepper.explicit.step.stats = SolverStats::default();
+        if let Some(implicit) = &mut self.stepper.implicit {
+            implicit.step.stats = SolverStats::default();
+        }
     }
 
     /// The largest local error estimate of the steps accepted since the last call, or since
