@@ -242,9 +242,8 @@ impl PanelView {
         rec.log(self.at(&layer.id), at, &points);
         let named = tips.into_iter().zip(peaks.iter().map(|(_, name)| &**name));
         let labels = place_names(plot.width, named);
-        let names = labels
-            .iter()
-            .map(|label| (label.at, shown(label.name), color));
+        let names = labels.iter();
+        let names = names.map(|label| (label.at, shown(label.name), color));
         rec.log(self.at(paths::PANEL_NAMES), at, &texts(names));
         // The lines start below the label, which the viewer draws below its position.
         let stems = labels.iter().map(|label| {

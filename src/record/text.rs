@@ -29,10 +29,8 @@ pub fn document(markdown: impl AsRef<str>) -> TextDocument {
 /// Markdown with its tables of two columns as lists: a list wraps in a narrow view, and a table is clipped.
 pub fn lists(markdown: &str) -> String {
     let line = |line: &str| {
-        let Some(row) = line
-            .strip_prefix("| ")
-            .and_then(|row| row.strip_suffix('|'))
-        else {
+        let row = line.strip_prefix("| ");
+        let Some(row) = row.and_then(|row| row.strip_suffix('|')) else {
             // The rule below the header of a table ends the paragraph of its name.
             return if line.starts_with("|-") {
                 "\n".to_owned()
@@ -110,11 +108,9 @@ pub fn log_about(rec: &RecordingStream, header: &Header) {
 
 /// Table of the modes, scene and reference of the model.
 fn joint_about(header: &Header, joint: &JointInfo) -> String {
-    let modes: String = joint
-        .modes
-        .iter()
-        .map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz))
-        .collect();
+    let modes = joint.modes.iter();
+    let modes = modes.map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz));
+    let modes: String = modes.collect();
     format!(
         "## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
          {scene}\
@@ -161,11 +157,9 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
         ("minimum", low),
         ("maximum", high),
     ];
-    let rows: String = rows
-        .iter()
-        .filter(|(_, value)| !value.is_empty())
-        .map(|(name, value)| format!("| {name} | {value} |\n"))
-        .collect();
+    let rows = rows.iter().filter(|(_, value)| !value.is_empty());
+    let rows = rows.map(|(name, value)| format!("| {name} | {value} |\n"));
+    let rows: String = rows.collect();
     format!("## Signal\n\n| property | value |\n|---|---|\n{rows}\n")
 }
 
@@ -217,9 +211,8 @@ pub fn note(rec: &RecordingStream, time: f64, words: &str, level: &str) {
 /// Logs the summary of the run.
 pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     let lines = summary.lines.iter().take(4);
-    let lines: Vec<String> = lines
-        .map(|line| Unit::write(line.frequency, "Hz"))
-        .collect();
+    let lines = lines.map(|line| Unit::write(line.frequency, "Hz"));
+    let lines: Vec<String> = lines.collect();
     let end = if summary.interrupted {
         "Interrupted"
     } else {
@@ -236,31 +229,28 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
         style::format_time(header, summary.simulated_s),
         facts.join("; ")
     );
-    let (counted, audit) = match header.subject {
-        Subject::Joint(_) => (
-            "contact transitions",
-            match summary.energy_residual {
-                Some(residual) => format!("; energy residual {residual:.1e}"),
-                None => "; no energy audit".to_owned(),
-            },
-        ),
-        Subject::Small(ref small) => (small.transition, String::new()),
-        Subject::Signal(_) => ("", String::new()),
-    };
-    let words = match header.subject {
-        Subject::Joint(_) | Subject::Small(_) => format!(
+    let simulated = |transitions: &str| {
+        format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
-             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
-             {counted}{audit}",
+             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {count} {transitions}",
             amplitude = 1e6 * summary.amplitude_m,
             peak = 1e3 * summary.peak_velocity_m_per_s,
             factor = summary.real_time_factor,
             steps = summary.stats.steps,
             rejections = summary.stats.rejections,
             calls = summary.stats.rhs_evals,
-            transitions = summary.transitions,
-        ),
-        Subject::Signal(ref signal) => {
+            count = summary.transitions,
+        )
+    };
+    let words = match &header.subject {
+        Subject::Joint(_) => {
+            let audit = summary.energy_residual;
+            let audit = audit.map(|residual| format!("energy residual {residual:.1e}"));
+            let audit = audit.unwrap_or_else(|| "no energy audit".to_owned());
+            simulated(&format!("contact transitions; {audit}"))
+        }
+        Subject::Small(small) => simulated(small.transition),
+        Subject::Signal(signal) => {
             let amplitude = Unit::write(summary.amplitude_m, &signal.unit);
             format!("{end}; amplitude {amplitude}")
         }

@@ -72,7 +72,7 @@ fn controls_tab(header: &Header) -> Option<Part> {
     let controls = controls::recorded(header).filter(|control| control.is_named);
     let views = controls.map(|control| {
         let [path, name] = controls::series(control);
-        Part::View(View::series(name, &path))
+        Part::View(View::series(name, &[&path], None))
     });
     let views: Vec<Part> = views.collect();
     (!views.is_empty()).then(|| Part::tab("Controls", views))
@@ -255,8 +255,7 @@ fn body(joint: &JointInfo, spec: RecordSpec) -> View {
         paths::ROTATION,
         paths::RIM,
     ];
-    View::in_3d(name)
-        .with_origin(paths::SCENE_3D)
+    View::of("3D", name, paths::SCENE_3D)
         .with_contents(&entities)
         .with_eye(
             [eye[0], eye[1], middle + eye[2]],
@@ -281,8 +280,8 @@ fn patch_view(joint: &JointInfo) -> View {
     // The view is tilted slightly, and aimed below the centre to show the legend.
     let target = camera.point([0.0, -0.12, 0.0]);
     let from = camera.point([0.0, -0.6, 2.55]);
-    View::in_3d(format!("Contact patch (circles {step}° apart)"))
-        .with_origin(paths::SCENE_3D)
+    let name = format!("Contact patch (circles {step}° apart)");
+    View::of("3D", name, paths::SCENE_3D)
         .with_contents(&entities)
         .with_eye(from, target, camera.up())
 }
