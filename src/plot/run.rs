@@ -234,12 +234,9 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     };
     let mutual = mutual_information(choice, (dt, "s"), "");
     let unit = &mutual.x.unit;
-    let lag = format!(
-        "τ = {} {} ({} samples): {why}",
-        short(unit.factor * dt * choice.lag as f64),
-        unit.symbol,
-        choice.lag
-    );
+    let (samples, delay) = (choice.lag, unit.factor * dt * choice.lag as f64);
+    let (delay, unit) = (short(delay), &unit.symbol);
+    let lag = format!("τ = {delay} {unit} ({samples} samples): {why}");
     let shares = &choice.neighbours.share;
     let share = shares.get(choice.dimension.wrapping_sub(1));
     let lowest = if choice.unfolded {
@@ -247,12 +244,10 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     } else {
         ", the lowest share"
     };
-    let dimension = format!(
-        "m = {}: {} % false{lowest}; Theiler window {}",
-        choice.dimension,
-        short(100.0 * share.copied().unwrap_or(0.0)),
-        Unit::write(dt * choice.theiler as f64, "s"),
-    );
+    let share = short(100.0 * share.copied().unwrap_or(0.0));
+    let theiler = Unit::write(dt * choice.theiler as f64, "s");
+    let m = choice.dimension;
+    let dimension = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
     let neighbours = false_neighbours(choice, "").with_caption(dimension);
     [
         ("mutual-information", mutual.with_caption(lag)),
