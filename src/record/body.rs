@@ -167,14 +167,12 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) {
     }
     let reach = 1e3 * 1.9 * joint.ball_radius / speed;
     let along = joint.rotation.map(|c| (reach * c) as f32);
+    let range = style::format_range(joint.rotation_span, |factor| style::short(factor * speed));
     let arrow = Arrows3D::from_vectors([along.map(|c| 2.0 * c)])
         .with_origins([along.map(|c| -c)])
         .with_colors([style::ROTATION])
         .with_radii([0.8])
-        .with_labels([format!(
-            "rotation {} rad/s",
-            style::format_range(joint.rotation_span, |factor| style::short(factor * speed))
-        )]);
+        .with_labels([format!("rotation {range} rad/s")]);
     rec.log_static(paths::ROTATION, &arrow);
 }
 

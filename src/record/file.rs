@@ -137,10 +137,8 @@ impl RecordingFile {
                 Err(RecvTimeoutError::Timeout) => self.writer.stuck.store(true, Ordering::Relaxed),
             }
         }
-        Err(format!(
-            "the disk has not responded for {} s",
-            DISK_TIMEOUT.as_secs()
-        ))
+        let seconds = DISK_TIMEOUT.as_secs();
+        Err(format!("the disk has not responded for {seconds} s"))
     }
 
     /// Writes the index and ends the thread; later messages are ignored.

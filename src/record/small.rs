@@ -96,13 +96,9 @@ impl SmallFrames {
             format!("{} **{percent:.0} %**", status.label)
         });
         let shares: Vec<String> = shares.collect();
-        format!(
-            "Last {}: {}; {} {}.",
-            Unit::write(stats.time, "s"),
-            shares.join(", "),
-            stats.transitions,
-            self.small.transition,
-        )
+        let (time, shares) = (Unit::write(stats.time, "s"), shares.join(", "));
+        let (count, transition) = (stats.transitions, self.small.transition);
+        format!("Last {time}: {shares}; {count} {transition}.")
     }
 }
 

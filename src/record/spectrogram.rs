@@ -213,18 +213,15 @@ fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
             (levels, words, db(1e3 * zero))
         }
     };
+    let [from, to] = [low, high].map(|level| short(level.into()));
+    let scale = format!("{from} dB to {to} dB");
     let plot = Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         top_margin: 0.0,
         x: time_axis(header.start(), header.duration),
         y: Axis::linear("frequency", [0.0, highest]).written_in(Unit {
-            symbol: format!(
-                "{}   (colour scale {} dB to {} dB, 0 dB = {zero})",
-                hz.symbol,
-                short(low.into()),
-                short(high.into()),
-            ),
+            symbol: format!("{}   (colour scale {scale}, 0 dB = {zero})", hz.symbol),
             ..hz
         }),
         grid: false,

@@ -122,11 +122,9 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
 
 /// The scene file.
 fn scene_about(header: &Header) -> String {
-    format!(
-        "## Scene {scene}\n\n{text}\n\n",
-        scene = escape::code(&header.scene),
-        text = escape::block("toml", &header.scene_text),
-    )
+    let scene = escape::code(&header.scene);
+    let text = escape::block("toml", &header.scene_text);
+    format!("## Scene {scene}\n\n{text}\n\n")
 }
 
 /// The scene of a study, and its command line.
@@ -167,25 +165,25 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
 /// description of the scene, which describe the scene as written and not the present motion.
 pub fn narrate(rec: &RecordingStream, header: &Header, time: f64, words: &str) {
     let facts = match &header.subject {
-        Subject::Joint(joint) => format!(
-            "Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.",
-            ball = 2e3 * joint.ball_radius,
-            load = style::format_range(joint.load_span, style::short),
-            speed = style::format_range(joint.rotation_span, |factor| {
-                format!("{:.1}", 1e3 * factor * joint.sliding_speed)
-            }),
-        ),
-        Subject::Small(small) => format!(
-            "System: {}, natural frequency {}.",
-            small.words,
-            Unit::write(small.frequency_hz, "Hz"),
-        ),
-        Subject::Signal(signal) => format!(
-            "{}, sample rate {} Hz, duration {}.",
-            escape::code(&signal.column),
-            style::short(header.sample_rate),
-            Unit::write(header.duration, "s"),
-        ),
+        Subject::Joint(joint) => {
+            let ball = 2e3 * joint.ball_radius;
+            let load = style::format_range(joint.load_span, style::short);
+            let speed = |factor: f64| format!("{:.1}", 1e3 * factor * joint.sliding_speed);
+            let speed = style::format_range(joint.rotation_span, speed);
+            format!("Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.")
+        }
+        Subject::Small(small) => {
+            let frequency = Unit::write(small.frequency_hz, "Hz");
+            format!("System: {}, natural frequency {frequency}.", small.words)
+        }
+        Subject::Signal(signal) => {
+            let (column, rate) = (
+                escape::code(&signal.column),
+                style::short(header.sample_rate),
+            );
+            let duration = Unit::write(header.duration, "s");
+            format!("{column}, sample rate {rate} Hz, duration {duration}.")
+        }
     };
     let text = format!(
         "{words}\n\n*Observed at {now}.*\n\n---\n\n**{written}{title}**\n\n{about}\n\n\
@@ -224,11 +222,8 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     };
     let lines = (!summary.at_rest).then_some(lines);
     let facts: Vec<String> = summary.describe_motion().into_iter().chain(lines).collect();
-    let end = format!(
-        "{end} after {}: {}",
-        style::format_time(header, summary.simulated_s),
-        facts.join("; ")
-    );
+    let time = style::format_time(header, summary.simulated_s);
+    let end = format!("{end} after {time}: {}", facts.join("; "));
     let simulated = |transitions: &str| {
         format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \

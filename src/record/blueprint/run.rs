@@ -91,10 +91,8 @@ impl Run<'_> {
         let is_small = self.header.joint().is_none()
             && matches!(evidence, Evidence::Growth | Evidence::Contact);
         let evidence: &str = evidence.into();
-        Some(format!(
-            "lesson-{evidence}{}",
-            if is_small { "-small" } else { "" }
-        ))
+        let ending = if is_small { "-small" } else { "" };
+        Some(format!("lesson-{evidence}{ending}"))
     }
 
     /// Whether a tab is shown that has views in other tabs, too.
@@ -236,11 +234,10 @@ fn body(joint: &JointInfo, spec: RecordSpec) -> View {
     let name = match (joint.outline.vertices.is_empty(), spec.body_rate > 0.0) {
         (true, true) => format!("{}: load and rotation (surface not known)", joint.body),
         (true, false) => format!("{}: load and rotation", joint.body),
-        (false, _) => format!(
-            "{}, displacements × {}",
-            joint.body,
-            style::short(spec.deformation_scale)
-        ),
+        (false, _) => {
+            let scale = style::short(spec.deformation_scale);
+            format!("{}, displacements × {scale}", joint.body)
+        }
     };
     let vertices = &joint.outline.vertices;
     let lowest = vertices.iter().map(|v| v[2]).fold(-0.2, f64::min);
