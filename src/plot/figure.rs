@@ -22,6 +22,9 @@ pub struct Figure {
     pub rows: Vec<Vec<Panel>>,
 }
 
+/// The ends of a horizontal bar, and its colour.
+pub type Bar = ([f64; 2], Color);
+
 /// Text width of a page, mm.
 pub const PAGE_MM: f64 = 180.0;
 /// Width of a figure of one square panel, mm.
@@ -98,7 +101,7 @@ impl Panel {
     }
 
     /// Horizontal bars in rows with names, the first row at the top. A bar is its ends and its colour.
-    pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<([f64; 2], Color)>)>) -> Self {
+    pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<Bar>)>) -> Self {
         let (names, bars): (_, Vec<_>) = rows.into_iter().unzip();
         let y = Axis::rows(names);
         let numbered = bars.into_iter().enumerate();

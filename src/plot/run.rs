@@ -239,11 +239,8 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     let lag = format!("τ = {delay} {unit} ({samples} samples): {why}");
     let shares = &choice.neighbours.share;
     let share = shares.get(choice.dimension.wrapping_sub(1));
-    let lowest = if choice.unfolded {
-        ""
-    } else {
-        ", the lowest share"
-    };
+    let unfolded = choice.unfolded;
+    let lowest = if unfolded { "" } else { ", the lowest share" };
     let share = short(100.0 * share.copied().unwrap_or(0.0));
     let theiler = Unit::write(dt * choice.theiler as f64, "s");
     let m = choice.dimension;

@@ -140,12 +140,9 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
 }
 
 /// Width and height of the plot area of a panel where it may take a size.
-fn sides(panel: &Panel, [width, height]: [f64; 2]) -> [f64; 2] {
-    if panel.square {
-        [width.min(height); 2]
-    } else {
-        [width, height]
-    }
+fn sides(panel: &Panel, sides: [f64; 2]) -> [f64; 2] {
+    let square = [sides[0].min(sides[1]); 2];
+    if panel.square { square } else { sides }
 }
 
 /// The texts of a panel, broken into lines.
@@ -232,11 +229,8 @@ fn widest(lines: &[String], em: f64) -> f64 {
 
 /// Distance of the header from the left edge. It leaves room for the name of the vertical axis.
 fn indent(panel: &Panel, left: f64, em: f64) -> f64 {
-    if panel.y.scale == Scale::Rows {
-        EDGE * em
-    } else {
-        left
-    }
+    let has_names = panel.y.scale == Scale::Rows;
+    if has_names { EDGE * em } else { left }
 }
 
 /// The layers of the legend in lines of a width.

@@ -87,17 +87,17 @@ impl Row {
     }
 }
 
+/// Gives a view by its name; `None` if it has no data.
+pub type ViewOf<'a> = dyn FnMut(&str) -> Option<View> + 'a;
+
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
-pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
+pub fn tab(key: &str, view: &mut ViewOf<'_>) -> Option<Part> {
     let (title, screen) = screen_of(key, view)?;
     Some(Part::tab(title, vec![screen]))
 }
 
 /// The title and the screen of a tab, as [`tab`].
-pub fn screen_of(
-    key: &str,
-    view: &mut dyn FnMut(&str) -> Option<View>,
-) -> Option<(&'static str, Part)> {
+pub fn screen_of(key: &str, view: &mut ViewOf<'_>) -> Option<(&'static str, Part)> {
     let (title, lines) = section(key)?;
     Some((title, screen(lines, view)?))
 }
@@ -110,7 +110,7 @@ fn section(key: &str) -> Option<(&'static str, &'static str)> {
 }
 
 /// The part that lines describe.
-fn screen(lines: &'static str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
+fn screen(lines: &'static str, view: &mut ViewOf<'_>) -> Option<Part> {
     let lines = lines.lines().filter(|line| !line.trim().is_empty());
     let lines = lines.map(|line| {
         let text = line.trim_start();
@@ -124,10 +124,7 @@ fn screen(lines: &'static str, view: &mut dyn FnMut(&str) -> Option<View>) -> Op
 }
 
 /// The part of the first line; the other lines are inside.
-fn part(
-    lines: &[(usize, f32, &'static str)],
-    view: &mut dyn FnMut(&str) -> Option<View>,
-) -> Option<Part> {
+fn part(lines: &[(usize, f32, &'static str)], view: &mut ViewOf<'_>) -> Option<Part> {
     let (&(depth, _, name), inside) = lines.split_first()?;
     if !["row", "column"].contains(&name) {
         return view(name).map(Part::View);
