@@ -144,16 +144,10 @@ impl SpectrumAxes {
         }
     }
 
-    /// A spectrum with bins `bin` (Hz) apart, and its labelled lines, strongest first.
-    pub fn panel(
-        &self,
-        bin: f64,
-        amplitude: &[f64],
-        lines: &[SpectralLine],
-        color: Color,
-    ) -> Panel {
+    /// A spectrum with values `bin` (Hz) apart, and its labelled lines, strongest first.
+    pub fn panel(&self, bin: f64, values: &[f64], lines: &[SpectralLine], color: Color) -> Panel {
         let end = self.x.range[1];
-        let points = amplitude.iter().enumerate();
+        let points = values.iter().enumerate();
         let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
         let points = points.take_while(|point| point[0] <= end).collect();
         let shown = lines.iter().filter(|line| line.frequency <= end);
@@ -179,7 +173,7 @@ impl SpectrumAxes {
 /// The spectrum of a motion with its labelled lines.
 pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
     let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
-    let amplitude = amplitude.collect::<Vec<f64>>();
+    let amplitude: Vec<f64> = amplitude.collect();
     axes.panel(motion.spectrum_bin_hz, &amplitude, lines, Color::Faint)
 }
 
