@@ -44,10 +44,8 @@ impl Axis {
     /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and a unit that takes no
     /// prefix. An empty or non-finite range is widened so that it can be drawn.
     pub fn linear(name: impl AsRef<str>, range: [f64; 2]) -> Self {
-        let (name, unit) = name
-            .as_ref()
-            .rsplit_once(", ")
-            .unwrap_or((name.as_ref(), ""));
+        let name = name.as_ref();
+        let (name, unit) = name.rsplit_once(", ").unwrap_or((name, ""));
         Self {
             name: name.to_owned(),
             unit: Unit {
@@ -211,18 +209,12 @@ pub fn readable(path: &str, unit: &str) -> String {
     let symbol = unit.to_lowercase().replace("1/", "/").replace('^', "");
     let symbol = symbol.replace('²', "2").replace('µ', "u");
     let endings = ["_per_", "_"].map(|per| symbol.replace('/', per));
-    let name = endings
-        .iter()
-        .find_map(|ending| key.strip_suffix(&**ending));
-    let name = name.unwrap_or(key).trim_end_matches('_');
-    let name = name.replace("mu_", "μ");
-    let name = if name.starts_with(table) {
-        name
-    } else {
-        format!("{table} {name}")
-    };
-    let label = [name.replace('_', " "), unit.to_owned()].join(", ");
-    label.trim_end_matches(", ").to_owned()
+    let strip = |ending: &String| key.strip_suffix(&**ending);
+    let name = endings.iter().find_map(strip).unwrap_or(key);
+    let name = name.trim_end_matches('_').replace("mu_", "μ");
+    let table = if name.starts_with(table) { "" } else { table };
+    let label = format!("{table} {name}").replace('_', " ") + ", " + unit;
+    label.trim_start().trim_end_matches(", ").to_owned()
 }
 
 /// The values 1, 2 and 5 times powers of ten that enclose two positive values, in ascending order.
@@ -288,11 +280,8 @@ fn decimals([low, high]: [f64; 2]) -> usize {
 /// A number without trailing zeros.
 fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
-    let text = if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        &text
-    };
+    let digits = text.trim_end_matches('0').trim_end_matches('.');
+    let text = if text.contains('.') { digits } else { &text };
     let text = if text == "-0" { "0" } else { text };
     text.replace('-', "−")
 }

@@ -211,23 +211,16 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let named = marks(branch, amplitude);
     layers.push(Layer::rings(named.iter().map(|(at, _)| *at)));
     layers.push(Layer::peaks(named));
-    let upper = Panel::new(
-        "amplitude: solid if the motion attracts, dashed if not",
-        x.clone(),
-        Axis::linear("amplitude", [-0.04 * highest, 1.12 * highest]).of("m"),
-        layers,
-    );
+    let y = Axis::linear("amplitude", [-0.04 * highest, 1.12 * highest]).of("m");
+    let title = "amplitude: solid if the motion attracts, dashed if not";
+    let upper = Panel::new(title, x.clone(), y, layers);
     let frequencies = branch.points.iter().map(|point| point.orbit.frequency_hz());
     let mut layers = lines(branch, PeriodicOrbit::frequency_hz);
     // The names are in the upper panel: here they would cover the curve.
     let places = marks(branch, PeriodicOrbit::frequency_hz).into_iter();
     layers.push(Layer::rings(places.map(|(at, _)| at)));
-    let lower = Panel::new(
-        "frequency of the periodic orbits",
-        x.clone(),
-        Axis::with_margin("frequency", frequencies).of("Hz"),
-        layers,
-    );
+    let y = Axis::with_margin("frequency", frequencies).of("Hz");
+    let lower = Panel::new("frequency of the periodic orbits", x.clone(), y, layers);
     let title = format!("{scene}: branches of periodic orbits");
     let panels = [upper, lower].into_iter().chain(rotation_panel(branch, x));
     Figure::grid("branch", &title, ROW_MM, 1, panels.collect())

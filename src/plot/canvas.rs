@@ -170,11 +170,9 @@ impl PlotArea<'_> {
         // Lines across the panel end at its edges: layers as wide as lines far beyond take memory. Other positions far
         // outside are clamped, because SVG viewers use single precision.
         let share = |axis: &Axis, value: f64| {
-            if value.abs() == FAR {
-                f64::from(value > 0.0)
-            } else {
-                axis.fraction(value).clamp(-1e3, 1e3)
-            }
+            let end = f64::from(value > 0.0);
+            let near = axis.fraction(value).clamp(-1e3, 1e3);
+            if value.abs() == FAR { end } else { near }
         };
         let shares = [share(&self.panel.x, x), 1.0 - share(&self.panel.y, y)];
         let Rect { at, size } = self.rect;

@@ -24,14 +24,12 @@ pub fn false_neighbours(choice: &DelayChoice, label: &str) -> Panel {
     let shares = choice.neighbours.share.iter().zip(1..);
     let shares = shares.map(|(share, k)| [f64::from(k), 100.0 * share]);
     let shares: Vec<[f64; 2]> = shares.collect();
-    Panel::new(
-        "false nearest neighbours",
-        Axis::integers("embedding dimension m", shares.len()),
-        Axis::linear("false nearest neighbours, %", [-3.0, 105.0]),
-        vec![
-            Layer::line(shares.clone(), Color::Ink),
-            Layer::points(shares, 2.4, Color::Ink),
-            Layer::vertical_lines([choice.dimension as f64], Color::Accent).with_label(label),
-        ],
-    )
+    let x = Axis::integers("embedding dimension m", shares.len());
+    let y = Axis::linear("false nearest neighbours, %", [-3.0, 105.0]);
+    let layers = vec![
+        Layer::line(shares.clone(), Color::Ink),
+        Layer::points(shares, 2.4, Color::Ink),
+        Layer::vertical_lines([choice.dimension as f64], Color::Accent).with_label(label),
+    ];
+    Panel::new("false nearest neighbours", x, y, layers)
 }

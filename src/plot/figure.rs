@@ -22,6 +22,9 @@ pub struct Figure {
     pub rows: Vec<Vec<Panel>>,
 }
 
+/// The ends of a horizontal bar, and its colour.
+pub type Bar = ([f64; 2], Color);
+
 /// Text width of a page, mm.
 pub const PAGE_MM: f64 = 180.0;
 /// Width of a figure of one square panel, mm.

@@ -281,12 +281,9 @@ pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f6
     let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
     let frequencies = joint.modes.iter().map(|mode| mode.frequency_hz);
     let highest = 1.2 * frequencies.fold(2e3, f64::max);
-    Panel::new(
-        "Strongest line over tilt",
-        Axis::linear("tilt, °", [low, 1.05 * high]),
-        Axis::rounded_logarithmic("strongest line", [1e3, highest].into_iter()).of("Hz"),
-        layers.to_vec(),
-    )
+    let x = Axis::linear("tilt, °", [low, 1.05 * high]);
+    let y = Axis::rounded_logarithmic("strongest line", [1e3, highest].into_iter()).of("Hz");
+    Panel::new("Strongest line over tilt", x, y, layers.to_vec())
 }
 
 /// The computed curves of a lesson, with the operating points of the run.
@@ -301,11 +298,7 @@ pub fn prediction_panel(picture: &PredictedCurves) -> Panel {
         curve.with_label(*name).with_id("curves")
     });
     let marks = Layer::points(picture.marks.clone(), 4.2, Color::Accent).with_id("marks");
-    let [x, y] = picture.axes;
-    Panel::new(
-        picture.title,
-        Axis::linear(x, [x_low, x_high]),
-        Axis::linear(y, [y_low.min(0.0), (1.1 * y_high).max(0.0)]),
-        curves.chain([marks]).collect(),
-    )
+    let x = Axis::linear(picture.axes[0], [x_low, x_high]);
+    let y = Axis::linear(picture.axes[1], [y_low.min(0.0), (1.1 * y_high).max(0.0)]);
+    Panel::new(picture.title, x, y, curves.chain([marks]).collect())
 }

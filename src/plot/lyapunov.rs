@@ -52,12 +52,10 @@ fn running(study: &LyapunovStudy) -> Panel {
         _ => String::new(),
     };
     let averaged = spectrum.time;
-    Panel::new(
-        format!("running value with 95 % interval, {averaged:.3} s averaged{since}"),
-        Axis::logarithmic("averaging time, s", times),
-        Axis::with_margin("exponent, 1/s", late.chain([0.0])),
-        layers,
-    )
+    let title = format!("running value with 95 % interval, {averaged:.3} s averaged{since}");
+    let x = Axis::logarithmic("averaging time, s", times);
+    let y = Axis::with_margin("exponent, 1/s", late.chain([0.0]));
+    Panel::new(title, x, y, layers)
 }
 
 fn all(spectrum: &LyapunovSpectrum) -> Panel {

@@ -57,16 +57,11 @@ pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figur
     let tip = rotation.map(|w| 2.6 * radius / size.max(f64::MIN_POSITIVE) * w);
     let turning = Layer::line(arrow([[0.0; 3], tip]), Color::Series(0))
         .with_label(format!("rotation {size:.3} rad/s"));
-    let configuration = Panel::new(
-        format!("load tilted by {:.1}°", tilt.to_degrees()),
-        Axis::linear("mm", [-105.0, 105.0]),
-        Axis::linear("mm", [-225.0, 65.0]),
-        vec![
-            wires(&mesh, Color::Ink, |_, at| at),
-            load.with_size(1.6),
-            turning.with_size(1.6),
-        ],
-    );
+    let title = format!("load tilted by {:.1}°", tilt.to_degrees());
+    let [x, y] = [[-105.0, 105.0], [-225.0, 65.0]].map(|range| Axis::linear("mm", range));
+    let [load, turning] = [load, turning].map(|arrow| arrow.with_size(1.6));
+    let layers = vec![wires(&mesh, Color::Ink, |_, at| at), load, turning];
+    let configuration = Panel::new(title, x, y, layers);
     let title = "Fig. 1: configuration, and pre-stress on the contact patch";
     let row = vec![configuration, pre_stress(ball, model, direction)];
     Ok(Figure::new("figure-1", title, 112.0, vec![row]))
@@ -89,16 +84,13 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
         let pressure = middle * (1.0 - s * s).max(0.0).sqrt();
         [1e3 * radius * s, 1e-6 * pressure]
     });
-    Panel::new(
-        format!("pre-stress on the patch, up to {:.2} MPa", 1e-6 * middle),
-        Axis::linear("distance from the centre, mm", [0.0, 1.05e3 * radius]),
-        Axis::linear("pre-stress, MPa", [0.0, 1.1e-6 * middle]),
-        vec![
-            Layer::line(curve.collect(), Color::Faint).with_label("Hertz"),
-            Layer::points(nodes.collect(), 1.8, Color::Accent)
-                .with_label(format!("{} contact nodes", model.nodes())),
-        ],
-    )
+    let title = format!("pre-stress on the patch, up to {:.2} MPa", 1e-6 * middle);
+    let x = Axis::linear("distance from the centre, mm", [0.0, 1.05e3 * radius]);
+    let y = Axis::linear("pre-stress, MPa", [0.0, 1.1e-6 * middle]);
+    let hertz = Layer::line(curve.collect(), Color::Faint).with_label("Hertz");
+    let nodes = Layer::points(nodes.collect(), 1.8, Color::Accent);
+    let nodes = nodes.with_label(format!("{} contact nodes", model.nodes()));
+    Panel::new(title, x, y, vec![hertz, nodes])
 }
 
 /// Fig. 2: mode shapes, one of each bending pair, drawn over the undeformed body.
@@ -132,13 +124,8 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
     let undeformed = panel("undeformed".to_owned(), vec![rest(Color::Ink)]);
     let panels = [undeformed].into_iter().chain(modes);
     let title = "Fig. 2: mode shapes";
-    Ok(Figure::grid(
-        "figure-2",
-        title,
-        78.0,
-        COLUMNS,
-        panels.collect(),
-    ))
+    let panels = panels.collect();
+    Ok(Figure::grid("figure-2", title, 78.0, COLUMNS, panels))
 }
 
 /// Rings and meridians of the surface, with each vertex displaced by `moved`.
@@ -181,26 +168,23 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
     let curve = |law: &Stribeck, color, name: &str| {
         let speeds = (0..=2000).map(|k| FASTEST * f64::from(k) / 2000.0);
         let points = speeds.map(|speed| [1e3 * speed, law.coefficient(speed)]);
-        Layer::line(points.collect(), color).with_label(format!(
-            "{name}: d = {}, f = {} s/m",
-            law.creep, law.stribeck
-        ))
+        let (d, f) = (law.creep, law.stribeck);
+        Layer::line(points.collect(), color).with_label(format!("{name}: d = {d}, f = {f} s/m"))
     };
     let at = |law: &Stribeck| {
         let (mu, slope) = (law.coefficient(sliding), law.slope(sliding));
         format!("μ = {mu:.3}, slope {slope:.2} s/m")
     };
-    let panel = Panel::new(
-        format!("used here: {}; as printed: {}", at(law), at(&printed)),
-        Axis::linear("slip speed, mm/s", [0.0, 1e3 * FASTEST]),
-        Axis::linear("coefficient of friction", [0.0, 1.08 * law.mu_s]),
-        vec![
-            curve(law, Color::Series(0), "used here"),
-            curve(&printed, Color::Series(2), "as printed"),
-            Layer::vertical_lines([1e3 * sliding], Color::Faint)
-                .with_label(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
-        ],
-    );
+    let title = format!("used here: {}; as printed: {}", at(law), at(&printed));
+    let x = Axis::linear("slip speed, mm/s", [0.0, 1e3 * FASTEST]);
+    let y = Axis::linear("coefficient of friction", [0.0, 1.08 * law.mu_s]);
+    let label = format!("steady sliding, {:.1} mm/s", 1e3 * sliding);
+    let layers = vec![
+        curve(law, Color::Series(0), "used here"),
+        curve(&printed, Color::Series(2), "as printed"),
+        Layer::vertical_lines([1e3 * sliding], Color::Faint).with_label(label),
+    ];
+    let panel = Panel::new(title, x, y, layers);
     let (mu_s, mu_d) = (law.mu_s, law.mu_d);
     let title = format!("Fig. 3: friction curve, μs = {mu_s}, μd = {mu_d}");
     Figure::new("figure-3", &title, 85.0, vec![vec![panel]])
@@ -214,10 +198,8 @@ pub fn motion(
     response: &SettledResponse,
     modes: &[ExplainedMode],
 ) -> Figure {
-    let title = format!(
-        "Fig. {number}: at {tilt_deg}°, {}",
-        response.regime.with_confidence(response.confidence)
-    );
+    let regime = response.regime.with_confidence(response.confidence);
+    let title = format!("Fig. {number}: at {tilt_deg}°, {regime}");
     let unstable = modes.iter().filter(|mode| mode.unstable()).count();
     let name = |mode: &ExplainedMode| format!("{:.2} kHz", 1e-3 * mode.frequency_hz);
     let named: Vec<_> = modes.iter().map(|mode| (name(mode), mode)).collect();
@@ -263,12 +245,8 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let title = format!("b: false nearest neighbours: dimension {dimension}");
     let neighbours = false_neighbours(choice, &format!("m = {dimension}")).with_title(title);
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
-    Figure::new(
-        "figure-8",
-        &title,
-        80.0,
-        vec![vec![information, neighbours]],
-    )
+    let rows = vec![vec![information, neighbours]];
+    Figure::new("figure-8", &title, 80.0, rows)
 }
 
 /// Title of the motion at a tilt (degrees).

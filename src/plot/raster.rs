@@ -27,14 +27,10 @@ pub fn png(svg: &str, resolution: f32) -> Result<Vec<u8>, FigureError> {
     let scale = resolution / DOTS;
     let [width, height] = [tree.size().width(), tree.size().height()];
     let [width, height] = [width, height].map(|side| (side * scale).round() as u32);
-    let pixels = Pixmap::new(width, height);
-    let mut pixels =
-        pixels.ok_or_else(|| FigureError("its size is zero or too large".to_owned()))?;
-    resvg::render(
-        &tree,
-        Transform::from_scale(scale, scale),
-        &mut pixels.as_mut(),
-    );
+    let error = || FigureError("its size is zero or too large".to_owned());
+    let mut pixels = Pixmap::new(width, height).ok_or_else(error)?;
+    let enlarged = Transform::from_scale(scale, scale);
+    resvg::render(&tree, enlarged, &mut pixels.as_mut());
     let png = pixels.encode_png();
     png.map_err(|error| FigureError(error.to_string()))
 }

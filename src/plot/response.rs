@@ -63,12 +63,10 @@ pub fn time_series(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     let first = fine.len().saturating_sub(count);
     let points = fine[first..].iter().enumerate();
     let points: Vec<[f64; 2]> = points.map(|(k, [u, _])| [dt * k as f64, *u]).collect();
-    Panel::new(
-        "displacement at the patch centre",
-        Axis::linear("time", [0.0, WINDOW]).of("s"),
-        Axis::with_margin("u", points.iter().map(|p| p[1])).of("m"),
-        vec![Layer::line(points, color)],
-    )
+    let x = Axis::linear("time", [0.0, WINDOW]).of("s");
+    let y = Axis::with_margin("u", points.iter().map(|p| p[1])).of("m");
+    let layers = vec![Layer::line(points, color)];
+    Panel::new("displacement at the patch centre", x, y, layers)
 }
 
 /// Phase portrait: velocity (m/s) over displacement (m), on axes of ± `reach` if it is given.
@@ -77,10 +75,8 @@ pub fn phase_portrait(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color
         Some(reach) => Axis::linear(name, [-reach[c], reach[c]]),
         None => Axis::with_margin(name, points.iter().map(|p| p[c])),
     };
-    let (x, y) = (
-        axis(0, "displacement").of("m"),
-        axis(1, "velocity").of("m/s"),
-    );
+    let x = axis(0, "displacement").of("m");
+    let y = axis(1, "velocity").of("m/s");
     let trail = Layer::line(points.to_vec(), color).with_size(0.9);
     Panel::new("phase portrait", x, y, vec![trail.with_id("trail")])
 }
@@ -148,16 +144,10 @@ impl SpectrumAxes {
         }
     }
 
-    /// A spectrum with bins `bin` (Hz) apart, and its labelled lines, strongest first.
-    pub fn panel(
-        &self,
-        bin: f64,
-        amplitude: &[f64],
-        lines: &[SpectralLine],
-        color: Color,
-    ) -> Panel {
+    /// A spectrum with values `bin` (Hz) apart, and its labelled lines, strongest first.
+    pub fn panel(&self, bin: f64, values: &[f64], lines: &[SpectralLine], color: Color) -> Panel {
         let end = self.x.range[1];
-        let points = amplitude.iter().enumerate();
+        let points = values.iter().enumerate();
         let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
         let points = points.take_while(|point| point[0] <= end).collect();
         let shown = lines.iter().filter(|line| line.frequency <= end);
@@ -183,7 +173,7 @@ impl SpectrumAxes {
 /// The spectrum of a motion with its labelled lines.
 pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
     let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
-    let amplitude = amplitude.collect::<Vec<f64>>();
+    let amplitude: Vec<f64> = amplitude.collect();
     axes.panel(motion.spectrum_bin_hz, &amplitude, lines, Color::Faint)
 }
 
@@ -231,12 +221,9 @@ pub fn recurrence_caption(plot: &RecurrenceImage, unit: &str) -> String {
         Some(threshold) => format!("ε = {}", Unit::write(threshold, unit)),
         None => "ε chosen for each state".to_owned(),
     };
-    format!(
-        "RR = {:.0} %, {epsilon}, m = {}, τ = {}",
-        1e2 * plot.rate,
-        plot.dimension,
-        Unit::write(plot.lag, "s"),
-    )
+    let (rate, dimension) = (1e2 * plot.rate, plot.dimension);
+    let lag = Unit::write(plot.lag, "s");
+    format!("RR = {rate:.0} %, {epsilon}, m = {dimension}, τ = {lag}")
 }
 
 /// The class of each pixel, the latest row first.

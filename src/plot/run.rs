@@ -61,23 +61,18 @@ pub fn letter(subject: &Subject) -> &'static str {
     }
 }
 
-/// Smallest full scale of a signal with a given range: 1e-4 of half the range, and a positive value for a
+/// Mean of a signal's range, and the smallest half-range worth showing: 1e-4 of half the range, and a positive value for a
 /// constant signal.
-pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
+pub fn range_shown([low, high]: [f64; 2]) -> [f64; 2] {
     let size = low.abs().max(high.abs());
     let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
-    (1e-4 * 0.5 * (high - low)).max(least)
-}
-
-/// Mean of a signal's range, and the smallest half-range worth showing.
-pub fn range_shown(span: [f64; 2]) -> [f64; 2] {
-    [0.5 * (span[0] + span[1]), smallest_shown(span)]
+    [0.5 * (low + high), (1e-4 * 0.5 * (high - low)).max(least)]
 }
 
 /// Half the range of the samples; positive.
 pub fn full_scale(signal: &SignalInfo) -> f64 {
     let [low, high] = signal.span;
-    (0.5 * (high - low)).max(smallest_shown(signal.span))
+    (0.5 * (high - low)).max(range_shown(signal.span)[1])
 }
 
 /// Timer of the redraws of a plot, at most at the picture rate of the viewer; without a viewer every change
@@ -234,25 +229,17 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     };
     let mutual = mutual_information(choice, (dt, "s"), "");
     let unit = &mutual.x.unit;
-    let lag = format!(
-        "τ = {} {} ({} samples): {why}",
-        short(unit.factor * dt * choice.lag as f64),
-        unit.symbol,
-        choice.lag
-    );
+    let (samples, delay) = (choice.lag, unit.factor * dt * choice.lag as f64);
+    let (delay, unit) = (short(delay), &unit.symbol);
+    let lag = format!("τ = {delay} {unit} ({samples} samples): {why}");
     let shares = &choice.neighbours.share;
     let share = shares.get(choice.dimension.wrapping_sub(1));
-    let lowest = if choice.unfolded {
-        ""
-    } else {
-        ", the lowest share"
-    };
-    let dimension = format!(
-        "m = {}: {} % false{lowest}; Theiler window {}",
-        choice.dimension,
-        short(100.0 * share.copied().unwrap_or(0.0)),
-        Unit::write(dt * choice.theiler as f64, "s"),
-    );
+    let unfolded = choice.unfolded;
+    let lowest = if unfolded { "" } else { ", the lowest share" };
+    let share = short(100.0 * share.copied().unwrap_or(0.0));
+    let theiler = Unit::write(dt * choice.theiler as f64, "s");
+    let m = choice.dimension;
+    let dimension = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
     let neighbours = false_neighbours(choice, "").with_caption(dimension);
     [
         ("mutual-information", mutual.with_caption(lag)),

@@ -30,11 +30,10 @@ const RIDGE: Color = Color::Series(6);
 /// The rows of a figure and its height, mm.
 type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
-/// Draws the picture of a figure.
-type Draw = fn(&SignalAnalysis) -> Picture;
+/// A figure: name, what it shows, and its picture.
+type Drawing = (&'static str, &'static str, fn(&SignalAnalysis) -> Picture);
 
-/// The figures: name, what it shows, and its picture.
-const FIGURES: [(&str, &str, Draw); 13] = [
+const FIGURES: [Drawing; 13] = [
     ("events", "Tonal events", events),
     ("waveform", "Waveform", waveform),
     ("spectrum", "Spectrum", spectrum),
@@ -124,10 +123,10 @@ fn events(report: &SignalAnalysis) -> Picture {
     let title = match (&report.sound, events.len()) {
         (None, _) => "no tonal events: the sample rate is not that of sound",
         (Some(_), 0) => "no tonal events",
-        (Some(sound), _) => &format!(
-            "events with number and level ({}) at their starts",
-            sound.level_reference
-        ),
+        (Some(sound), _) => {
+            let reference = sound.level_reference;
+            &format!("events with number and level ({reference}) at their starts")
+        }
     };
     if !events.is_empty() {
         let ridges = events.iter().map(|event| {
@@ -193,12 +192,11 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
     let bases = bases(&report.tones.naming.bases);
     let floor = 100.0 * report.tones.broadband_share;
     let name = format!("amplitude, {}", reference.trim_end());
-    let panel = Panel::new(
-        format!("{bases}; broadband floor {floor:.2} %"),
-        frequency_axis(report, top(report)),
-        Axis::linear(name, [lowest, level(strongest) + 20.0]),
-        vec![envelope(&levels, |k| k as f64 * spectrum.bin), peaks],
-    );
+    let x = frequency_axis(report, top(report));
+    let y = Axis::linear(name, [lowest, level(strongest) + 20.0]);
+    let layers = vec![envelope(&levels, |k| k as f64 * spectrum.bin), peaks];
+    let title = format!("{bases}; broadband floor {floor:.2} %");
+    let panel = Panel::new(title, x, y, layers);
     Ok((88.0, vec![vec![panel]]))
 }
 
@@ -218,13 +216,10 @@ fn spectrogram_panel(report: &SignalAnalysis) -> Panel {
         Some(image) => (image.x, image.y[1], ""),
         None => ([0.0, 1.0], 1.0, "the signal is too short for a spectrogram"),
     };
-    let panel = Panel::new(
-        format!("dark is strong; range {SPECTROGRAM_DB:.0} dB"),
-        time_axis(report, x),
-        frequency_axis(report, y),
-        image.map(Layer::image).into_iter().collect(),
-    );
-    panel.with_note(note)
+    let (x, y) = (time_axis(report, x), frequency_axis(report, y));
+    let title = format!("dark is strong; range {SPECTROGRAM_DB:.0} dB");
+    let layers = Vec::from_iter(image.map(Layer::image));
+    Panel::new(title, x, y, layers).with_note(note)
 }
 
 /// The lowest bins of the columns as an image; each pixel shows the largest amplitude of its bins.
@@ -385,12 +380,11 @@ fn divergence(report: &SignalAnalysis) -> Picture {
 
 fn zero_one(report: &SignalAnalysis) -> Picture {
     let test = report.zero_one.get()?;
-    let k = Panel::new(
-        format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
-        Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
-        Axis::linear("K", [-1.05, 1.05]),
-        vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
-    );
+    let x = Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0]));
+    let y = Axis::linear("K", [-1.05, 1.05]);
+    let layers = vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)];
+    let title = format!("K = {:.3}: 0 regular, 1 chaotic", test.k);
+    let k = Panel::new(title, x, y, layers);
     // The other panel has K as its title.
     let path = chaos::zero_one_path(test, &report.signal.unit, test.path.len()).with_caption("");
     Ok((84.0, vec![vec![k, path]]))

@@ -94,8 +94,7 @@ pub struct FigureOptions {
 impl FigureOptions {
     /// The size of a figure whose size on paper is `own`, mm.
     pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
-        self.size
-            .map_or_else(|| self.default_mm(own), |Size(size)| size)
+        self.size.map_or(self.default_mm(own), |Size(size)| size)
     }
 
     /// The default size of a figure whose size on paper is `own`, mm.

@@ -58,12 +58,11 @@ pub fn page(
 ) -> Canvas {
     let [width, height] = mm.map(|side| side * POINTS);
     let mut canvas = Canvas::new([width, height], font_size);
-    let [mm_width, mm_height] = mm;
+    let ([mm_width, mm_height], title) = (mm, escape(&figure.title));
     canvas.push(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
          width=\"{mm_width:.2}mm\" height=\"{mm_height:.2}mm\" viewBox=\"0 0 {width:.2} {height:.2}\" \
-         font-family=\"{FALLBACK}\">\n<title>{}</title>",
-        escape(&figure.title)
+         font-family=\"{FALLBACK}\">\n<title>{title}</title>"
     ));
     if !figure.caption.is_empty() {
         canvas.push(format_args!("<desc>{}</desc>", escape(&figure.caption)));
@@ -103,11 +102,14 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
             row.iter().map(texts).collect()
         });
         placed = texts.collect();
-        let aligned = |len: usize| placed.iter().filter(move |row| row.len() == len).flatten();
-        let left = |len| aligned(len).map(|texts| texts.left(em)).fold(0.0, f64::max);
-        let right = |len| aligned(len).map(|texts| texts.right).fold(0.0, f64::max);
+        let widest = |len: usize, side: usize| {
+            let aligned = placed.iter().filter(|row| row.len() == len).flatten();
+            aligned.map(|texts| texts.margins[side]).fold(0.0, f64::max)
+        };
         let lengths = placed.iter().map(Vec::len);
-        margins = lengths.map(|len| [left(len), right(len)]).collect();
+        margins = lengths
+            .map(|len| [0, 1].map(|side| widest(len, side)))
+            .collect();
         let left_over = placed.iter().map(|row| {
             let headers = row.iter().map(|texts| texts.header_height(em));
             height - (headers.fold(0.0, f64::max) + BELOW * em)
@@ -140,12 +142,9 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
 }
 
 /// Width and height of the plot area of a panel where it may take a size.
-fn sides(panel: &Panel, [width, height]: [f64; 2]) -> [f64; 2] {
-    if panel.square {
-        [width.min(height); 2]
-    } else {
-        [width, height]
-    }
+fn sides(panel: &Panel, sides: [f64; 2]) -> [f64; 2] {
+    let square = [sides[0].min(sides[1]); 2];
+    if panel.square { square } else { sides }
 }
 
 /// The texts of a panel, broken into lines.
@@ -155,31 +154,38 @@ struct Texts<'a> {
     header: Vec<(String, TextStyle)>,
     /// Layers with a legend entry, by lines.
     legend: Vec<Vec<&'a Layer>>,
-    ticks: [Ticks; 2],
-    /// Space to the right of the plot area.
-    right: f64,
+    /// Positions on the axes and their labels; those of the vertical axis by lines.
+    x_ticks: Vec<(f64, String)>,
+    y_ticks: Vec<(f64, Vec<String>)>,
+    /// Space to the left and to the right of the plot area.
+    margins: [f64; 2],
 }
-
-/// Positions on an axis and their labels, by lines.
-type Ticks = Vec<(f64, Vec<String>)>;
 
 impl<'a> Texts<'a> {
     /// The texts for the width of a cell and the height of the plot area, and for the margins to its left and right.
     fn new(panel: &'a Panel, [width, plot]: [f64; 2], [left, right]: [f64; 2], em: f64) -> Self {
         let [along, up] = sides(panel, [width - left - right, plot]);
-        let x = ticks(&panel.x, along, em, [5.0, 0.6 * em]);
+        let x_ticks = ticks(&panel.x, along, em, [5.0, 0.6 * em]);
         let close = match panel.y.scale {
             _ if panel.square => 5.0,
             Scale::Logarithmic => 2.0,
             _ => 2.8,
         };
-        let mut y = ticks(&panel.y, up, em, [close, 0.0]);
-        for (_, lines) in &mut y {
-            *lines = text::wrap(&lines.concat(), NAMES * width, em, false);
-        }
-        let overhangs = x
-            .iter()
-            .map(|(tick, lines)| 0.5 * widest(lines, em) - along * (1.0 - panel.x.fraction(*tick)));
+        let y_ticks = ticks(&panel.y, up, em, [close, 0.0]).into_iter();
+        let wrapped = |label: &str| text::wrap(label, NAMES * width, em, false);
+        let y_ticks: Vec<_> = y_ticks
+            .map(|(tick, label)| (tick, wrapped(&label)))
+            .collect();
+        let overhangs = x_ticks.iter().map(|(tick, label)| {
+            0.5 * text::width(label, em, false) - along * (1.0 - panel.x.fraction(*tick))
+        });
+        let labels = y_ticks.iter().flat_map(|(_, lines)| lines);
+        let labels = labels.map(|line| text::width(line, em, false));
+        let name = LINE_HEIGHT * f64::from(u8::from(!panel.y.label().is_empty()));
+        let margins = [
+            labels.fold(0.0, f64::max) + (name + EDGE + GAP) * em,
+            overhangs.fold(GAP * em, f64::max) + EDGE * em,
+        ];
         let header = (width - indent(panel, left, em) - EDGE * em).max(em);
         let title = text::wrap(&panel.title, header, BOLD.0 * em, true).into_iter();
         let caption = text::wrap(&panel.caption, header, em, false).into_iter();
@@ -188,16 +194,10 @@ impl<'a> Texts<'a> {
             panel,
             header: lines.chain(caption.map(|line| (line, FAINT))).collect(),
             legend: legend(panel, header, em),
-            right: overhangs.fold(GAP * em, f64::max) + EDGE * em,
-            ticks: [x, y],
+            x_ticks,
+            y_ticks,
+            margins,
         }
-    }
-
-    /// Space to the left of the plot area.
-    fn left(&self, em: f64) -> f64 {
-        let labels = self.ticks[1].iter().map(|(_, lines)| widest(lines, em));
-        let name = LINE_HEIGHT * f64::from(u8::from(!self.panel.y.label().is_empty()));
-        labels.fold(0.0, f64::max) + (name + EDGE + GAP) * em
     }
 
     fn header_height(&self, em: f64) -> f64 {
@@ -225,18 +225,10 @@ impl<'a> Texts<'a> {
     }
 }
 
-fn widest(lines: &[String], em: f64) -> f64 {
-    let widths = lines.iter().map(|line| text::width(line, em, false));
-    widths.fold(0.0, f64::max)
-}
-
 /// Distance of the header from the left edge. It leaves room for the name of the vertical axis.
 fn indent(panel: &Panel, left: f64, em: f64) -> f64 {
-    if panel.y.scale == Scale::Rows {
-        EDGE * em
-    } else {
-        left
-    }
+    let has_names = panel.y.scale == Scale::Rows;
+    if has_names { EDGE * em } else { left }
 }
 
 /// The layers of the legend in lines of a width.
@@ -272,27 +264,22 @@ fn sample_width(layer: &Layer) -> f64 {
 
 /// As many ticks of an axis of a length as are `spacing` font sizes apart, but at least two, with labels that keep a
 /// gap; labels of a vertical axis have the height of a line.
-fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Ticks {
+fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Vec<(f64, String)> {
     let most = ((length / (spacing * em)) as usize).clamp(2, MOST_TICKS);
-    let choice = |most: usize| -> Ticks {
-        let ticks = axis.ticks(most).into_iter();
-        ticks.map(|(tick, label)| (tick, vec![label])).collect()
-    };
-    let half = |(_, lines): &(f64, Vec<String>)| match gap {
+    let half = |label: &str| match gap {
         0.0 => 0.55 * em,
-        gap => 0.5 * (widest(lines, em) + gap),
+        gap => 0.5 * (text::width(label, em, false) + gap),
     };
-    let are_apart = |ticks: &Ticks| {
-        let mut pairs = ticks.windows(2);
-        let is_apart = |pair: &[(f64, Vec<String>)]| {
-            let apart = axis.fraction(pair[1].0) - axis.fraction(pair[0].0);
-            apart * length >= half(&pair[0]) + half(&pair[1])
-        };
-        axis.scale == Scale::Rows || ticks.len() > 1 && pairs.all(is_apart)
+    let is_apart = |pair: &[(f64, String)]| {
+        let apart = axis.fraction(pair[1].0) - axis.fraction(pair[0].0);
+        apart * length >= half(&pair[0].1) + half(&pair[1].1)
     };
-    let mut numbers = (1..=most).rev().chain(most + 1..=MOST_TICKS).map(choice);
-    let found = numbers.find(are_apart);
-    found.unwrap_or_else(|| choice(most))
+    let are_apart = |ticks: &Vec<(f64, String)>| {
+        axis.scale == Scale::Rows || ticks.len() > 1 && ticks.windows(2).all(is_apart)
+    };
+    let numbers = (1..=most).rev().chain(most + 1..=MOST_TICKS);
+    let found = numbers.map(|number| axis.ticks(number)).find(are_apart);
+    found.unwrap_or_else(|| axis.ticks(most))
 }
 
 fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) {
@@ -326,22 +313,22 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
     let ([left, top], [right, bottom]) = (frame.at, frame.end());
     let grid = !panel.has_image();
     let tick = 0.4 * em;
-    let [x_ticks, y_ticks] = &texts.ticks;
-    for (axis, ticks) in [(&panel.x, x_ticks), (&panel.y, y_ticks)] {
-        canvas.fits &= ticks.len() > 1 || axis.scale != Scale::Linear;
+    let counts = [texts.x_ticks.len(), texts.y_ticks.len()];
+    for (axis, count) in [&panel.x, &panel.y].into_iter().zip(counts) {
+        canvas.fits &= count > 1 || axis.scale != Scale::Linear;
     }
-    for (value, label) in x_ticks {
+    for (value, label) in &texts.x_ticks {
         let x = left + frame.size[0] * panel.x.fraction(*value);
         if grid {
             canvas.line([x, top, x, bottom], Color::Grid, 0.7, "");
         }
         canvas.line([x, bottom, x, bottom + tick], Color::Faint, 0.7, "");
         let below = [x, bottom + tick + 0.8 * em];
-        canvas.lines(below, label, Anchor::Middle, PLAIN);
+        canvas.text(below, label, Anchor::Middle, PLAIN);
     }
     let middle = [0.5 * (left + right), bottom + 2.4 * em];
     canvas.text(middle, &panel.x.label(), Anchor::Middle, FAINT);
-    for (value, label) in y_ticks {
+    for (value, label) in &texts.y_ticks {
         let y = bottom - frame.size[1] * panel.y.fraction(*value);
         if panel.y.scale != Scale::Rows {
             if grid {

@@ -56,13 +56,8 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         _ => format!("starts {}", names.join(", ")),
     };
     let title = format!("{}: {starts}", plan.subject.name);
-    vec![Figure::grid(
-        "bifurcation",
-        &title,
-        ROW_MM,
-        1,
-        panels.collect(),
-    )]
+    let panels = panels.collect();
+    vec![Figure::grid("bifurcation", &title, ROW_MM, 1, panels)]
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.

@@ -25,21 +25,14 @@ impl Unit {
     /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
     /// power of ten.
     pub fn of(unit: &str, largest: f64) -> Self {
-        let step = if largest.is_finite() && largest > 0.0 {
-            (largest.log10() / 3.0 + 1e-9).floor() as i32
-        } else {
-            0
-        };
+        let size = Some(largest).filter(|size| size.is_finite() && *size > 0.0);
+        let step = size.map_or(0, |size| (size.log10() / 3.0 + 1e-9).floor() as i32);
         // Modal coordinates have a root of the mass before their unit.
         let base = unit.strip_prefix("√kg ").unwrap_or(unit);
         let (step, symbol) = if PREFIXED.contains(&base) {
             // Kilometres of displacement and kiloseconds are not in use.
-            let most = if ["Pa", "V", "A", "N", "Hz"].contains(&base) {
-                2
-            } else {
-                0
-            };
-            let step = step.clamp(-4, most);
+            let is_large = ["Pa", "V", "A", "N", "Hz"].contains(&base);
+            let step = step.clamp(-4, if is_large { 2 } else { 0 });
             let root = &unit[..unit.len() - base.len()];
             let prefix = PREFIXES[(step + 4) as usize];
             (step, format!("{root}{prefix}{base}"))

@@ -9,6 +9,7 @@ use super::stream::{RecordingStream, nanos};
 use super::style::{self, ColorMap};
 use crate::pipeline::message::{Frame, JointInfo, vertex_normals};
 use crate::plot::{FullScale, Unit};
+use crate::scene::RecordSpec;
 
 /// Vertices per batch, summed over its pictures.
 const BATCH_VERTICES: usize = 40_000;
@@ -39,13 +40,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// Draws the static elements. `rate` is the number of pictures per simulated second.
-    pub fn new(
-        rec: &RecordingStream,
-        joint: &JointInfo,
-        rate: f64,
-        deformation_scale: f64,
-    ) -> Self {
+    /// Draws the static elements.
+    pub fn new(rec: &RecordingStream, joint: &JointInfo, spec: RecordSpec) -> Self {
         let outline = &joint.outline;
         if !outline.vertices.is_empty() {
             let normals = vertex_normals(&outline.vertices, &outline.triangles);
@@ -57,8 +53,8 @@ impl Body {
         draw_rotation(rec, joint);
         Self {
             rest: outline.vertices.clone(),
-            deformation_scale,
-            every: 1.0 / rate,
+            deformation_scale: spec.deformation_scale,
+            every: 1.0 / spec.body_rate,
             next: 0.0,
             scale: FullScale::new(SMALLEST),
             map: ColorMap::steel(),
@@ -167,14 +163,12 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) {
     }
     let reach = 1e3 * 1.9 * joint.ball_radius / speed;
     let along = joint.rotation.map(|c| (reach * c) as f32);
+    let range = style::format_range(joint.rotation_span, |factor| style::short(factor * speed));
     let arrow = Arrows3D::from_vectors([along.map(|c| 2.0 * c)])
         .with_origins([along.map(|c| -c)])
         .with_colors([style::ROTATION])
         .with_radii([0.8])
-        .with_labels([format!(
-            "rotation {} rad/s",
-            style::format_range(joint.rotation_span, |factor| style::short(factor * speed))
-        )]);
+        .with_labels([format!("rotation {range} rad/s")]);
     rec.log_static(paths::ROTATION, &arrow);
 }
 

@@ -86,26 +86,20 @@ struct Course<'a> {
 /// The branches with their timelines.
 fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
     let branch = study.branch;
-    let count = branch.orbit_branches();
     let [from, to] = branch.interval;
     let unit = 10f64.powf(((to - from) / TICKS).log10().floor());
-    let courses = (0..count).map(|number| {
+    let courses = (0..branch.orbit_branches()).map(|number| {
         let orbits = branch.points.iter().zip(study.portraits);
-        let mut orbits: Vec<_> = orbits
-            .filter(|(point, _)| point.branch == number)
-            .map(|(point, portrait)| (point, &portrait[..]))
-            .collect();
-        let rounded = |orbits: &[(&OrbitPoint, &[[f64; 2]])]| -> Vec<f64> {
-            let values = orbits.iter().map(|(point, _)| point.at.value);
-            values.map(|value| (value / unit).round() * unit).collect()
-        };
-        let rises = rounded(&orbits).is_sorted();
-        let falls = rounded(&orbits).is_sorted_by(|a, b| a >= b);
-        if !rises && falls {
+        let orbits = orbits.filter(|(point, _)| point.branch == number);
+        let mut orbits: Vec<_> = orbits.map(|(point, trail)| (point, &trail[..])).collect();
+        let values = orbits.iter().map(|(point, _)| point.at.value);
+        let mut values: Vec<f64> = values.map(|value| (value / unit).round() * unit).collect();
+        if !values.is_sorted() && values.is_sorted_by(|a, b| a >= b) {
             orbits.reverse();
+            values.reverse();
         }
-        let timeline = if rises || falls {
-            TimelineTicks::new(branch.name(), &branch.unit, &rounded(&orbits))
+        let timeline = if values.is_sorted() {
+            TimelineTicks::new(branch.name(), &branch.unit, &values)
         } else {
             TimelineTicks {
                 name: format!("branch {number}, orbit"),

@@ -56,7 +56,7 @@ impl Encoder {
         match &header.subject {
             Subject::Joint(joint) => {
                 let samples = Samples::new(rec, joint);
-                let body = Body::new(rec, joint, spec.body_rate, spec.deformation_scale);
+                let body = Body::new(rec, joint, spec);
                 joint_frames = Some((samples, Patch::new(rec, joint), body));
                 portrait = Some(Portrait::new(rec, TRAIL, vec![style::SIGNAL]));
             }

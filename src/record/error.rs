@@ -1,5 +1,6 @@
 //! Errors of recordings.
 
+use std::io;
 use std::path::PathBuf;
 
 /// An error of a recording: what failed, where, and the remedy.
@@ -11,14 +12,9 @@ pub enum RecordError {
         "no output for the recording: save it to a file, connect to a viewer, or start a viewer"
     )]
     NoOutput,
-    /// The file cannot be created.
-    #[error("cannot write a recording at {}; choose a writable folder with free space (an existing file there is unchanged)", path.display())]
-    Create {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
+    /// The file at a path cannot be created.
+    #[error("cannot write a recording at {}; choose a writable folder with free space (an existing file there is unchanged)", .0.display())]
+    Create(PathBuf, #[source] io::Error),
     /// Not enough address space. The Rerun SDK would abort the program instead of returning an error.
     #[error(
         "a recording needs {} MB of address space, which the system does not grant; raise the limit (`ulimit -v`), \
@@ -26,77 +22,35 @@ pub enum RecordError {
         super::ADDRESS_SPACE >> 20
     )]
     Memory,
-    /// The thread that writes the file cannot be started.
-    #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (`ulimit -u`) or free memory", path.display())]
-    Thread {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// Writing the file failed.
-    #[error("cannot write the recording for {}: {reason}; free some space or choose another path (the part written so far can be opened: {}; an existing recording is unchanged)", path.display(), part.display())]
-    Write {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Path of the incomplete recording.
-        part: PathBuf,
-        /// Reason of the failure.
-        reason: String,
-    },
-    /// The part file was removed while it was being written.
-    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again with a folder that is not modified", path.display(), part.display())]
-    Removed {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Former path of the incomplete recording.
-        part: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The complete recording cannot be renamed.
-    #[error("the recording is complete, but cannot be moved from {} to {}; move it manually", part.display(), path.display())]
-    Rename {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Path of the complete recording.
-        part: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// The viewer address is invalid.
+    /// The thread that writes the file at a path cannot be started.
+    #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (`ulimit -u`) or free memory", .0.display())]
+    Thread(PathBuf, #[source] io::Error),
+    /// Writing failed: path of the recording, path of the incomplete recording, and reason.
+    #[error("cannot write the recording for {}: {reason}; free some space or choose another path (the part written so far can be opened: {}; an existing recording is unchanged)", .0[0].display(), .0[1].display(), reason = .1)]
+    Write([PathBuf; 2], String),
+    /// The part file was removed while it was being written: path of the recording, and former path of the part.
+    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again with a folder that is not modified", .0[0].display(), .0[1].display())]
+    Removed([PathBuf; 2], #[source] io::Error),
+    /// The complete recording cannot be renamed: its path, and its present path.
+    #[error("the recording is complete, but cannot be moved from {} to {}; move it manually", .0[1].display(), .0[0].display())]
+    Rename([PathBuf; 2], #[source] io::Error),
+    /// The viewer address is invalid: address and reason.
     #[error(
-        "`{url}` is not a viewer address ({reason}); an example is {}",
-        crate::record::sdk::DEFAULT_CONNECT_URL
+        "`{0}` is not a viewer address ({1}); an example is {example}",
+        example = crate::record::sdk::DEFAULT_CONNECT_URL
     )]
-    Address {
-        /// The given address.
-        url: String,
-        /// Reason.
-        reason: String,
-    },
-    /// The viewer program cannot be started.
-    #[error("cannot start the Rerun viewer: {reason}; install it with `pip install rerun-sdk=={version}` or `cargo install rerun-cli --version {version} --locked` so that `rerun` is on the PATH, or save to a file", version = super::RERUN_VERSION)]
-    Spawn {
-        /// Reason.
-        reason: String,
-    },
-    /// No viewer answers at the start.
-    #[error("no viewer at {url}: {reason}; start one with `rerun`, or save to a file")]
-    Viewer {
-        /// Address of the viewer.
-        url: String,
-        /// Reason.
-        reason: String,
-    },
-    /// The viewer disconnected or does not respond, and no file is saved.
+    Address(String, String),
+    /// The viewer program cannot be started, with the reason.
+    #[error("cannot start the Rerun viewer: {0}; install it with `pip install rerun-sdk=={version}` or `cargo install rerun-cli --version {version} --locked` so that `rerun` is on the PATH, or save to a file", version = super::RERUN_VERSION)]
+    Spawn(String),
+    /// No viewer answers at the start: address and reason.
+    #[error("no viewer at {0}: {1}; start one with `rerun`, or save to a file")]
+    Viewer(String, String),
+    /// The viewer at an address disconnected or does not respond, and no file is saved.
     #[error(
-        "the viewer at {url} was closed or does not respond, and no file is saved; start the viewer with `rerun` and run again, or add --save FILE: the run then continues without a viewer and sends all data when it reconnects"
+        "the viewer at {0} was closed or does not respond, and no file is saved; start the viewer with `rerun` and run again, or add --save FILE: the run then continues without a viewer and sends all data when it reconnects"
     )]
-    ViewerLost {
-        /// Address of the viewer.
-        url: String,
-    },
+    ViewerLost(String),
     /// Data that cannot be encoded.
     #[error("cannot encode the recording: {0}; this is a bug, please report it")]
     Encode(String),

@@ -79,18 +79,13 @@ impl RecordingFile {
     /// # Errors
     /// [`RecordError::Create`] and [`RecordError::Thread`]; the part file is then removed.
     pub fn begin(part: PartFile) -> Result<Self, RecordError> {
-        let open = Open::begin(part.part()).map_err(|source| RecordError::Create {
-            path: part.abandon(),
-            source,
-        })?;
+        let open = Open::begin(part.part());
+        let open = open.map_err(|error| RecordError::Create(part.abandon(), error))?;
         let (commands, received) = bounded(QUEUE_LENGTH);
         let thread = thread::Builder::new()
             .name("recording".to_owned())
             .spawn(move || write(open, &received))
-            .map_err(|source| RecordError::Thread {
-                path: part.abandon(),
-                source,
-            })?;
+            .map_err(|error| RecordError::Thread(part.abandon(), error))?;
         let writer = RrdWriter {
             commands,
             stuck: Arc::default(),
@@ -142,10 +137,8 @@ impl RecordingFile {
                 Err(RecvTimeoutError::Timeout) => self.writer.stuck.store(true, Ordering::Relaxed),
             }
         }
-        Err(format!(
-            "the disk has not responded for {} s",
-            DISK_TIMEOUT.as_secs()
-        ))
+        let seconds = DISK_TIMEOUT.as_secs();
+        Err(format!("the disk has not responded for {seconds} s"))
     }
 
     /// Writes the index and ends the thread; later messages are ignored.

@@ -59,11 +59,12 @@ fn markdown(health: &Health) -> String {
     };
     let calls = many(1e3 * health.rhs_evals_per_ms);
     let speed = match health.real_time_factor {
-        factor if factor > 0.0 => format!(
-            " and **{} s** of wall time per simulated second ({} times real time)",
-            short(factor.recip()),
-            short(factor)
-        ),
+        factor if factor > 0.0 => {
+            let [seconds, factor] = [factor.recip(), factor].map(short);
+            format!(
+                " and **{seconds} s** of wall time per simulated second ({factor} times real time)"
+            )
+        }
         _ => " per simulated second".to_owned(),
     };
     format!("{error}. **{calls}** right-hand-side evaluations{speed}.")

@@ -71,17 +71,13 @@ impl PanelViews {
     }
 }
 
-/// The components of one entity.
+/// The components of one entity: lines and points with their colours, if it has any.
 #[derive(Default)]
 struct Entity {
-    strips: Vec<Vec<[f32; 2]>>,
-    strip_colors: Vec<Color>,
-    points: Vec<[f32; 2]>,
-    point_colors: Vec<Color>,
+    strips: Option<Vec<(Vec<[f32; 2]>, Color)>>,
+    points: Option<Vec<([f32; 2], Color)>>,
     /// Half-width of lines and radius of points.
     radius: f32,
-    has_strips: bool,
-    has_points: bool,
     order: f32,
 }
 
@@ -246,9 +242,8 @@ impl PanelView {
         rec.log(self.at(&layer.id), at, &points);
         let named = tips.into_iter().zip(peaks.iter().map(|(_, name)| &**name));
         let labels = place_names(plot.width, named);
-        let names = labels
-            .iter()
-            .map(|label| (label.at, shown(label.name), color));
+        let names = labels.iter();
+        let names = names.map(|label| (label.at, shown(label.name), color));
         rec.log(self.at(paths::PANEL_NAMES), at, &texts(names));
         // The lines start below the label, which the viewer draws below its position.
         let stems = labels.iter().map(|label| {
@@ -338,11 +333,9 @@ impl Entity {
                 if layer.marker == Marker::Cross {
                     self.add_strips(places(points).into_iter().map(cross), color);
                 } else if layer.fading {
-                    let count = points.len();
-                    let aged = (1..=count).map(|k| style::fade(color, k, count));
-                    self.has_points = true;
-                    self.points.extend(places(points));
-                    self.point_colors.extend(aged);
+                    let fade = |k| style::fade(color, k, points.len());
+                    let aged = places(points).into_iter().zip((1..).map(fade));
+                    self.points.get_or_insert_default().extend(aged);
                 } else {
                     self.add_points(places(points), color);
                 }
@@ -359,40 +352,38 @@ impl Entity {
     }
 
     fn add_strips(&mut self, strips: impl IntoIterator<Item = Vec<[f32; 2]>>, color: Color) {
-        self.has_strips = true;
         // A line with a single point is skipped.
-        for strip in strips.into_iter().filter(|strip| strip.len() > 1) {
-            self.strips.push(strip);
-            self.strip_colors.push(color);
-        }
+        let strips = strips.into_iter().filter(|strip| strip.len() > 1);
+        let colored = strips.map(|strip| (strip, color));
+        self.strips.get_or_insert_default().extend(colored);
     }
 
     /// Adds points of a colour; those within a quarter of a pixel are merged.
     fn add_points(&mut self, points: impl IntoIterator<Item = [f32; 2]>, color: Color) {
-        self.has_points = true;
         let near = points.into_iter();
         let near = near.map(|point| point.map(|c| (4.0 * c).round() as i32));
         let mut near: Vec<[i32; 2]> = near.collect();
         near.sort_unstable();
         near.dedup();
-        self.point_colors.extend(vec![color; near.len()]);
         let near = near.into_iter();
-        self.points
-            .extend(near.map(|at| at.map(|c| c as f32 / 4.0)));
+        let colored = near.map(|at| (at.map(|c| c as f32 / 4.0), color));
+        self.points.get_or_insert_default().extend(colored);
     }
 
     fn log(self, rec: &RecordingStream, path: &str, at: Moment) {
         let radius = [Radius::new_ui_points(self.radius)];
-        if self.has_strips {
-            let strips = LineStrips2D::new(self.strips)
-                .with_colors(single(self.strip_colors))
+        if let Some(strips) = self.strips {
+            let (strips, colors): (Vec<_>, _) = strips.into_iter().unzip();
+            let strips = LineStrips2D::new(strips)
+                .with_colors(single(colors))
                 .with_radii(radius)
                 .with_draw_order(self.order);
             rec.log(path, at, &strips);
         }
-        if self.has_points {
-            let points = Points2D::new(self.points)
-                .with_colors(single(self.point_colors))
+        if let Some(points) = self.points {
+            let (points, colors): (Vec<_>, _) = points.into_iter().unzip();
+            let points = Points2D::new(points)
+                .with_colors(single(colors))
                 .with_radii(radius)
                 .with_draw_order(self.order);
             rec.log(path, at, &points);
@@ -454,8 +445,9 @@ mod tests {
         let mut entity = Entity::default();
         let color = style::on_dark(crate::plot::Color::Ink);
         entity.add_points([[2.0, 1.0], [1.0, 1.0], [1.05, 1.0]], color);
-        assert_eq!(entity.points, [[1.0, 1.0], [2.0, 1.0]]);
-        assert_eq!(single(entity.point_colors), [color]);
+        let (points, colors): (Vec<_>, _) = entity.points.unwrap().into_iter().unzip();
+        assert_eq!(points, [[1.0, 1.0], [2.0, 1.0]]);
+        assert_eq!(single(colors), [color]);
     }
 
     #[test]

@@ -30,19 +30,15 @@ impl PartFile {
     /// # Errors
     /// [`RecordError::Create`] if either is not possible.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        let fault = |source| RecordError::Create {
-            path: path.to_owned(),
-            source,
-        };
+        let fault = |kind: ErrorKind| RecordError::Create(path.to_owned(), kind.into());
         if path.is_dir() {
-            return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+            return Err(fault(ErrorKind::IsADirectory));
         }
         if is_protected(path) {
-            return Err(fault(ErrorKind::PermissionDenied.into()));
+            return Err(fault(ErrorKind::PermissionDenied));
         }
-        let Some(name) = path.file_name() else {
-            return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
-        };
+        let name = path.file_name();
+        let name = name.ok_or_else(|| fault(ErrorKind::InvalidFilename))?;
         // An existing part file belongs to another run or is the remainder of one: it is not overwritten.
         let parts = (0..=MOST_PARTS).map(|taken| {
             let mut part = name.to_owned();
@@ -82,7 +78,7 @@ impl PartFile {
                     last = path;
                     continue;
                 }
-                Err(source) => return Err(RecordError::Create { path, source }),
+                Err(error) => return Err(RecordError::Create(path, error)),
             }
             let file = Self {
                 path,
@@ -95,10 +91,8 @@ impl PartFile {
             }
             last = file.abandon();
         }
-        Err(RecordError::Create {
-            path: last,
-            source: ErrorKind::AlreadyExists.into(),
-        })
+        let taken = ErrorKind::AlreadyExists.into();
+        Err(RecordError::Create(last, taken))
     }
 
     /// Final path of the recording.
@@ -124,24 +118,19 @@ impl PartFile {
     /// # Errors
     /// [`RecordError::Removed`] if it does not.
     pub fn check_exists(&self) -> Result<(), RecordError> {
-        let file = self.part.symlink_metadata();
-        file.map(drop).map_err(|source| RecordError::Removed {
-            path: self.path.clone(),
-            part: self.part.clone(),
-            source,
-        })
+        let file = self.part.symlink_metadata().map(drop);
+        file.map_err(|error| RecordError::Removed(self.paths(), error))
     }
 
     /// The error of a failed write.
     pub fn write_error(&self, reason: String) -> RecordError {
-        if let Err(removed) = self.check_exists() {
-            return removed;
-        }
-        RecordError::Write {
-            path: self.path.clone(),
-            part: self.part.clone(),
-            reason,
-        }
+        let removed = self.check_exists().err();
+        removed.unwrap_or_else(|| RecordError::Write(self.paths(), reason))
+    }
+
+    /// The final path and that of the part file.
+    fn paths(&self) -> [PathBuf; 2] {
+        [self.path.clone(), self.part.clone()]
     }
 
     /// Syncs the complete recording to storage and moves it to its final path.
@@ -158,11 +147,7 @@ impl PartFile {
             true => std::fs::rename(&self.part, &self.path),
             false => self.move_to_free_name(),
         };
-        moved.map_err(|source| RecordError::Rename {
-            path: self.path.clone(),
-            part: self.part.clone(),
-            source,
-        })
+        moved.map_err(|error| RecordError::Rename(self.paths(), error))
     }
 
     fn move_to_free_name(&self) -> std::io::Result<()> {

@@ -163,9 +163,8 @@ impl Patch {
         let shown = round_up(0.5 * self.load / nodes);
         let [slip, stick, separated] = STATES.map(style::node);
         let names = ["slip", "stick (creep)", "separated"].map(str::to_owned);
-        let names = names
-            .into_iter()
-            .chain([format!("friction {} N", short(shown))]);
+        let friction = format!("friction {} N", short(shown));
+        let names = names.into_iter().chain([friction]);
         let places = [-0.95, -0.4, 0.1, 0.75].map(|right| [right, KEY, 0.0]);
         let points = places.map(|place| self.camera.point(place).map(|c| c as f32));
         // The last entry has an arrow instead of a point.

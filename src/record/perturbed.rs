@@ -149,17 +149,19 @@ fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
         None => "The trajectories are close",
     };
     let line = match separation.line {
-        Some(line) => format!(
-            "Slope of ln(distance): **λ = {} per s**, an estimate of the largest Lyapunov exponent.",
-            rate(line)
-        ),
+        Some(line) => {
+            let slope = format!("**λ = {} per s**", rate(line));
+            format!("Slope of ln(distance): {slope}, an estimate of the largest Lyapunov exponent.")
+        }
         None => "No slope yet: too few distances, or all below the integration error.".to_owned(),
     };
     let saturated = match separation.saturated_s {
-        Some(time) => format!(
-            "The distance reached a tenth of the motion after **{}**; then it saturated.",
-            Unit::write(time - separation.start_s, "s")
-        ),
+        Some(time) => {
+            let time = Unit::write(time - separation.start_s, "s");
+            format!(
+                "The distance reached a tenth of the motion after **{time}**; then it saturated."
+            )
+        }
         None => "The distance is still small compared with the motion.".to_owned(),
     };
     format!(

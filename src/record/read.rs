@@ -52,11 +52,9 @@ impl From<String> for ReadError {
 
 /// A file that is no recording.
 fn no_recording(path: &Path, reason: &str) -> ReadError {
-    let text = format!(
-        "{} is not a recording that Rerun {RERUN_VERSION} can read: {reason}; create one with `--save FILE.rrd`",
-        path.display()
-    );
-    text.into()
+    let file = path.display();
+    let wanted = format!("a recording that Rerun {RERUN_VERSION} can read");
+    format!("{file} is not {wanted}: {reason}; create one with `--save FILE.rrd`").into()
 }
 
 /// Names separated by commas.
@@ -92,18 +90,16 @@ pub fn check_recording(path: &Path) -> Result<(), ReadError> {
 
 /// Opens a recording.
 fn open(path: &Path) -> Result<Chunks<BufReader<File>>, ReadError> {
+    let shown = path.display();
     let (file, _) = open_file(path).map_err(|source| ReadError {
-        message: format!(
-            "cannot open the recording {}; check the path",
-            path.display()
-        ),
+        message: format!("cannot open the recording {shown}; check the path"),
         source: Some(source),
     })?;
     Chunks::new(file).map_err(|fault| no_recording(path, &fault.to_string()))
 }
 
 fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {
-    let asked = column.map(split);
+    let (file, asked) = (path.display(), column.map(split));
     let (mut entities, damage) = read_entities(path, asked, most)?;
     let (name, index) = match (asked, entities.first_key_value()) {
         (Some((name, index)), _) => (name.to_owned(), index),
@@ -126,11 +122,8 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
             let damaged = damage.map_or_else(String::new, |damage| {
                 format!("; the recording is damaged at {damage}")
             });
-            let text = format!(
-                "{} {missing}; available columns: {}{damaged}",
-                path.display(),
-                list(&columns.collect::<Vec<_>>())
-            );
+            let columns = list(&columns.collect::<Vec<_>>());
+            let text = format!("{file} {missing}; available columns: {columns}{damaged}");
             return Err(text.into());
         }
     };
@@ -138,10 +131,10 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
     let label = entity.column(&name, index);
     let Some(clock) = entity.clock else {
         let timelines = entity.timelines.keys().map(ToString::to_string);
+        let timelines = list(&timelines.collect::<Vec<_>>());
         let text = format!(
-            "column `{label}` of {} has no time: its timelines are sequence numbers ({}); log it with a duration or a date",
-            path.display(),
-            list(&timelines.collect::<Vec<_>>())
+            "column `{label}` of {file} has no time: its timelines are sequence numbers ({timelines}); \
+             log it with a duration or a date"
         );
         return Err(text.into());
     };
@@ -283,7 +276,7 @@ fn read_entities(
     asked: Option<(&str, Option<usize>)>,
     most: usize,
 ) -> Result<(BTreeMap<String, Entity>, Option<Damage>), ReadError> {
-    let mut chunks = open(path)?;
+    let (mut chunks, file) = (open(path)?, path.display());
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut first = None;
     let index = asked.and_then(|(_, index)| index).unwrap_or(0);
@@ -295,12 +288,9 @@ fn read_entities(
         let entity = entities.entry(name.clone()).or_default();
         entity.take(&chunk, is_wanted.then_some(index));
         if entity.rows.len() > most {
-            let text = format!(
-                "column `{}` of {} has more than {most} rows; split the recording",
-                entity.column(&name, index),
-                path.display()
-            );
-            return Err(text.into());
+            let column = entity.column(&name, index);
+            let rows = format!("more than {most} rows; split the recording");
+            return Err(format!("column `{column}` of {file} has {rows}").into());
         }
         if entity.width > 0 {
             first.get_or_insert(name);
@@ -308,10 +298,10 @@ fn read_entities(
     }
     entities.retain(|_, entity| entity.width > 0);
     match chunks.damage() {
-        Some(damage) if entities.is_empty() => Err(ReadError::from(format!(
-            "{} is damaged at {damage}; there are no numbers before the damage",
-            path.display()
-        ))),
+        Some(damage) if entities.is_empty() => {
+            let none = "there are no numbers before the damage";
+            Err(format!("{file} is damaged at {damage}; {none}").into())
+        }
         damage => Ok((entities, damage)),
     }
 }

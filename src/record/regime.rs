@@ -70,26 +70,18 @@ fn limitation(verdict: &Verdict) -> String {
 fn evidence(verdict: &Verdict) -> impl Iterator<Item = String> {
     let pieces = verdict.evidence.iter().filter(|piece| piece.matters());
     pieces.map(|piece| {
-        format!(
-            "* **{}: {}** (odds times {}). {}\n",
-            style::capitalize(&piece.criterion),
-            piece.supports,
-            significant(piece.factor(), 2),
-            piece.description,
-        )
+        let (criterion, regime) = (style::capitalize(&piece.criterion), piece.supports);
+        let (factor, text) = (significant(piece.factor(), 2), &piece.description);
+        format!("* **{criterion}: {regime}** (odds times {factor}). {text}\n")
     })
 }
 
 /// The classification with all evidence, strongest first. A list wraps in a narrow view, a table does not.
 fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
     let items: String = evidence(verdict).collect();
-    format!(
-        "{heading}, window of {window} before {now}. {limitation}\n\n{items}",
-        heading = heading(verdict),
-        limitation = limitation(verdict),
-        window = Unit::write(window, "s"),
-        now = style::format_time(header, time),
-    )
+    let (heading, limitation) = (heading(verdict), limitation(verdict));
+    let (window, now) = (Unit::write(window, "s"), style::format_time(header, time));
+    format!("{heading}, window of {window} before {now}. {limitation}\n\n{items}")
 }
 
 #[cfg(test)]

@@ -63,7 +63,7 @@ impl PointSeries {
             return Some(PanelView::of(name, &self.root).view(&panel));
         }
         match (row.kind[0], row.needs) {
-            ("text", _) => Some(View::text(self.titles.point.as_str(), &path)),
+            ("text", _) => Some(View::of("TextDocument", &*self.titles.point, &path)),
             ("cube", _) => Some(View::cube(title, &path, EYE)),
             (_, "diagram") => None,
             _ => row.picture(title, &self.root),
@@ -118,7 +118,7 @@ pub fn send(
         tabs.extend(screen.map(|screen| Part::tab(&series.titles.tab, vec![screen])));
     }
     tabs.extend(more);
-    let about = View::text("About this recording", paths::ABOUT);
+    let about = View::of("TextDocument", "About this recording", paths::ABOUT);
     tabs.push(Part::tab("About", vec![Part::View(about)]));
     let mut time_panel = TimePanelBlueprint::new()
         .with_loop_mode(LoopMode::All)

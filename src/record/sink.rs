@@ -286,17 +286,15 @@ impl RerunSink {
 /// The header with control characters in its names escaped. The text of the scene is unchanged.
 fn shown(header: &Header) -> Header {
     let mut header = header.clone();
-    let names = match &mut header.subject {
-        Subject::Joint(joint) => vec![&mut joint.body],
-        Subject::Small(_) => Vec::new(),
+    let mut names = vec![&mut header.scene, &mut header.title];
+    match &mut header.subject {
+        Subject::Joint(joint) => names.push(&mut joint.body),
+        Subject::Small(_) => {}
         Subject::Signal(signal) => {
-            vec![&mut signal.source, &mut signal.column, &mut signal.unit]
+            names.extend([&mut signal.source, &mut signal.column, &mut signal.unit]);
         }
-    };
-    for name in names
-        .into_iter()
-        .chain([&mut header.scene, &mut header.title])
-    {
+    }
+    for name in names {
         *name = escape::line(name).into_owned();
     }
     header

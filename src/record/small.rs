@@ -90,23 +90,15 @@ impl SmallFrames {
         let stats = std::mem::take(&mut self.stats);
         let all: u64 = stats.samples.iter().sum();
         let shares = self.small.statuses.iter().zip(&stats.samples);
-        let shares: Vec<String> = shares
-            .filter(|(_, samples)| **samples > 0)
-            .map(|(status, &samples)| {
-                format!(
-                    "{} **{:.0} %**",
-                    status.label,
-                    1e2 * samples as f64 / all as f64
-                )
-            })
-            .collect();
-        format!(
-            "Last {}: {}; {} {}.",
-            Unit::write(stats.time, "s"),
-            shares.join(", "),
-            stats.transitions,
-            self.small.transition,
-        )
+        let shares = shares.filter(|(_, samples)| **samples > 0);
+        let shares = shares.map(|(status, &samples)| {
+            let percent = 1e2 * samples as f64 / all as f64;
+            format!("{} **{percent:.0} %**", status.label)
+        });
+        let shares: Vec<String> = shares.collect();
+        let (time, shares) = (Unit::write(stats.time, "s"), shares.join(", "));
+        let (count, transition) = (stats.transitions, self.small.transition);
+        format!("Last {time}: {shares}; {count} {transition}.")
     }
 }
 
@@ -148,8 +140,6 @@ pub fn key(small: &SmallInfo) -> String {
         StatusKind::Other => "green",
     };
     let statuses = small.statuses.iter();
-    let words: Vec<String> = statuses
-        .map(|status| format!("{} ({})", status.label, color(status.kind)))
-        .collect();
-    words.join(", ")
+    let words = statuses.map(|status| format!("{} ({})", status.label, color(status.kind)));
+    words.collect::<Vec<_>>().join(", ")
 }

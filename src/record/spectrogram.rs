@@ -130,18 +130,17 @@ impl Spectrogram {
     /// Levels at the frequencies of the pixels, highest first, linearly interpolated between bins.
     fn resample(&self, bin: f64, level_db: &[f32]) -> Vec<f32> {
         let [_, highest] = self.plot.y.range;
-        (0..HEIGHT)
-            .map(|row| {
-                let frequency = highest * (1.0 - (row as f64 + 0.5) / HEIGHT as f64);
-                let at = frequency / bin;
-                let k = at as usize;
-                let part = (at - k as f64) as f32;
-                match level_db.get(k..k + 2) {
-                    Some(&[low, high]) => low + (high - low) * part,
-                    _ => f32::NEG_INFINITY,
-                }
-            })
-            .collect()
+        let levels = (0..HEIGHT).map(|row| {
+            let frequency = highest * (1.0 - (row as f64 + 0.5) / HEIGHT as f64);
+            let at = frequency / bin;
+            let k = at as usize;
+            let part = (at - k as f64) as f32;
+            match level_db.get(k..k + 2) {
+                Some(&[low, high]) => low + (high - low) * part,
+                _ => f32::NEG_INFINITY,
+            }
+        });
+        levels.collect()
     }
 
     fn log(&mut self, rec: &RecordingStream) {
@@ -177,10 +176,8 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(0.8)]);
     rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges);
-    let starts = signal
-        .events
-        .iter()
-        .map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
+    let events = signal.events.iter();
+    let starts = events.map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
     let numbers = (1..).zip(&signal.events).map(|(number, event)| {
         format!("{number}: {:.1} {}", event.level_db, signal.level_reference)
     });
@@ -216,18 +213,15 @@ fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
             (levels, words, db(1e3 * zero))
         }
     };
+    let [from, to] = [low, high].map(|level| short(level.into()));
+    let scale = format!("{from} dB to {to} dB");
     let plot = Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         top_margin: 0.0,
         x: time_axis(header.start(), header.duration),
         y: Axis::linear("frequency", [0.0, highest]).written_in(Unit {
-            symbol: format!(
-                "{}   (colour scale {} dB to {} dB, 0 dB = {zero})",
-                hz.symbol,
-                short(low.into()),
-                short(high.into()),
-            ),
+            symbol: format!("{}   (colour scale {scale}, 0 dB = {zero})", hz.symbol),
             ..hz
         }),
         grid: false,

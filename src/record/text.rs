@@ -29,10 +29,8 @@ pub fn document(markdown: impl AsRef<str>) -> TextDocument {
 /// Markdown with its tables of two columns as lists: a list wraps in a narrow view, and a table is clipped.
 pub fn lists(markdown: &str) -> String {
     let line = |line: &str| {
-        let Some(row) = line
-            .strip_prefix("| ")
-            .and_then(|row| row.strip_suffix('|'))
-        else {
+        let row = line.strip_prefix("| ");
+        let Some(row) = row.and_then(|row| row.strip_suffix('|')) else {
             // The rule below the header of a table ends the paragraph of its name.
             return if line.starts_with("|-") {
                 "\n".to_owned()
@@ -110,11 +108,9 @@ pub fn log_about(rec: &RecordingStream, header: &Header) {
 
 /// Table of the modes, scene and reference of the model.
 fn joint_about(header: &Header, joint: &JointInfo) -> String {
-    let modes: String = joint
-        .modes
-        .iter()
-        .map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz))
-        .collect();
+    let modes = joint.modes.iter();
+    let modes = modes.map(|mode| format!("| {} | {:.1} |\n", mode.label, mode.frequency_hz));
+    let modes: String = modes.collect();
     format!(
         "## Modes\n\n| mode | natural frequency, Hz |\n|---|---|\n{modes}\n\
          {scene}\
@@ -126,11 +122,9 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
 
 /// The scene file.
 fn scene_about(header: &Header) -> String {
-    format!(
-        "## Scene {scene}\n\n{text}\n\n",
-        scene = escape::code(&header.scene),
-        text = escape::block("toml", &header.scene_text),
-    )
+    let scene = escape::code(&header.scene);
+    let text = escape::block("toml", &header.scene_text);
+    format!("## Scene {scene}\n\n{text}\n\n")
 }
 
 /// The scene of a study, and its command line.
@@ -161,11 +155,9 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
         ("minimum", low),
         ("maximum", high),
     ];
-    let rows: String = rows
-        .iter()
-        .filter(|(_, value)| !value.is_empty())
-        .map(|(name, value)| format!("| {name} | {value} |\n"))
-        .collect();
+    let rows = rows.iter().filter(|(_, value)| !value.is_empty());
+    let rows = rows.map(|(name, value)| format!("| {name} | {value} |\n"));
+    let rows: String = rows.collect();
     format!("## Signal\n\n| property | value |\n|---|---|\n{rows}\n")
 }
 
@@ -173,25 +165,25 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
 /// description of the scene, which describe the scene as written and not the present motion.
 pub fn narrate(rec: &RecordingStream, header: &Header, time: f64, words: &str) {
     let facts = match &header.subject {
-        Subject::Joint(joint) => format!(
-            "Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.",
-            ball = 2e3 * joint.ball_radius,
-            load = style::format_range(joint.load_span, style::short),
-            speed = style::format_range(joint.rotation_span, |factor| {
-                format!("{:.1}", 1e3 * factor * joint.sliding_speed)
-            }),
-        ),
-        Subject::Small(small) => format!(
-            "System: {}, natural frequency {}.",
-            small.words,
-            Unit::write(small.frequency_hz, "Hz"),
-        ),
-        Subject::Signal(signal) => format!(
-            "{}, sample rate {} Hz, duration {}.",
-            escape::code(&signal.column),
-            style::short(header.sample_rate),
-            Unit::write(header.duration, "s"),
-        ),
+        Subject::Joint(joint) => {
+            let ball = 2e3 * joint.ball_radius;
+            let load = style::format_range(joint.load_span, style::short);
+            let speed = |factor: f64| format!("{:.1}", 1e3 * factor * joint.sliding_speed);
+            let speed = style::format_range(joint.rotation_span, speed);
+            format!("Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.")
+        }
+        Subject::Small(small) => {
+            let frequency = Unit::write(small.frequency_hz, "Hz");
+            format!("System: {}, natural frequency {frequency}.", small.words)
+        }
+        Subject::Signal(signal) => {
+            let (column, rate) = (
+                escape::code(&signal.column),
+                style::short(header.sample_rate),
+            );
+            let duration = Unit::write(header.duration, "s");
+            format!("{column}, sample rate {rate} Hz, duration {duration}.")
+        }
     };
     let text = format!(
         "{words}\n\n*Observed at {now}.*\n\n---\n\n**{written}{title}**\n\n{about}\n\n\
@@ -217,9 +209,8 @@ pub fn note(rec: &RecordingStream, time: f64, words: &str, level: &str) {
 /// Logs the summary of the run.
 pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     let lines = summary.lines.iter().take(4);
-    let lines: Vec<String> = lines
-        .map(|line| Unit::write(line.frequency, "Hz"))
-        .collect();
+    let lines = lines.map(|line| Unit::write(line.frequency, "Hz"));
+    let lines: Vec<String> = lines.collect();
     let end = if summary.interrupted {
         "Interrupted"
     } else {
@@ -231,36 +222,30 @@ pub fn summarise(rec: &RecordingStream, header: &Header, summary: &Summary) {
     };
     let lines = (!summary.at_rest).then_some(lines);
     let facts: Vec<String> = summary.describe_motion().into_iter().chain(lines).collect();
-    let end = format!(
-        "{end} after {}: {}",
-        style::format_time(header, summary.simulated_s),
-        facts.join("; ")
-    );
-    let (counted, audit) = match header.subject {
-        Subject::Joint(_) => (
-            "contact transitions",
-            match summary.energy_residual {
-                Some(residual) => format!("; energy residual {residual:.1e}"),
-                None => "; no energy audit".to_owned(),
-            },
-        ),
-        Subject::Small(ref small) => (small.transition, String::new()),
-        Subject::Signal(_) => ("", String::new()),
-    };
-    let words = match header.subject {
-        Subject::Joint(_) | Subject::Small(_) => format!(
+    let time = style::format_time(header, summary.simulated_s);
+    let end = format!("{end} after {time}: {}", facts.join("; "));
+    let simulated = |transitions: &str| {
+        format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
-             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
-             {counted}{audit}",
+             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {count} {transitions}",
             amplitude = 1e6 * summary.amplitude_m,
             peak = 1e3 * summary.peak_velocity_m_per_s,
             factor = summary.real_time_factor,
             steps = summary.stats.steps,
             rejections = summary.stats.rejections,
             calls = summary.stats.rhs_evals,
-            transitions = summary.transitions,
-        ),
-        Subject::Signal(ref signal) => {
+            count = summary.transitions,
+        )
+    };
+    let words = match &header.subject {
+        Subject::Joint(_) => {
+            let audit = summary.energy_residual;
+            let audit = audit.map(|residual| format!("energy residual {residual:.1e}"));
+            let audit = audit.unwrap_or_else(|| "no energy audit".to_owned());
+            simulated(&format!("contact transitions; {audit}"))
+        }
+        Subject::Small(small) => simulated(small.transition),
+        Subject::Signal(signal) => {
             let amplitude = Unit::write(summary.amplitude_m, &signal.unit);
             format!("{end}; amplitude {amplitude}")
         }

@@ -48,14 +48,11 @@ const IN_CONNECTION: u64 = 8;
 
 /// Parses a viewer's address and checks that a server listens there.
 pub fn reachable(url: &str) -> Result<ProxyUri, RecordError> {
-    let address: ProxyUri = url.parse().map_err(|error| RecordError::Address {
-        url: url.to_owned(),
-        reason: format!("{error}"),
-    })?;
-    check_reachable(&address).map_err(|error| RecordError::Viewer {
-        url: url.to_owned(),
-        reason: error.to_string(),
-    })?;
+    let address = url.parse::<ProxyUri>();
+    let address =
+        address.map_err(|error| RecordError::Address(url.to_owned(), format!("{error}")))?;
+    check_reachable(&address)
+        .map_err(|error| RecordError::Viewer(url.to_owned(), error.to_string()))?;
     Ok(address)
 }
 
@@ -74,7 +71,6 @@ fn check_reachable(address: &ProxyUri) -> IoResult<()> {
 
 /// Starts a viewer and returns its address.
 pub fn spawn() -> Result<ProxyUri, RecordError> {
-    let fault = |reason: String| RecordError::Spawn { reason };
     let options = SpawnOptions {
         wait_for_bind: true,
         hide_welcome_screen: true,
@@ -85,17 +81,12 @@ pub fn spawn() -> Result<ProxyUri, RecordError> {
     let info = crate::record::sdk::spawn(&options).map_err(|error| {
         // The full error text includes installation instructions; its first line is the reason.
         let text = error.to_string();
-        fault(
-            text.lines()
-                .next()
-                .unwrap_or_default()
-                .trim_end_matches('.')
-                .to_owned(),
-        )
+        let reason = text.lines().next().unwrap_or_default();
+        RecordError::Spawn(reason.trim_end_matches('.').to_owned())
     })?;
     let url = format!("rerun+http://127.0.0.1:{}/proxy", info.port);
-    url.parse::<ProxyUri>()
-        .map_err(|error| fault(error.to_string()))
+    let address = url.parse::<ProxyUri>();
+    address.map_err(|error| RecordError::Spawn(error.to_string()))
 }
 
 /// State shared by a viewer's thread and the recorder.
@@ -162,12 +153,9 @@ fn close_gracefully(viewer: GrpcSink) -> bool {
 }
 
 fn thread_error(url: &str, error: &std::io::Error) -> RecordError {
-    RecordError::Viewer {
-        url: url.to_owned(),
-        reason: format!(
-            "cannot start a thread, {error}; raise the limit of processes (`ulimit -u`)"
-        ),
-    }
+    let reason =
+        format!("cannot start a thread, {error}; raise the limit of processes (`ulimit -u`)");
+    RecordError::Viewer(url.to_owned(), reason)
 }
 
 /// A feed that sends a growing file to a viewer.
@@ -372,8 +360,7 @@ impl LiveConnection {
             self.shared.set_away(true);
         }
         if self.shared.is_away() {
-            let url = self.url.clone();
-            return Err(RecordError::ViewerLost { url });
+            return Err(RecordError::ViewerLost(self.url.clone()));
         }
         Ok(())
     }

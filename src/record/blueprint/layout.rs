@@ -64,15 +64,14 @@ impl Row {
     pub fn view(&self, title: String, argument: &str) -> Option<View> {
         let (path, paths) = (self.paths[0], &self.paths);
         let view = match self.kind[0] {
-            "text" => View::text(title, path),
-            "log" => View::log(&title, path),
+            "text" => View::of("TextDocument", title, path),
+            "log" => View::of("TextLog", title, path),
             "cube" => View::cube(title, path, argument.parse().ok()?),
-            "states" => View::states(title, path),
-            "legend-left" => View::with_legend(title, paths, Corner2D::LeftTop),
-            "legend-right" => View::with_legend(title, paths, Corner2D::RightBottom),
+            "states" => View::of("StateTimeline", title, path),
+            "legend-left" => View::series(title, paths, Some(Corner2D::LeftTop)),
+            "legend-right" => View::series(title, paths, Some(Corner2D::RightBottom)),
             "picture" => return self.picture(title, &Root::of_run()),
-            _ if paths.len() > 1 => View::series_of(title, paths),
-            _ => View::series(title, path),
+            _ => View::series(title, paths, None),
         };
         Some(match self.kind[1..] {
             [low, high] => view.with_range([low.parse().ok()?, high.parse().ok()?]),
@@ -88,17 +87,17 @@ impl Row {
     }
 }
 
+/// Gives a view by its name; `None` if it has no data.
+pub type ViewOf<'a> = dyn FnMut(&str) -> Option<View> + 'a;
+
 /// A tab by its key, if one of its views exists; `view` gives a view by its name.
-pub fn tab(key: &str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
+pub fn tab(key: &str, view: &mut ViewOf<'_>) -> Option<Part> {
     let (title, screen) = screen_of(key, view)?;
     Some(Part::tab(title, vec![screen]))
 }
 
 /// The title and the screen of a tab, as [`tab`].
-pub fn screen_of(
-    key: &str,
-    view: &mut dyn FnMut(&str) -> Option<View>,
-) -> Option<(&'static str, Part)> {
+pub fn screen_of(key: &str, view: &mut ViewOf<'_>) -> Option<(&'static str, Part)> {
     let (title, lines) = section(key)?;
     Some((title, screen(lines, view)?))
 }
@@ -111,30 +110,21 @@ fn section(key: &str) -> Option<(&'static str, &'static str)> {
 }
 
 /// The part that lines describe.
-fn screen(lines: &'static str, view: &mut dyn FnMut(&str) -> Option<View>) -> Option<Part> {
+fn screen(lines: &'static str, view: &mut ViewOf<'_>) -> Option<Part> {
     let lines = lines.lines().filter(|line| !line.trim().is_empty());
-    let lines: Vec<_> = lines
-        .map(|line| {
-            let text = line.trim_start();
-            let depth = line.len() - text.len();
-            // The first line has no share.
-            match text
-                .split_once(' ')
-                .and_then(|(share, name)| Some((share.parse().ok()?, name)))
-            {
-                Some((share, name)) => (depth, share, name),
-                None => (depth, 1.0, text),
-            }
-        })
-        .collect();
-    part(&lines, view)
+    let lines = lines.map(|line| {
+        let text = line.trim_start();
+        let words = text.split_once(' ');
+        let shared = words.and_then(|(share, name)| Some((share.parse().ok()?, name)));
+        // The first line has no share.
+        let (share, name) = shared.unwrap_or((1.0, text));
+        (line.len() - text.len(), share, name)
+    });
+    part(&lines.collect::<Vec<_>>(), view)
 }
 
 /// The part of the first line; the other lines are inside.
-fn part(
-    lines: &[(usize, f32, &'static str)],
-    view: &mut dyn FnMut(&str) -> Option<View>,
-) -> Option<Part> {
+fn part(lines: &[(usize, f32, &'static str)], view: &mut ViewOf<'_>) -> Option<Part> {
     let (&(depth, _, name), inside) = lines.split_first()?;
     if !["row", "column"].contains(&name) {
         return view(name).map(Part::View);

@@ -72,7 +72,7 @@ fn controls_tab(header: &Header) -> Option<Part> {
     let controls = controls::recorded(header).filter(|control| control.is_named);
     let views = controls.map(|control| {
         let [path, name] = controls::series(control);
-        Part::View(View::series(name, &path))
+        Part::View(View::series(name, &[&path], None))
     });
     let views: Vec<Part> = views.collect();
     (!views.is_empty()).then(|| Part::tab("Controls", views))
@@ -91,10 +91,8 @@ impl Run<'_> {
         let is_small = self.header.joint().is_none()
             && matches!(evidence, Evidence::Growth | Evidence::Contact);
         let evidence: &str = evidence.into();
-        Some(format!(
-            "lesson-{evidence}{}",
-            if is_small { "-small" } else { "" }
-        ))
+        let ending = if is_small { "-small" } else { "" };
+        Some(format!("lesson-{evidence}{ending}"))
     }
 
     /// Whether a tab is shown that has views in other tabs, too.
@@ -236,11 +234,10 @@ fn body(joint: &JointInfo, spec: RecordSpec) -> View {
     let name = match (joint.outline.vertices.is_empty(), spec.body_rate > 0.0) {
         (true, true) => format!("{}: load and rotation (surface not known)", joint.body),
         (true, false) => format!("{}: load and rotation", joint.body),
-        (false, _) => format!(
-            "{}, displacements × {}",
-            joint.body,
-            style::short(spec.deformation_scale)
-        ),
+        (false, _) => {
+            let scale = style::short(spec.deformation_scale);
+            format!("{}, displacements × {scale}", joint.body)
+        }
     };
     let vertices = &joint.outline.vertices;
     let lowest = vertices.iter().map(|v| v[2]).fold(-0.2, f64::min);
@@ -255,8 +252,7 @@ fn body(joint: &JointInfo, spec: RecordSpec) -> View {
         paths::ROTATION,
         paths::RIM,
     ];
-    View::in_3d(name)
-        .with_origin(paths::SCENE_3D)
+    View::of("3D", name, paths::SCENE_3D)
         .with_contents(&entities)
         .with_eye(
             [eye[0], eye[1], middle + eye[2]],
@@ -281,8 +277,8 @@ fn patch_view(joint: &JointInfo) -> View {
     // The view is tilted slightly, and aimed below the centre to show the legend.
     let target = camera.point([0.0, -0.12, 0.0]);
     let from = camera.point([0.0, -0.6, 2.55]);
-    View::in_3d(format!("Contact patch (circles {step}° apart)"))
-        .with_origin(paths::SCENE_3D)
+    let name = format!("Contact patch (circles {step}° apart)");
+    View::of("3D", name, paths::SCENE_3D)
         .with_contents(&entities)
         .with_eye(from, target, camera.up())
 }

@@ -60,80 +60,46 @@ pub struct View {
 }
 
 impl View {
-    fn of_class(class: &'static str, name: impl Into<String>) -> Self {
+    /// A view of a class of Rerun, such as `TextDocument`, of the entities at and below a path.
+    pub fn of(class: &'static str, name: impl Into<String>, origin: &str) -> Self {
         Self {
             class,
             name: name.into(),
-            origin: EntityPath::root(),
+            origin: origin.into(),
             contents: vec!["$origin/**".to_owned()],
             properties: Vec::new(),
         }
     }
 
-    /// A text document.
-    pub fn text(name: impl Into<String>, path: &str) -> Self {
-        Self::of_class("TextDocument", name).with_origin(path)
-    }
-
-    /// Log messages with their times.
-    pub fn log(name: &str, path: &str) -> Self {
-        Self::of_class("TextLog", name).with_origin(path)
-    }
-
-    /// States over time.
-    pub fn states(name: String, path: &str) -> Self {
-        Self::of_class("StateTimeline", name).with_origin(path)
-    }
-
-    /// A time series over the whole run. It has no legend, which would cover data; the title explains the colours.
-    pub fn series(name: impl Into<String>, path: &str) -> Self {
-        Self::of_class("TimeSeries", name)
-            .with_origin(path)
-            .without_legend()
-    }
-
-    /// As [`View::series`], of several entities.
-    pub fn series_of<P: AsRef<str>>(name: impl Into<String>, paths: &[P]) -> Self {
-        Self::of_class("TimeSeries", name)
-            .with_contents(paths)
-            .without_legend()
-    }
-
-    /// Several entities over the whole run, with a legend.
-    pub fn with_legend(name: impl Into<String>, paths: &[&str], corner: Corner2D) -> Self {
-        let view = Self::of_class("TimeSeries", name).with_contents(paths);
-        view.with(&PlotLegend::new().with_corner(corner))
+    /// Time series over the whole run, with a legend in a corner, or without one, which would cover data: the title then
+    /// explains the colours.
+    pub fn series(name: impl Into<String>, paths: &[&str], legend: Option<Corner2D>) -> Self {
+        let view = match (paths, legend) {
+            ([path], None) => Self::of("TimeSeries", name, path),
+            _ => Self::of("TimeSeries", name, "/").with_contents(paths),
+        };
+        view.with(&match legend {
+            Some(corner) => PlotLegend::new().with_corner(corner),
+            None => PlotLegend::new().with_visible(false),
+        })
     }
 
     /// A two-dimensional plot with its own axes, completely visible.
     pub fn picture(name: impl Into<String>, path: &str, bounds: [[f32; 2]; 2]) -> Self {
         let [x_range, y_range] = bounds.map(|range| Range1D(range.map(f64::from)));
         let bounds = VisualBounds2D::new(Range2D { x_range, y_range });
-        Self::of_class("2D", name).with_origin(path).with(&bounds)
-    }
-
-    /// Three-dimensional shapes, seen by an eye at a point.
-    pub fn in_3d(name: impl Into<String>) -> Self {
-        Self::of_class("3D", name)
+        Self::of("2D", name, path).with(&bounds)
     }
 
     /// A cube of side 2 centred at the origin, seen from a distance in half edges.
     pub fn cube(name: impl Into<String>, path: &str, distance: f64) -> Self {
         let from = [0.57, -0.69, 0.45].map(|c| distance * c);
-        let cube = Self::in_3d(name).with_origin(path);
-        cube.with_eye(from, [0.0; 3], [0.0, 0.0, 1.0])
-    }
-
-    /// Shows the entities at and below a path.
-    pub fn with_origin(mut self, origin: &str) -> Self {
-        self.origin = origin.into();
-        self
+        Self::of("3D", name, path).with_eye(from, [0.0; 3], [0.0, 0.0, 1.0])
     }
 
     /// Shows these entities.
-    pub fn with_contents<P: AsRef<str>>(mut self, paths: &[P]) -> Self {
-        let queries = paths.iter().map(|path| format!("+ /{}", path.as_ref()));
-        self.contents = queries.collect();
+    pub fn with_contents(mut self, paths: &[&str]) -> Self {
+        self.contents = paths.iter().map(|path| format!("+ /{path}")).collect();
         self
     }
 
@@ -142,10 +108,6 @@ impl View {
         let batches = property.as_serialized_batches();
         self.properties.push((A::name().short_name(), batches));
         self
-    }
-
-    fn without_legend(self) -> Self {
-        self.with(&PlotLegend::new().with_visible(false))
     }
 
     /// Limits the view to the last `window` s before the time cursor.

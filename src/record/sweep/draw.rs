@@ -123,19 +123,13 @@ impl<'a> StartWriter<'a> {
 /// The bifurcation diagram, with marks for failed runs.
 fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
     let mut panel = plot::maxima(sweep.plan, sweep.points, start);
-    let of_start = sweep
-        .points
-        .iter()
-        .filter(|point| point.place.start == start);
+    let points = sweep.points.iter();
+    let of_start = points.filter(|point| point.place.start == start);
     let failed = of_start.filter(|point| point.outcome.is_err());
-    let failed: Vec<[f64; 2]> = failed
-        .map(|point| [point.place.values[0], panel.y.range[0]])
-        .collect();
-    if !failed.is_empty() {
-        panel
-            .layers
-            .push(Layer::points(failed, 1.5, Color::Faint).with_label("no response"));
-    }
+    let failed = failed.map(|point| [point.place.values[0], panel.y.range[0]]);
+    let failed = Layer::points(failed.collect(), 1.5, Color::Faint).with_label("no response");
+    let layers = &mut panel.layers;
+    layers.extend(Some(failed).filter(Layer::has_points));
     panel
 }
 

@@ -27,9 +27,8 @@ pub fn tab(ball: &BallJoint) -> Option<Part> {
     let middle = [0.0, 0.0, -95.0];
     let eye = [0.0, -0.98, 0.2].map(|c: f64| c * distance);
     let from = [eye[0], eye[1], eye[2] + middle[2]];
-    let view = View::in_3d("Natural modes (yellow: largest displacement)")
-        .with_origin(paths::MODE_SHAPES)
-        .with_eye(from, middle, [0.0, 0.0, 1.0]);
+    let name = "Natural modes (yellow: largest displacement)";
+    let view = View::of("3D", name, paths::MODE_SHAPES).with_eye(from, middle, [0.0, 0.0, 1.0]);
     Some(Part::tab("Mode shapes", vec![Part::View(view)]))
 }
 
@@ -54,16 +53,15 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
             _ => LARGEST,
         };
         let across = APART * (place as f64 - 0.5 * (families.len() as f64 - 1.0));
-        let vertices: Vec<[f64; 3]> = outline
+        let moved = outline
             .vertices
             .iter()
             .zip(shape())
-            .map(|(rest, u)| std::array::from_fn(|i| rest[i] + 1e-3 * drawn / largest * u[i]))
-            .collect();
+            .map(|(rest, u)| std::array::from_fn(|i| rest[i] + 1e-3 * drawn / largest * u[i]));
+        let vertices: Vec<[f64; 3]> = moved.collect();
         let normals = vertex_normals(&vertices, &outline.triangles);
-        let drawn = vertices
-            .iter()
-            .map(|v| [1e3 * v[0] + across, 1e3 * v[1], 1e3 * v[2]].map(|c| c as f32));
+        let drawn = vertices.iter();
+        let drawn = drawn.map(|[x, y, z]| [1e3 * x + across, 1e3 * y, 1e3 * z].map(|c| c as f32));
         let colors = sizes.iter().map(|size| {
             let [r, g, b] = map.at((size / largest) as f32);
             style::rgb(r, g, b)

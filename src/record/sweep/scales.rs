@@ -36,12 +36,9 @@ impl SharedScales {
         let found: Vec<_> = sweep.points.iter().filter_map(SweepPoint::found).collect();
         let sizes = found.iter().map(|response| largest(response));
         let largest = sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)]);
+        let (parameter, unit) = (description::parameter(sweep), description::unit(sweep));
         Self {
-            timeline: TimelineTicks::new(
-                &description::parameter(sweep),
-                description::unit(sweep),
-                sweep.values(),
-            ),
+            timeline: TimelineTicks::new(&parameter, unit, sweep.values()),
             spectrum: spectrum(&found, largest[0]),
             largest,
             letter: sweep.letter(),
@@ -62,9 +59,8 @@ fn spectrum(found: &[&SettledResponse], largest: f64) -> SpectrumAxes {
     let strongest = lines().map(|line| line.amplitude).fold(0.0, f64::max);
     let strong = lines().filter(|line| line.amplitude >= WEAK * strongest);
     let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
-    let motions = found
-        .iter()
-        .filter_map(|response| response.portrait.as_ref());
+    let motions = found.iter();
+    let motions = motions.filter_map(|response| response.portrait.as_ref());
     let ends = motions.map(|motion| motion.spectrum_bin_hz * motion.spectrum_m.len() as f64);
     let highest = (1.1 * highest / FREQUENCY_STEP).ceil().max(2.0) * FREQUENCY_STEP;
     // The last bin can lie slightly above a round number.
