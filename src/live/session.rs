@@ -204,7 +204,7 @@ impl Session {
                 (scene, handle, opened, current.wav.take(), lyapunov)
             };
             let run = InteractiveSource::new(Simulation::new(&scene)?, &handle);
-            let header = run.header(&self.options.command);
+            let header = Arc::new(run.header(&self.options.command));
             if self.options.computes_diagram {
                 let interval = header.tilt_slider();
                 self.diagrams.show(&scene, interval, &self.store);
@@ -228,7 +228,8 @@ impl Session {
                 }
             }
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
-            sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
+            let recorder = Recorder::new(recording, store, scene.record, Arc::clone(&header));
+            sinks.push(Box::new(recorder));
             if let Some(wav) = wav.clone() {
                 let wav_sink = WavSink::new(wav, self.options.source, &header, 1.0);
                 sinks.push(Box::new(wav_sink.map_err(sink)?));
