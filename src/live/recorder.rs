@@ -106,7 +106,7 @@ pub struct Recorder {
     recording: Arc<RecordingControl>,
     store: Arc<StatusStore>,
     spec: RecordSpec,
-    header: Option<Arc<Header>>,
+    header: Arc<Header>,
     /// File being written.
     open: Option<(PathBuf, RerunSink)>,
     /// Simulated time, s.
@@ -114,17 +114,18 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the recorder of a run.
+    /// Creates the recorder of a run described by `header`.
     pub fn new(
         recording: Arc<RecordingControl>,
         store: Arc<StatusStore>,
         spec: RecordSpec,
+        header: Arc<Header>,
     ) -> Self {
         Self {
             recording,
             store,
             spec,
-            header: None,
+            header,
             open: None,
             time: 0.0,
         }
@@ -143,14 +144,11 @@ impl Recorder {
     }
 
     fn begin(&mut self, file: PathBuf) {
-        let Some(header) = self.header.clone() else {
-            return;
-        };
         let reserved = self.recording.take_reserved();
         let part = reserved.map_or_else(|| PartFile::create(&file), Ok);
         let opened = part.and_then(|part| RerunSink::into_file(part, self.spec));
         let begun = opened.map_err(SinkError::from).and_then(|mut sink| {
-            sink.accept(Record::Header(header))?;
+            sink.accept(Record::Header(Arc::clone(&self.header)))?;
             Ok(sink)
         });
         match begun {
@@ -204,8 +202,7 @@ impl Sink for Recorder {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match &record {
             // Even a run that ends immediately has a recording.
-            Record::Header(header) => {
-                self.header = Some(Arc::clone(header));
+            Record::Header(_) => {
                 self.update();
                 return Ok(());
             }

@@ -21,7 +21,7 @@ use super::recorder::{Recorder, RecordingControl, SavedFile};
 use super::tour::{Tour, TourStep};
 use super::views::ViewStore;
 use crate::escape;
-use crate::pipeline::message::{Header, Summary};
+use crate::pipeline::message::Summary;
 use crate::pipeline::{
     InteractiveSource, Monitor, PipelineError, RunCommand, RunHandle, Simulation, Sink, SinkError,
     Source as _, Tee, drive, joined,
@@ -89,8 +89,8 @@ struct Current {
     handle: RunHandle,
     /// Number of runs opened so far.
     opened: u64,
-    /// Whether the panel is that of this run.
-    is_running: bool,
+    /// The run of which the panel is, if it runs: the number of runs that had been opened.
+    running: Option<u64>,
     /// The scene with the numbers that commands have changed.
     present: Scene,
     /// Number of kicks in the run.
@@ -124,7 +124,7 @@ impl Session {
                 lyapunov: options.lyapunov,
                 handle: RunHandle::new(options.speed),
                 opened: 0,
-                is_running: false,
+                running: None,
                 present: options.scene.clone(),
                 kicks: 0,
                 step: None,
@@ -204,26 +204,39 @@ impl Session {
                 (scene, handle, opened, current.wav.take(), lyapunov)
             };
             let run = InteractiveSource::new(Simulation::new(&scene)?, &handle);
-            let header = run.header(&self.options.command);
+            let header = Arc::new(run.header(&self.options.command));
             if self.options.computes_diagram {
                 let interval = header.tilt_slider();
                 self.diagrams.show(&scene, interval, &self.store);
             }
             self.store.begin_run(&header, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
-            let mut sinks = self.display_sinks(&scene, &header, handle, viewer.as_mut())?;
+            // The views of the page come first: they answer at once.
+            let views = self.views.sink(scene.record.deformation_scale);
+            let audio = AudioSink::new(self.options.source, &header, handle, self.audio.clone());
+            let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(audio)];
+            if let Some(output) = &mut viewer {
+                sinks.push(Box::new(
+                    RerunSink::new(output, scene.record).map_err(sink)?,
+                ));
+                // The whole session uses one viewer.
+                if output.spawn {
+                    *output = Output {
+                        connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
+                        ..Output::default()
+                    };
+                }
+            }
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
-            sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
+            let recorder = Recorder::new(recording, store, scene.record, Arc::clone(&header));
+            sinks.push(Box::new(recorder));
             if let Some(wav) = wav.clone() {
                 let wav_sink = WavSink::new(wav, self.options.source, &header, 1.0);
                 sinks.push(Box::new(wav_sink.map_err(sink)?));
             }
             // The last sink: a file then contains every record that the panel has shown.
             sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
-            let mut current = lock(&self.current);
-            // Another run may have been opened in the meantime.
-            current.is_running = current.opened == opened;
-            drop(current);
+            lock(&self.current).running = Some(opened);
             let mut events = BifurcationEvents::new(Arc::clone(&self.diagrams));
             let mut tee = Tee::new(sinks).deriving(move |record| events.after(record));
             let monitor = Monitor {
@@ -233,7 +246,7 @@ impl Session {
             let ran = drive(run, &self.options.command, &mut tee, monitor);
             // The recorder of a failed run reports its file.
             drop(tee);
-            lock(&self.current).is_running = false;
+            lock(&self.current).running = None;
             if let Some(wav) = wav {
                 let outcome = ran.as_ref().map(|_| ());
                 let outcome =
@@ -242,32 +255,6 @@ impl Session {
             }
             last = Some(ran?);
         }
-    }
-
-    /// The sinks that display a run: on the page, and in a viewer.
-    fn display_sinks(
-        &self,
-        scene: &Scene,
-        header: &Header,
-        handle: RunHandle,
-        output: Option<&mut Output>,
-    ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
-        // The views of the page come first: they answer at once.
-        let views = self.views.sink(scene.record.deformation_scale);
-        let audio = AudioSink::new(self.options.source, header, handle, self.audio.clone());
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(audio)];
-        if let Some(output) = output {
-            let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
-            sinks.push(Box::new(viewer));
-            // The whole session uses one viewer.
-            if output.spawn {
-                *output = Output {
-                    connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
-                    ..Output::default()
-                };
-            }
-        }
-        Ok(sinks)
     }
 
     /// Stops the session.
@@ -293,7 +280,8 @@ impl Session {
         let (status, tour_step, blank, promise) = {
             let current = lock(&self.current);
             // Between two runs the panel is still that of the former one.
-            let promise = current.promise.clone().filter(|_| current.is_running);
+            let is_running = current.running == Some(current.opened);
+            let promise = current.promise.clone().filter(|_| is_running);
             let status = current.handle.status();
             (status, current.step, current.blank, promise)
         };

@@ -144,20 +144,15 @@ impl Tour {
                 e.message()
             ))
         })?;
-        tour.check().map_err(fault)?;
+        if tour.steps.is_empty() {
+            let reason = "it has no steps; add a table `[[step]]`";
+            return Err(fault(reason.to_owned()));
+        }
+        for (k, step) in tour.steps.iter().enumerate() {
+            let failed = |reason| fault(format!("step {}: {reason}", k + 1));
+            step.check().map_err(failed)?;
+        }
         Ok(tour)
-    }
-
-    /// Checks the values of all steps.
-    fn check(&self) -> Result<(), String> {
-        if self.steps.is_empty() {
-            return Err("it has no steps; add a table `[[step]]`".to_owned());
-        }
-        for (k, step) in self.steps.iter().enumerate() {
-            step.check()
-                .map_err(|reason| format!("step {}: {reason}", k + 1))?;
-        }
-        Ok(())
     }
 }
 
@@ -189,7 +184,8 @@ mod tests {
     fn the_shipped_tour_and_bookmarks_are_valid() {
         for text in [SHIPPED, BOOKMARKS] {
             let tour: Tour = toml_edit::de::from_str(text).unwrap();
-            tour.check().unwrap();
+            assert!(!tour.steps.is_empty());
+            tour.steps.iter().for_each(|step| step.check().unwrap());
             assert!(tour.steps.iter().all(|step| !step.views.is_empty()));
         }
     }

@@ -363,7 +363,6 @@ fn start(header: &Header, magnification: f64) -> Message {
         "scene": header.scene,
         "sample_rate_hz": header.sample_rate,
         "highest_frequency_hz": header.highest_frequency(),
-        "level_range_db": LEVELS,
         "silence_m_per_s": header.silence(),
         "section": names,
         "parameters": parameters(header),
@@ -372,9 +371,6 @@ fn start(header: &Header, magnification: f64) -> Message {
     let Some(joint) = header.joint() else {
         return Message::default().value("start", start);
     };
-    let modes = joint.modes.iter().map(|mode| json!(mode.label));
-    start["modes"] = modes.collect();
-    start["body"] = json!(joint.body);
     start["load_n"] = json!(joint.largest_load());
     start["patch_radius_m"] = json!(joint.patch_radius);
     start["magnification"] = json!(magnification);

@@ -40,9 +40,9 @@ pub trait Sink: Send {
     /// If the record cannot be stored (full disk, encoding error). The run then stops.
     fn accept(&mut self, record: Record) -> Result<(), SinkError>;
 
-    /// Whether a waiting picture ([`Record::is_picture`]) may be replaced by a newer one of its kind when the sink is slower than
-    /// the analysis; by default it must receive every record, and the analysis waits. The number of replaced pictures is
-    /// reported in [`Health::drops`](super::message::Health::drops).
+    /// Whether a waiting picture ([`Record::is_picture`]) may be replaced by a newer one of its kind when the sink is
+    /// slower than the analysis; by default it must receive every record, and the analysis waits. The number of replaced
+    /// pictures is reported in [`Health::drops`](super::message::Health::drops).
     fn may_skip_pictures(&self) -> bool {
         false
     }

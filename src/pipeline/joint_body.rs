@@ -44,18 +44,12 @@ pub(super) struct JointBody {
     /// Numbers of samples between two counts of nodes and between two energies; `None` if the scene records none.
     count_every: Option<u64>,
     energy_every: Option<u64>,
-    audit: Audit,
+    /// Energy stored at the start, the reference of the audit, J.
+    start_energy: f64,
+    /// Work of kicks and of changes of tilt, load and rotation, which change the energy in an instant, J.
+    added_energy: f64,
     /// Whether a step has passed over its events.
     has_unlocated_events: bool,
-}
-
-/// Reference values of the energy audit, J.
-#[derive(Clone, Copy, Debug, Default)]
-struct Audit {
-    /// Energy stored at the start.
-    start: f64,
-    /// Work of kicks and of changes of tilt, load and rotation, which change the energy in an instant.
-    added: f64,
 }
 
 /// Number of samples between two events of the given rate (Hz); `None` if the rate is 0.
@@ -97,7 +91,8 @@ impl JointBody {
             counted: Vec::new(),
             count_every: stride(scene.sample_rate, scene.record.patch_rate),
             energy_every,
-            audit: Audit::default(),
+            start_energy: 0.0,
+            added_energy: 0.0,
             has_unlocated_events: false,
         };
         body.begin_at(&z);
@@ -108,10 +103,8 @@ impl JointBody {
     pub fn begin_at(&mut self, z: &[f64]) {
         let q = &z[..self.joint.modes()];
         self.joint.separated_nodes(q, &mut self.separated[0]);
-        self.audit = Audit {
-            start: self.joint.energy(z).total(),
-            added: 0.0,
-        };
+        self.start_energy = self.joint.energy(z).total();
+        self.added_energy = 0.0;
     }
 
     /// Description of the joint for the header of a run.
@@ -208,7 +201,7 @@ impl JointBody {
             self.joint.carry_friction(&joint, &mut z);
             integrator.translate(&difference(&start, &z))?;
         }
-        self.audit.added += joint.energy(integrator.state()).total() - before;
+        self.added_energy += joint.energy(integrator.state()).total() - before;
         self.joint = Arc::new(joint);
         motion.probe = self.joint.probe().to_vec();
         integrator.restart(self.joint.clone())?;
@@ -270,7 +263,7 @@ impl JointBody {
     /// Adds the energy of a kick from one state to another to the work of the loading.
     pub fn add_kick(&mut self, before: &[f64], after: &[f64]) {
         let [before, after] = [before, after].map(|z| self.joint.energy(z).total());
-        self.audit.added += after - before;
+        self.added_energy += after - before;
     }
 
     /// Adds the present loading to a frame.
@@ -335,7 +328,7 @@ impl JointBody {
             time,
             total,
             friction_work: work,
-            residual: total - self.audit.start - self.audit.added - work,
+            residual: total - self.start_energy - self.added_energy - work,
             modal: energy.modal,
         }
     }

@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::message::{Exponents, Frame, MotionSegment};
 use super::motion_changes::ChangeDetector;
+use super::simulate::observe;
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::scene::{PerturbedTrajectorySpec, Scene, SystemSpec};
 
@@ -51,13 +52,13 @@ impl SensitivityTracker {
     }
 
     /// Advances to the sample with an index at a time (s) and in a state `z`, which is already in the frame, and adds the
-    /// results to the frame. `probe` maps a state to displacement (m) and velocity (m/s).
+    /// results to the frame. `probe` maps modal coordinates to the displacement of the probe.
     pub fn follow(
         &mut self,
         integrator: &mut Integrator<'_>,
         (index, time): (u64, f64),
         z: &[f64],
-        probe: impl Fn(&[f64]) -> [f64; 2],
+        probe: &[f64],
         frame: &mut Frame,
     ) -> Result<(), DynamicsError> {
         let exponents = self.exponents(integrator, (index, time), z);
@@ -68,7 +69,7 @@ impl SensitivityTracker {
         let samples = frame.perturbed.get_or_insert_default();
         samples.floor = self.floor;
         if let Some((state, distance)) = perturbed.sample(integrator, time, z)? {
-            let [displacement, velocity] = probe(state);
+            let [displacement, velocity] = observe(probe, state);
             samples.displacement.push(displacement);
             samples.velocity.push(velocity);
             samples.distance.push(distance);
@@ -101,17 +102,13 @@ impl SensitivityTracker {
             return None;
         }
         let segments = detector.segments(integrator);
+        let omega = integrator.system().omega().iter().copied();
         let spectrum = segments.last()?.spectrum.clone();
         (spectrum.time > 0.0).then(|| Exponents {
             time,
             spectrum,
             motion: integrator.motion(),
-            omega_1: integrator
-                .system()
-                .omega()
-                .iter()
-                .copied()
-                .fold(f64::NAN, f64::min),
+            omega_1: omega.fold(f64::NAN, f64::min),
             chaotic_transient: MotionSegment::chaotic_transient(&segments, self.constant_since),
             segments,
         })

@@ -57,7 +57,7 @@ pub(super) struct Motion {
 }
 
 /// Displacement (m) and velocity (m/s) of a probe at a state.
-fn observe(probe: &[f64], z: &[f64]) -> [f64; 2] {
+pub(super) fn observe(probe: &[f64], z: &[f64]) -> [f64; 2] {
     let (q, rest) = z.split_at(probe.len());
     [q, rest].map(|part| probe.iter().zip(part).map(|(p, x)| p * x).sum())
 }
@@ -371,15 +371,13 @@ impl Source for Simulation {
                     frame.status.extend(motion.integrator.status());
                 }
             }
-            let Motion {
-                integrator,
-                z,
-                probe,
-                sensitivity,
-                ..
-            } = motion;
-            let observe = |z: &[f64]| observe(probe, z);
-            sensitivity.follow(integrator, (index, time), z, observe, &mut frame)?;
+            motion.sensitivity.follow(
+                &mut motion.integrator,
+                (index, time),
+                &motion.z,
+                &motion.probe,
+                &mut frame,
+            )?;
         }
         // A stopped run yields fewer samples than planned.
         if frame.is_empty() {

@@ -26,61 +26,49 @@ impl Session {
         }
         let mut current = lock(&self.current);
         let current = &mut *current;
-        let run_command = match command {
+        let run = current.handle.clone();
+        let send = |command| run.send(command).map_err(rejected);
+        match command {
             Command::Set { key, value } => {
-                if let Some(scene) = current.handle.take_refusal() {
+                if let Some(scene) = run.take_refusal() {
                     current.present = scene;
                 }
-                change(&current.scene, &mut current.present, key, *value)?
+                let set = change(&current.scene, &mut current.present, key, *value)?;
+                current.promise = None;
+                send(set)?;
             }
-            Command::Pause {} => RunCommand::Pause,
-            Command::Resume {} => RunCommand::Resume,
-            Command::Step {} => RunCommand::Step,
+            Command::Pause {} => send(RunCommand::Pause)?,
+            Command::Resume {} => send(RunCommand::Resume)?,
+            Command::Step {} => send(RunCommand::Step)?,
             Command::Speed { ms_per_s } => {
-                let speed = playback_speed(*ms_per_s)?;
-                current.speed = speed;
-                RunCommand::Speed(speed)
+                current.speed = playback_speed(*ms_per_s)?;
+                send(RunCommand::Speed(current.speed))?;
             }
             Command::Kick { mm_per_s } => {
                 current.kicks += 1;
-                kick(
-                    &current.scene,
-                    mm_per_s.unwrap_or(DEFAULT_KICK),
-                    current.kicks,
-                )?
+                let size = mm_per_s.unwrap_or(DEFAULT_KICK);
+                let kick = kick(&current.scene, size, current.kicks)?;
+                current.promise = None;
+                send(kick)?;
             }
-            Command::Reset {} => return self.restart(current),
+            Command::Reset {} => self.restart(current)?,
             Command::Lyapunov { enabled } => {
                 let has_them = current.scene.computes_lyapunov();
                 if std::mem::replace(&mut current.lyapunov, *enabled) != *enabled && has_them {
-                    return self.restart(current);
+                    self.restart(current)?;
                 }
-                return Ok(());
             }
-            Command::Scene { name } => return self.open(current, &TourStep::of_scene(name)),
-            Command::Open(step) => return self.open(current, step),
-            Command::Tour { step: None } => {
-                current.step = None;
-                return Ok(());
-            }
-            Command::Tour { step: Some(number) } => return self.show_step(current, *number),
-            Command::Blank { on } => {
-                current.blank = *on;
-                return Ok(());
-            }
+            Command::Scene { name } => self.open(current, &TourStep::of_scene(name))?,
+            Command::Open(step) => self.open(current, step)?,
+            Command::Tour { step: None } => current.step = None,
+            Command::Tour { step: Some(number) } => self.show_step(current, *number)?,
+            Command::Blank { on } => current.blank = *on,
             Command::Record {} => {
                 self.recording.start().map_err(rejected)?;
-                return Ok(());
             }
-            Command::StopRecording {} => {
-                self.recording.stop();
-                return Ok(());
-            }
-        };
-        if matches!(run_command, RunCommand::Set(..) | RunCommand::Kick { .. }) {
-            current.promise = None;
+            Command::StopRecording {} => self.recording.stop(),
         }
-        current.handle.send(run_command).map_err(rejected)
+        Ok(())
     }
 
     /// Starts a run of a scene with the settings of a step.
@@ -97,7 +85,6 @@ impl Session {
             current.handle.send(command).map_err(rejected)?;
         }
         current.opened += 1;
-        current.is_running = false;
         (current.scene, current.present) = (scene, present);
         current.promise.clone_from(&step.promise);
         current.opening = TourStep {

@@ -135,9 +135,10 @@ impl AppearanceClassifier {
         }
     }
 
-    /// Evaluates velocity (m/s) and displacement (m) of the probe in a window, at most [`Self::MEMORY`] long, that ends at a
-    /// time (s) at the operating point `now`. Returns the vibration if it is to be reported. The lines keep the names of those of the
-    /// displayed spectrum in `context`, and lines that are close together form no floor if its longer window resolves them.
+    /// Evaluates velocity (m/s) and displacement (m) of the probe in a window, at most [`Self::MEMORY`] long, that ends at
+    /// a time (s) at the operating point `now`. Returns the vibration if it is to be reported. The lines keep the names of
+    /// those of the displayed spectrum in `context`, and lines that are close together form no floor if its longer window
+    /// resolves them.
     ///
     /// # Errors
     /// If there are too few samples for a spectrum.
@@ -167,7 +168,7 @@ impl AppearanceClassifier {
         self.bases = spectrum_lines.naming.bases;
         let (lines, bases) = match appearance {
             Appearance::AtRest => (Vec::new(), Bases::None),
-            _ => (spectrum_lines.peaks(), self.bases),
+            _ => (spectrum_lines.peaks_above(0.0), self.bases),
         };
         let (f1, f2) = match bases {
             Bases::None => (None, None),

@@ -37,8 +37,8 @@ impl Context {
     }
 
     /// Limits the windows of an analysis that is only displayed: in a live run those whose ends are too close
-    /// ([`DisplayRates::apart`](crate::pipeline::message::DisplayRates::apart)) are skipped, and with a budget those for which
-    /// there is no time. `step` is the number of samples of the run per sample of the window.
+    /// ([`DisplayRates::apart`](crate::pipeline::message::DisplayRates::apart)) are skipped, and with a budget those for
+    /// which there is no time. `step` is the number of samples of the run per sample of the window.
     pub fn limit(&self, sliding: &mut SlidingWindow<1>, frame: &Frame, step: u64) {
         sliding.min_spacing = frame.shown.map_or(0, |shown| shown.apart) / step;
         sliding.divisor = self.rate_divisor;

@@ -69,14 +69,9 @@ impl NamedLines {
         line.map_or(0.0, |line| line.amplitude / self.lines[0].amplitude)
     }
 
-    /// The lines with their names, for a record.
-    pub fn peaks(&self) -> Vec<SpectralLine> {
-        self.naming.label(&self.lines)
-    }
-
-    /// The lines with an amplitude of at least `rest`, for a record.
+    /// The lines with an amplitude of at least `rest`, with their names, for a record.
     pub fn peaks_above(&self, rest: f64) -> Vec<SpectralLine> {
-        let mut peaks = self.peaks();
+        let mut peaks = self.naming.label(&self.lines);
         peaks.retain(|line| line.amplitude >= rest);
         peaks
     }

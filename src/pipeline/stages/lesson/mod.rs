@@ -302,7 +302,8 @@ fn time_of(record: &Record) -> Option<f64> {
     }
 }
 
-/// The family of modes with the most energy, from the energy of each mode with the name of its family; `None` if all are zero.
+/// The family of modes with the most energy, from the energy of each mode with the name of its family; `None` if all are
+/// zero.
 fn leader(modes: &[(String, f64)]) -> Option<String> {
     let energy_of = |family: &String| -> f64 {
         let own = modes.iter().filter(|(name, _)| name == family);
@@ -338,8 +339,8 @@ fn node_shares(counts: &[ContactSample]) -> Option<NodeShares> {
     })
 }
 
-/// Shares of the states of a small system, from whether it was held at samples `dt` (s) apart, of which the first belongs to
-/// the interval before; `None` without further samples.
+/// Shares of the states of a small system, from whether it was held at samples `dt` (s) apart, of which the first belongs
+/// to the interval before; `None` without further samples.
 fn status_shares(held: &[bool], dt: f64) -> Option<StatusShares> {
     let (_, samples) = held.split_first()?;
     let changes = held.windows(2).filter(|pair| pair[0] != pair[1]).count();

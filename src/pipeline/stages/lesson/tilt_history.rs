@@ -93,31 +93,23 @@ impl TiltHistory {
 
     /// Summary for a lesson.
     pub fn summary(&self) -> TiltLoop {
-        let [up, back] = self.last_loop();
-        let changes = |way| {
-            let changes = self.changes.iter();
-            changes.filter(|c| c.to.way == way).copied().collect()
-        };
+        let is_up = |change: &ToneChange| change.to.way == TiltDirection::Up;
+        let last = self.changes.iter().rposition(is_up);
+        let last_up = last.map(|at| self.changes[at].to.tilt);
+        let next = last.and_then(|at| self.changes.get(at + 1));
+        // The change back is one at a smaller tilt.
+        let back = next.map(|change| change.to.tilt);
+        let back = back.filter(|back| last_up.is_some_and(|up| *back < up));
+        let (up, down) = self.changes.iter().partition(|change| is_up(change));
         TiltLoop {
             tilt: self.observed.last().map(|observed| observed.tilt),
             has_decreased: self.observed.iter().any(|o| o.way == TiltDirection::Down),
-            up: changes(TiltDirection::Up),
-            down: changes(TiltDirection::Down),
+            up,
+            down,
             differing: self.differing_tilts(),
-            last_up: up.map(|up| up.to.tilt),
-            back: back.map(|back| back.to.tilt),
+            last_up,
+            back,
         }
-    }
-
-    /// The last change during the rise, and the change back at a smaller tilt during the following fall.
-    fn last_loop(&self) -> [Option<&ToneChange>; 2] {
-        let is_up = |change: &ToneChange| change.to.way == TiltDirection::Up;
-        let Some(last) = self.changes.iter().rposition(is_up) else {
-            return [None; 2];
-        };
-        let up = &self.changes[last];
-        let back = self.changes[last + 1..].first();
-        [Some(up), back.filter(|down| down.to.tilt < up.to.tilt)]
     }
 }
 
