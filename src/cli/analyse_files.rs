@@ -267,7 +267,7 @@ impl Report for AnalysedFiles {
             })
             .left("channel", |row| {
                 let file = row.ok().filter(|_| self.each_channel)?;
-                Some(escape::line(&file.facts.name).into_owned())
+                Some(escape::line(&file.facts.name))
             })
             .right("duration, s", |row| {
                 fixed(row.ok().map(|file| file.facts.duration_s), 3)
@@ -298,7 +298,7 @@ impl Report for AnalysedFiles {
             })
             .left("type of motion", |row| match row {
                 Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
-                Err(failed) => Some(escape::line(&failed.reason).into_owned()),
+                Err(failed) => Some(escape::line(&failed.reason)),
             });
         let mut blocks = vec![table.into()];
         if scores().next().is_some() {

@@ -305,7 +305,7 @@ fn shown(header: &Header) -> Header {
         .into_iter()
         .chain([&mut header.scene, &mut header.title])
     {
-        *name = escape::line(name).into_owned();
+        *name = escape::line(name);
     }
     header
 }
