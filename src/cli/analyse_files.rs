@@ -250,7 +250,7 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
 fn reason(error: &CliError) -> String {
     match error {
         CliError::Import(error) => error.problem.to_string(),
-        CliError::Signal { reason, .. } => reason.to_string(),
+        CliError::Signal(_, reason) => reason.to_string(),
         _ => error.to_string(),
     }
 }

@@ -118,10 +118,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
         first.map_err(CliError::during(LIVE_RUN))?;
     }
     let page = Page::open(serving, Arc::clone(&session), Some(second));
-    let page = page.map_err(|source| CliError::Threads {
-        purpose: "the page",
-        source: source.into(),
-    })?;
+    let page = page.map_err(|source| CliError::Threads("the page", source.into()))?;
     console::print(&format!("live page: {}\n", page.url()))?;
     if !is_local {
         console::print_warning(
@@ -173,7 +170,7 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
                 if let Err(earlier) = &delivered {
                     console::print_error(earlier);
                 }
-                delivered = Err(CliError::NotSaved { path, source });
+                delivered = Err(CliError::NotSaved(path, source));
             }
         }
     }
