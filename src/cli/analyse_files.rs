@@ -259,6 +259,9 @@ impl Report for AnalysedFiles {
     /// The signals, one per row, then those that failed, and how many events have labels.
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
+        let score = |row: &Result<&SignalAnalysis, &FailedFile>| {
+            row.ok().and_then(|file| file.truth.clone())
+        };
         let analyses = self.analyses.iter().map(Ok);
         let table = Table::of(analyses.chain(self.failures.iter().map(Err)))
             .left("file", |row| match row {
@@ -287,15 +290,11 @@ impl Report for AnalysedFiles {
                 let line = row.ok()?.tones.lines.first();
                 line.map(|named| fixed(named.line.frequency, 1))
             })
-            .right("found", |row| {
-                Some(row.ok()?.truth.as_ref()?.found.to_string())
-            })
+            .right("found", |row| Some(score(row)?.found.to_string()))
             .right("false", |row| {
-                Some(row.ok()?.truth.as_ref()?.false_events.len().to_string())
+                Some(score(row)?.false_events.len().to_string())
             })
-            .right("missed", |row| {
-                Some(row.ok()?.truth.as_ref()?.missed.len().to_string())
-            })
+            .right("missed", |row| Some(score(row)?.missed.len().to_string()))
             .left("type of motion", |row| match row {
                 Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
                 Err(failed) => Some(escape::line(&failed.reason)),
