@@ -36,11 +36,15 @@ pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
 pub(crate) fn brief(value: f64, unit: &str) -> String {
     let text = quantity(value, 3, unit);
     let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
+    format!("{} {unit}", without_zeros(digits))
+}
+
+/// A number without zeros at the end of its decimals.
+fn without_zeros(digits: &str) -> &str {
     if digits.contains('.') {
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        format!("{digits} {unit}")
+        digits.trim_end_matches('0').trim_end_matches('.')
     } else {
-        text
+        digits
     }
 }
 
@@ -98,18 +102,9 @@ pub(crate) fn short(value: f64) -> String {
 /// A number with at most `digits` significant digits, without trailing zeros.
 pub(crate) fn trimmed(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
-    let (digits, power) = match text.split_once('e') {
-        Some((digits, power)) => (digits, format!("e{power}")),
-        None => (&*text, String::new()),
-    };
-    if digits.contains('.') {
-        digits
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned()
-            + &power
-    } else {
-        text
+    match text.split_once('e') {
+        Some((digits, power)) => format!("{}e{power}", without_zeros(digits)),
+        None => without_zeros(&text).to_owned(),
     }
 }
 

@@ -108,10 +108,7 @@ pub(super) fn analyse(
     let analysed = analyse_signal(signal, &options, &mut watch.progress());
     let mut analysed = analysed.map_err(|reason| match reason {
         SignalError::Stopped(_) => CliError::NoResult,
-        reason => CliError::Signal {
-            path: file.to_owned(),
-            reason,
-        },
+        reason => CliError::Signal(file.to_owned(), reason),
     })?;
     analysed.file = Some(file.to_owned());
     analysed.truth = truth.map(|labels| Score::of(analysed.events(), &labels));

@@ -250,7 +250,7 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
 fn reason(error: &CliError) -> String {
     match error {
         CliError::Import(error) => error.problem.to_string(),
-        CliError::Signal { reason, .. } => reason.to_string(),
+        CliError::Signal(_, reason) => reason.to_string(),
         _ => error.to_string(),
     }
 }
@@ -259,6 +259,9 @@ impl Report for AnalysedFiles {
     /// The signals, one per row, then those that failed, and how many events have labels.
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
+        let score = |row: &Result<&SignalAnalysis, &FailedFile>| {
+            row.ok().and_then(|file| file.truth.clone())
+        };
         let analyses = self.analyses.iter().map(Ok);
         let table = Table::of(analyses.chain(self.failures.iter().map(Err)))
             .left("file", |row| match row {
@@ -267,7 +270,7 @@ impl Report for AnalysedFiles {
             })
             .left("channel", |row| {
                 let file = row.ok().filter(|_| self.each_channel)?;
-                Some(escape::line(&file.facts.name).into_owned())
+                Some(escape::line(&file.facts.name))
             })
             .right("duration, s", |row| {
                 fixed(row.ok().map(|file| file.facts.duration_s), 3)
@@ -287,18 +290,14 @@ impl Report for AnalysedFiles {
                 let line = row.ok()?.tones.lines.first();
                 line.map(|named| fixed(named.line.frequency, 1))
             })
-            .right("found", |row| {
-                Some(row.ok()?.truth.as_ref()?.found.to_string())
-            })
+            .right("found", |row| Some(score(row)?.found.to_string()))
             .right("false", |row| {
-                Some(row.ok()?.truth.as_ref()?.false_events.len().to_string())
+                Some(score(row)?.false_events.len().to_string())
             })
-            .right("missed", |row| {
-                Some(row.ok()?.truth.as_ref()?.missed.len().to_string())
-            })
+            .right("missed", |row| Some(score(row)?.missed.len().to_string()))
             .left("type of motion", |row| match row {
                 Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
-                Err(failed) => Some(escape::line(&failed.reason).into_owned()),
+                Err(failed) => Some(escape::line(&failed.reason)),
             });
         let mut blocks = vec![table.into()];
         if scores().next().is_some() {

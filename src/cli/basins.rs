@@ -6,7 +6,7 @@ use super::console;
 use super::error::CliError;
 use super::harness::Watch;
 use super::study_args::BasinsArgs;
-use super::sweep::{compute_points, outputs, response_plan, tables, write_points, write_recording};
+use super::sweep::{compute_points, outputs, response_plan, tables, write};
 use crate::plot::basins_figure;
 use crate::scene::Parameter;
 use crate::study::basins::Basins;
@@ -28,11 +28,9 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let basins = Basins::new(plan.subject.start_tilt(), plan.size(), &points);
     files.finish(watch, Some(&plan.subject.name), &basins, |files| {
-        write_points(&plan, &points, files, !basins.interrupted)?;
         let title = title(&plan.subject.name, basins.tilt);
-        let drawn = files.draw(|| vec![basins_figure(&title, &points, &basins.attractors)]);
-        write_recording(&plan, &points, files)?;
-        drawn
+        let figures = || vec![basins_figure(&title, &points, &basins.attractors)];
+        write(&plan, (&points, basins.interrupted), files, figures)
     })
 }
 

@@ -36,14 +36,9 @@ pub enum CliError {
     /// The recording cannot be read, or does not have the column.
     #[error(transparent)]
     Recording(#[from] ReadError),
-    /// The signal cannot be analysed.
-    #[error("{}: {reason}", path.display())]
-    Signal {
-        /// Path of the signal.
-        path: PathBuf,
-        /// Error of the analysis.
-        reason: SignalError,
-    },
+    /// The signal at a path cannot be analysed.
+    #[error("{}: {}", .0.display(), .1)]
+    Signal(PathBuf, SignalError),
     /// Arguments or files that do not fit the command: what, and the remedy.
     #[error("{0}")]
     Input(String),
@@ -65,44 +60,23 @@ pub enum CliError {
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
-    /// The causes of growth are not defined for friction with a state.
-    #[error(
-        "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
-         --causes, or choose another friction.law than \"lugre\" and \"rate-and-state\""
-    )]
-    NoCauses,
-    /// A failure while computing, drawing or recording.
-    #[error("the {task} failed")]
-    Run {
-        /// Task that failed, such as `stability analysis`.
-        task: &'static str,
-        /// Cause of the failure.
-        source: Cause,
-    },
+    /// A failure of a task, such as `stability analysis`, and its cause.
+    #[error("the {0} failed")]
+    Run(&'static str, #[source] Cause),
     /// The scene has no energy audit.
     #[error(
         "this scene has no energy audit (--strict): an audit needs a joint and record.energy_rate_khz above \
          0; choose such a scene, or omit --strict"
     )]
     NotAudited,
-    /// A recording does not exist at the end of a live run.
-    #[error("`{}` was not saved", path.display())]
-    NotSaved {
-        /// Path of the recording.
-        path: PathBuf,
-        /// Cause of the failure, and where the saved part is.
-        source: Cause,
-    },
-    /// The operating system refuses more threads.
+    /// The recording of this path does not exist at the end of a live run; why, and where the saved part is.
+    #[error("`{}` was not saved", .0.display())]
+    NotSaved(PathBuf, #[source] Cause),
+    /// The operating system refuses more threads for this purpose.
     #[error(
-        "cannot start the threads for {purpose}; raise the limit of processes (ulimit -u) or free some memory"
+        "cannot start the threads for {0}; raise the limit of processes (ulimit -u) or free some memory"
     )]
-    Threads {
-        /// Purpose of the threads.
-        purpose: &'static str,
-        /// Error of the operating system.
-        source: Cause,
-    },
+    Threads(&'static str, #[source] Cause),
     /// Interrupted while files are read and the joint is assembled.
     #[error("interrupted before the computation started; nothing is written")]
     BeforeWork,
@@ -122,7 +96,7 @@ impl CliError {
             if is_stopped(source.as_ref()) {
                 return Self::NoResult;
             }
-            Self::Run { task, source }
+            Self::Run(task, source)
         }
     }
 
@@ -133,12 +107,12 @@ impl CliError {
             Self::Failed(_)
             | Self::Terminal(_)
             | Self::NotWritten(_)
-            | Self::NotSaved { .. }
-            | Self::Threads { .. }
+            | Self::NotSaved(..)
+            | Self::Threads(..)
             | Self::Table(TableError::Write(..) | TableError::Removed(..) | TableError::Study(_)) => {
                 1
             }
-            Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,
+            Self::Run(_, source) if !is_bad_input(source.as_ref()) => 1,
             _ => 2,
         }
     }
@@ -152,23 +126,19 @@ fn is_stopped(cause: &(dyn Error + 'static)) -> bool {
 /// Whether the input caused a failure: a scene whose numbers are each in range but do not make a valid joint,
 /// too many exponents, or a probe on a system without a surface.
 fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
-    let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
-    let exponents = matches!(
-        cause.downcast_ref(),
-        Some(DynamicsError::TangentCount { .. })
-    );
-    let no_surface = cause.is::<NoSurface>();
-    // Not bad input: another machine may have enough memory.
-    let memory = matches!(
-        cause.downcast_ref(),
-        Some(AssemblyError::Body(FemError::Memory { .. }))
-    );
-    let driven = matches!(cause.downcast_ref(), Some(EquilibriumError::Driven));
-    step || exponents
-        || driven
-        || no_surface
+    let is_invalid_joint = cause.downcast_ref().is_some_and(|error| {
+        // Another machine may have enough memory.
+        !matches!(error, AssemblyError::Body(FemError::Memory { .. }))
+    });
+    is_invalid_joint
         || cause.is::<SceneError>()
-        || cause.is::<AssemblyError>() && !memory
+        || cause.is::<NoSurface>()
+        || matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }))
+        || matches!(
+            cause.downcast_ref(),
+            Some(DynamicsError::TangentCount { .. })
+        )
+        || matches!(cause.downcast_ref(), Some(EquilibriumError::Driven))
         || cause.source().is_some_and(is_bad_input)
 }
 
@@ -182,10 +152,7 @@ mod tests {
         let joint = AssemblyError::NoMesh {
             file: "modes.npz".to_owned(),
         };
-        let fault = |source: Cause| CliError::Run {
-            task: "run",
-            source,
-        };
+        let fault = |source: Cause| CliError::Run("run", source);
         assert_eq!(
             fault(Box::new(PipelineError::Assembly(joint))).exit_code(),
             2
@@ -195,11 +162,7 @@ mod tests {
 
     #[test]
     fn the_cause_of_a_study_decides_whether_it_is_bad_input() {
-        let exit_code = |study: StudyError| {
-            let source = study.into();
-            let task = "study";
-            CliError::Run { task, source }.exit_code()
-        };
+        let exit_code = |study: StudyError| CliError::Run("study", study.into()).exit_code();
         let joint = || AssemblyError::NoMesh {
             file: "modes.npz".to_owned(),
         };

@@ -6,7 +6,6 @@ use std::fmt::Display;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args as Arguments;
@@ -290,9 +289,6 @@ pub(super) struct Document<R> {
     files: Vec<WrittenFile>,
 }
 
-/// Prints a warning above the progress bar, from any thread.
-pub(super) type Notifier = Arc<dyn Fn(&str) + Send + Sync>;
-
 /// Progress of the work, and whether the user has interrupted it.
 pub(super) struct Watch<'a> {
     bar: ProgressBar,
@@ -332,10 +328,10 @@ impl<'a> Watch<'a> {
         |share, task| self.update(share, task)
     }
 
-    /// Returns a function that prints warnings above the progress bar.
-    pub fn notifier(&self) -> Notifier {
+    /// Returns a function that prints warnings above the progress bar, from any thread.
+    pub fn notifier(&self) -> impl Fn(&str) + Clone + Send + use<> {
         let bar = self.bar.clone();
-        Arc::new(move |message| bar.suspend(|| print_warning(message)))
+        move |message| bar.suspend(|| print_warning(message))
     }
 }
 

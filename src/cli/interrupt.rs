@@ -37,10 +37,7 @@ pub(super) fn install_handler() -> Result<Arc<AtomicBool>, CliError> {
             std::process::exit(130);
         }
     })
-    .map_err(|source| CliError::Threads {
-        purpose: "Ctrl-C",
-        source: source.into(),
-    })?;
+    .map_err(|source| CliError::Threads("Ctrl-C", source.into()))?;
     Ok(flag)
 }
 

@@ -122,10 +122,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
         Some(second),
         Limits::default(),
     );
-    let page = page.map_err(|source| CliError::Threads {
-        purpose: "the page",
-        source: source.into(),
-    })?;
+    let page = page.map_err(|source| CliError::Threads("the page", source.into()))?;
     console::print(&format!("live page: {}\n", page.url()))?;
     if !args.host.is_loopback() {
         console::print_warning(
@@ -175,7 +172,7 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
                 if let Err(earlier) = &delivered {
                     console::print_error(earlier);
                 }
-                delivered = Err(CliError::NotSaved { path, source });
+                delivered = Err(CliError::NotSaved(path, source));
             }
         }
     }

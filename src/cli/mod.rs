@@ -98,7 +98,7 @@ fn parse(words: Vec<OsString>) -> Result<Args, clap::Error> {
 /// characters (`analyse *`), and clap repeats them in its message.
 fn escaped(words: Vec<OsString>, error: clap::Error) -> clap::Error {
     let words = words.iter().map(|word| word.to_string_lossy());
-    let words = words.map(|word| escape::line(&word).into_owned().into());
+    let words = words.map(|word| escape::line(&word).into());
     parse(words.collect()).err().unwrap_or(error)
 }
 

@@ -11,23 +11,19 @@ const THREADS_SPACE: usize = 300_000_000;
 /// reserves memory.
 pub(super) fn start_thread_pool() -> Result<(), CliError> {
     if !crate::memory::can_reserve(THREADS_SPACE) {
-        return Err(CliError::Threads {
-            purpose: "the analyses",
-            source: format!(
-                "they need {} MB of address space, which the system does not grant; raise the limit (`ulimit -v`)",
-                THREADS_SPACE / 1_000_000
-            )
-            .into(),
-        });
+        let shortage = format!(
+            "they need {} MB of address space, which the system does not grant; raise the limit (`ulimit -v`)",
+            THREADS_SPACE / 1_000_000
+        );
+        return Err(CliError::Threads("the analyses", shortage.into()));
     }
     let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
     match pool.build_global() {
         // The error of a second call has no source.
-        Err(fault) if std::error::Error::source(&fault).is_some() => Err(CliError::Threads {
-            purpose: "the analyses",
+        Err(fault) if std::error::Error::source(&fault).is_some() => {
             // The source of `fault` repeats its message.
-            source: fault.to_string().into(),
-        }),
+            Err(CliError::Threads("the analyses", fault.to_string().into()))
+        }
         _ => Ok(()),
     }
 }

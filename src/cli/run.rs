@@ -12,7 +12,7 @@ use super::audit::{self, Audit};
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
-use super::harness::{Notifier, Outputs, Watch};
+use super::harness::{Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
@@ -153,12 +153,9 @@ fn simulate(
     let mut part = None;
     let notify = watch.notifier();
     if let Some(output) = args.viewer.output(files.path("--save")) {
-        let notify = Arc::clone(&notify);
         let recording = RerunSink::new(&output, scene.record)?;
         part = recording.part().map(Path::to_owned);
-        sinks.push(Box::new(
-            recording.with_notice(move |message| notify(message)),
-        ));
+        sinks.push(Box::new(recording.with_notice(notify.clone())));
     }
     let monitor = Monitor {
         stop,
@@ -170,7 +167,7 @@ fn simulate(
     let done = drive(simulation, &command, &mut Tee::new(sinks), monitor);
     let summary = done.inspect_err(|fault| {
         if let Some(part) = part {
-            report_partial_recording(&part, fault, &notify);
+            report_partial_recording(&part, fault, notify);
         }
     })?;
     let audio = audio.and_then(|(description, peak)| {
@@ -196,7 +193,7 @@ fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
 }
 
 /// Reports the path of a partial recording, unless the error names it.
-fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifier) {
+fn report_partial_recording(part: &Path, fault: &PipelineError, notify: impl Fn(&str)) {
     let has_data = std::fs::metadata(part).is_ok_and(|metadata| metadata.len() > 0);
     let path = part.display().to_string();
     let causes = std::iter::successors(Some(fault as &dyn std::error::Error), |cause| {

@@ -58,7 +58,11 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         scene.clone().with_tilt(*tilt_deg)?;
     }
     if args.causes && scene.joint()?.spec.friction.states() > 0 {
-        return Err(CliError::NoCauses);
+        return Err(CliError::Input(
+            "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
+             --causes, or choose another friction.law than \"lugre\" and \"rate-and-state\""
+                .to_owned(),
+        ));
     }
     let requested = [
         (args.causes, "causes"),

@@ -35,14 +35,10 @@ pub fn parameters<T: Clone>(
     default: T,
 ) -> Result<Vec<(Parameter, T)>, CliError> {
     let tilt = tilt.or(keys.is_empty().then_some(default));
-    let tilt = tilt.map(|range| Ok((Parameter::tilt(), range)));
-    let keys = keys
-        .iter()
-        .map(|Keyed { key, range }| Ok((scene.parameter(key)?, range.clone())));
-    let all: Vec<_> = tilt
-        .into_iter()
-        .chain(keys)
-        .collect::<Result<_, CliError>>()?;
+    let mut all = Vec::from_iter(tilt.map(|range| (Parameter::tilt(), range)));
+    for Keyed { key, range } in keys {
+        all.push((scene.parameter(key)?, range.clone()));
+    }
     if scene.joint().is_err() && all.iter().any(|(one, _)| *one == Parameter::tilt()) {
         return Err(CliError::Input(format!(
             "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param",

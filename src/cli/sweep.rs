@@ -15,7 +15,7 @@ use super::run::command_line;
 use super::steps::{Steps, parameters};
 use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
 use crate::joint::BallJoint;
-use crate::plot::sweep_figures;
+use crate::plot::{Figure, sweep_figures};
 use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
@@ -43,10 +43,8 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     let watch = Watch::new(stop);
     let points = compute_points(&plan, &args.work, tables(&files), &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
-    let result = result(SweepResult::new(&plan, points, shard), &plan, &watch);
-    files.finish(watch, Some(&plan.subject.name), &result, |files| {
-        write(&plan, &result, files)
-    })
+    let result = SweepResult::new(&plan, points, shard);
+    finish(&plan, result, files, watch)
 }
 
 /// The outputs of a study over parameters, or of a merge, which has no work; `stems` are those of the figures' file names.
@@ -124,15 +122,11 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         }
     }
     let merged = merged.into_values().collect();
-    let watch = Watch::new(stop);
-    let merged = SweepResult {
+    let result = SweepResult {
         interrupted: false,
         ..SweepResult::new(&plan, merged, Shard::WHOLE)
     };
-    let result = result(merged, &plan, &watch);
-    files.finish(watch, Some(&plan.subject.name), &result, |files| {
-        write(&plan, &result, files)
-    })
+    finish(&plan, result, files, Watch::new(stop))
 }
 
 /// Stems of the figures' file names, which do not depend on the points.
@@ -153,8 +147,13 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
     }
 }
 
-/// The result with the bifurcations that end its hysteresis.
-fn result(mut result: SweepResult, plan: &SweepPlan, watch: &Watch<'_>) -> SweepResult {
+/// Finds the bifurcations that end the hysteresis, and delivers the result.
+fn finish(
+    plan: &SweepPlan,
+    mut result: SweepResult,
+    files: Outputs<'_>,
+    watch: Watch<'_>,
+) -> Result<(), CliError> {
     if !result.interrupted && !result.hysteresis.is_empty() {
         let ends = hysteresis_ends(plan, &result.points, &result.hysteresis, &mut |_, _| {
             watch.update(1.0, "branches that end the hysteresis")
@@ -164,47 +163,34 @@ fn result(mut result: SweepResult, plan: &SweepPlan, watch: &Watch<'_>) -> Sweep
             Err(source) => console::print_warning(&format!("hysteresis: {source}")),
         }
     }
-    result
+    files.finish(watch, Some(&plan.subject.name), &result, |files| {
+        let figures = || sweep_figures(plan, &result.points);
+        write(plan, (&result.points, result.interrupted), files, figures)
+    })
 }
 
-/// Writes tables, figures and recording.
-fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Outputs<'_>) -> Result<(), CliError> {
-    write_points(plan, &result.points, files, !result.interrupted)?;
-    // The recording is written even if a figure cannot be.
-    let drawn = files.draw(|| sweep_figures(plan, &result.points));
-    write_recording(plan, &result.points, files)?;
-    drawn
-}
-
-/// Writes the complete table and removes that which grew; the latter stays for `--resume` if points are missing.
-pub(super) fn write_points(
+/// Writes the complete table and removes that which grew, which stays for `--resume` after an interrupt; draws the figures,
+/// and records the points, if there are any.
+pub(super) fn write(
     plan: &SweepPlan,
-    points: &[SweepPoint],
+    (points, interrupted): (&[SweepPoint], bool),
     files: &mut Outputs<'_>,
-    complete: bool,
+    figures: impl FnOnce() -> Vec<Figure>,
 ) -> Result<(), CliError> {
-    let growing = files.path(GROWING);
-    if !complete {
-        return Ok(growing.map_or(Ok(()), |path| files.add(&path))?);
-    }
-    files.write("--out", |path| write_table(path, plan, points))?;
-    if let Some(path) = growing {
+    let [_, growing] = tables(files);
+    if interrupted {
+        files.add(&growing)?;
+    } else {
+        files.write("--out", |path| write_table(path, plan, points))?;
         // A merge has none.
-        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_file(growing);
     }
-    Ok(())
-}
-
-/// Writes the recording, if it is requested and there are points.
-pub(super) fn write_recording(
-    plan: &SweepPlan,
-    points: &[SweepPoint],
-    files: &mut Outputs<'_>,
-) -> Result<(), CliError> {
-    if points.is_empty() {
-        return Ok(());
+    // The recording is written even if a figure cannot be.
+    let drawn = files.draw(figures);
+    if !points.is_empty() {
+        files.write("--save", |path| record(plan, points, path, None))?;
     }
-    files.write("--save", |path| record(plan, points, path, None))
+    drawn
 }
 
 /// Saves a recording; with `ball`, it shows the modes of ball and beam.

@@ -83,6 +83,10 @@ pub fn encode_model(out: impl Write + Seek, model: &Model, z0: &[f64]) -> io::Re
             shapes.extend(model.shapes_at(k).iter().map(|shape| shape[axis]));
         }
     }
+    let shapes = Array {
+        shape: vec![n, 3, m],
+        values: shapes,
+    };
     let friction = match &model.friction {
         Friction::None => vec![0.0; 4],
         Friction::Stribeck { law, .. } => vec![law.mu_s, law.mu_d, law.creep, law.stribeck],
@@ -100,13 +104,7 @@ pub fn encode_model(out: impl Write + Seek, model: &Model, z0: &[f64]) -> io::Re
         ("areas", Array::vector(model.areas.clone())),
         ("pre_stress", Array::vector(model.pre_stress.clone())),
         ("stiffness", Array::vector(model.stiffness.clone())),
-        (
-            "shapes",
-            Array {
-                shape: vec![n, 3, m],
-                values: shapes,
-            },
-        ),
+        ("shapes", shapes),
         ("omega", Array::vector(model.omega.clone())),
         ("damping", Array::vector(damping)),
         ("sliding_velocity", flat(&model.sliding_velocity)),

@@ -223,8 +223,8 @@ impl Status {
             recordings: before.recordings,
             events: before.events,
             scene: header.scene.clone(),
-            title: escape::line(&header.title).into_owned(),
-            about: escape::lines(&header.about).into_owned(),
+            title: escape::line(&header.title),
+            about: escape::lines(&header.about),
             controls: header.controls.iter().map(Slider::from).collect(),
             tilt_range: header.tilt_slider(),
             tilt_deg: header.joint().map(|_| 0.0),
@@ -361,7 +361,7 @@ impl Status {
         events.push(Event {
             number: events.last().map_or(0, |event| event.number) + 1,
             time_s,
-            text: escape::line(text).into_owned(),
+            text: escape::line(text),
         });
         events.drain(..events.len().saturating_sub(EVENTS));
     }
@@ -421,7 +421,7 @@ impl StatusStore {
 
     /// Sets the file of the present recording.
     pub fn set_recording(&self, file: Option<String>) {
-        lock(&self.0).panel.recording = file.map(|file| escape::line(&file).into_owned());
+        lock(&self.0).panel.recording = file.map(|file| escape::line(&file));
     }
 
     /// Adds a complete recording.

@@ -313,7 +313,7 @@ impl Session {
         let mut scenes: Vec<[String; 2]> = Vec::new();
         let first = &self.options.scene;
         if preset(&first.name).is_none() {
-            scenes.push([first.name.clone(), escape::line(&first.title).into_owned()]);
+            scenes.push([first.name.clone(), escape::line(&first.title)]);
         }
         scenes.extend(PRESETS.iter().map(|preset| {
             let title = preset.scene().map(|scene| scene.title);

@@ -295,7 +295,7 @@ fn shown(header: &Header) -> Header {
         }
     }
     for name in names {
-        *name = escape::line(name).into_owned();
+        *name = escape::line(name);
     }
     header
 }

@@ -19,7 +19,7 @@ pub fn document(markdown: impl AsRef<str>) -> TextDocument {
         if k.is_multiple_of(2) {
             shown(part)
         } else {
-            escape::lines(part).into_owned()
+            escape::lines(part)
         }
     });
     let text = parts.collect::<Vec<_>>().join("`");

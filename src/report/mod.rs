@@ -50,8 +50,7 @@ impl Block {
     /// A title, and the rest of its line: `: 3 of 11 modes`, ` of 500 states`. Control characters in either are
     /// escaped.
     pub fn heading(title: impl AsRef<str>, rest: impl AsRef<str>) -> Self {
-        let [title, rest] =
-            [title.as_ref(), rest.as_ref()].map(|text| escape::line(text).into_owned());
+        let [title, rest] = [title.as_ref(), rest.as_ref()].map(escape::line);
         Self::Heading(title, rest)
     }
 

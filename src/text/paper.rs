@@ -118,31 +118,24 @@ pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> Stri
 
 /// A paragraph in lines of at most `width` characters, broken at spaces, but not behind a number.
 fn wrapped(paragraph: &str, width: usize) -> String {
-    let words = paragraph.split_whitespace().map(str::to_owned);
-    let words = joined(words, |before, _| ends_with_number(before));
-    let fits = |line: &str, word: &str| line.chars().count() + 1 + word.chars().count() <= width;
-    joined(words.into_iter(), fits).join("\n")
-}
-
-/// Joins each text to the one before, if they belong together.
-fn joined(
-    texts: impl Iterator<Item = String>,
-    together: impl Fn(&str, &str) -> bool,
-) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for text in texts {
-        match all.last_mut().filter(|last| together(last, &text)) {
-            Some(last) => *last += &format!(" {text}"),
-            None => all.push(text),
+    const NO_BREAK: char = '\u{a0}';
+    let mut text = String::new();
+    let mut space = ' ';
+    for word in paragraph.split_whitespace() {
+        text.push(space);
+        text += word;
+        let is_number = word.parse::<f64>().is_ok_and(f64::is_finite);
+        space = if is_number { NO_BREAK } else { ' ' };
+    }
+    let mut lines: Vec<String> = Vec::new();
+    for words in text.split(' ').skip(1) {
+        let length = words.chars().count() + 1;
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + length <= width => *line += &format!(" {words}"),
+            _ => lines.push(words.to_owned()),
         }
     }
-    all
-}
-
-/// Whether the last word of some words is a number.
-fn ends_with_number(words: &str) -> bool {
-    let last = words.rsplit(' ').next();
-    last.is_some_and(|word| word.parse::<f64>().is_ok_and(f64::is_finite))
+    lines.join("\n").replace(NO_BREAK, " ")
 }
 
 /// The verdict on a claim, with the deviation of its number or the share of the tilts at which it holds.

@@ -149,12 +149,12 @@ impl ScheduleKeys {
                 document.table(self.knots.table).get(key)?,
             ))
         } else if path == steps {
-            Schedule::steps(self.steps.points(document)?)
+            Schedule::through(self.steps.points(document)?, true)
         } else if path == sine {
             Schedule::sine(self.read_sine(document.table(path))?)
         } else {
             // A file has been replaced by its knots.
-            Schedule::piecewise_linear(self.knots.points(document)?)
+            Schedule::through(self.knots.points(document)?, false)
         };
         let schedule = schedule.expect("finite numbers, and times in order");
         Ok(Some((schedule, constant.is_none())))
