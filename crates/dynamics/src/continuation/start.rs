@@ -106,8 +106,9 @@ fn find_return(
     });
     integrator.integrate_to(settle).map_err(failed)?;
     let start = DVector::from_column_slice(&integrator.state()[..n]);
-    let slope = slope_in(sys, integrator.status(), settle, integrator.state());
     let unit = Scale::new(sys, [1.0; 2], 1.0, 1.0);
+    let slope = slope_in(sys, integrator.status(), settle, integrator.state());
+    let slope = unit.scaled_state(&slope);
     // The largest distances from the start, and the closest return relative to them.
     let (mut sizes, mut closest) = ([0.0_f64; 2], f64::INFINITY);
     let mut last = DVector::zeros(n);
@@ -128,8 +129,7 @@ fn find_return(
             Some(_) => continue,
             None => {
                 // A free motion is back where it crosses the section through the start.
-                let [low, high] =
-                    [&before, &now].map(|from_start| unit.dot_states(&slope, from_start));
+                let [low, high] = [&before, &now].map(|now| slope.dot(&unit.scaled_state(now)));
                 if !(low < 0.0 && high >= 0.0) {
                     continue;
                 }
