@@ -342,7 +342,7 @@ impl<'a> Integrator<'a> {
 
     /// Work done since [`Integrator::new`].
     pub fn stats(&self) -> SolverStats {
-        self.stepper.stats()
+        self.stepper.step().stats
     }
 
     /// The largest local error estimate of the steps accepted since the last call, or since
