@@ -36,11 +36,14 @@ pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
 pub(crate) fn brief(value: f64, unit: &str) -> String {
     let text = quantity(value, 3, unit);
     let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
-    if digits.contains('.') {
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        format!("{digits} {unit}")
-    } else {
-        text
+    format!("{} {unit}", without_zeros(digits))
+}
+
+/// Decimal digits without zeros at their end.
+fn without_zeros(digits: &str) -> &str {
+    match digits.contains('.') {
+        true => digits.trim_end_matches('0').trim_end_matches('.'),
+        false => digits,
     }
 }
 
@@ -102,15 +105,7 @@ pub(crate) fn trimmed(value: f64, digits: usize) -> String {
         Some((digits, power)) => (digits, format!("e{power}")),
         None => (&*text, String::new()),
     };
-    if digits.contains('.') {
-        digits
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned()
-            + &power
-    } else {
-        text
-    }
+    without_zeros(digits).to_owned() + &power
 }
 
 /// A number in the usual notation of tolerances: `1e-5`, `0.25`, `100`.
