@@ -78,7 +78,7 @@ pub fn settled_orbit(
 ) -> Result<PeriodicOrbit, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
     let sys = flow.system(parameter)?;
-    let (guess, sizes) = find_return(family, sys.as_ref(), parameter, state, search, options)?;
+    let (guess, sizes) = find_return(&flow, sys.as_ref(), parameter, state, search)?;
     let scale = Scale::new(sys.as_ref(), sizes, guess.period, flow.width());
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
     let scale = flow.scale(&guess)?;
@@ -88,18 +88,17 @@ pub fn settled_orbit(
 /// Simulates a motion until it returns to its state after the settling time. Returns the orbit in one segment, and the sizes of
 /// its vibration and first-order components.
 fn find_return(
-    family: &dyn Family,
+    flow: &Flow<'_>,
     sys: &dyn System,
     parameter: f64,
     state: &[f64],
     search: &ReturnSearch,
-    options: &ContinuationOptions,
 ) -> Result<(ShootingPoint, [f64; 2]), ContinuationError> {
     let failed = |source| ContinuationError::Integration { parameter, source };
     let n = sys.tangent_dim();
-    let drive = family.drive_period(parameter);
+    let drive = flow.family.drive_period(parameter);
     let (mut integrator, mut z) =
-        Integrator::started(options.method, sys, state).map_err(failed)?;
+        Integrator::started(flow.options.method, sys, state).map_err(failed)?;
     // A forced motion is needed at phase zero of its drive.
     let settle = drive.map_or(search.settle_s, |drive| {
         (search.settle_s / drive).ceil() * drive
