@@ -29,7 +29,7 @@ fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
                 ("rate_and_state", Array::vector(numbers))
             }
         },
-        Friction::None | Friction::Stribeck { .. } => return None,
+        Friction::None | Friction::Stribeck { .. } | Friction::Custom { .. } => return None,
     })
 }
 
@@ -91,7 +91,7 @@ pub fn encode_model(out: impl Write + Seek, model: &Model, z0: &[f64]) -> io::Re
         Friction::None => vec![0.0; 4],
         Friction::Stribeck { law, .. } => vec![law.mu_s, law.mu_d, law.creep, law.stribeck],
         Friction::Table { law, .. } => vec![f64::NAN, f64::NAN, law.creep(), 0.0],
-        Friction::Dynamic { .. } => vec![f64::NAN; 4],
+        Friction::Dynamic { .. } | Friction::Custom { .. } => vec![f64::NAN; 4],
     };
     let q_eq = Joint::new(model).equilibrium().q.clone();
     let mut damping = model.damping.clone();

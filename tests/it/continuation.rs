@@ -48,7 +48,6 @@ fn joint_options() -> ContinuationOptions {
     let max_step = 2e-5;
     ContinuationOptions {
         method: MethodName::Lawson54.with(Accuracy::relative(1e-8), max_step),
-        newton_tolerance: 1e-6,
         ..ContinuationOptions::new([0.0, 8.0], max_step)
     }
 }

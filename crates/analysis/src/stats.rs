@@ -39,6 +39,13 @@ pub(crate) fn order_statistic(mut values: Vec<f64>, count: usize) -> f64 {
     })
 }
 
+/// The median of values, of an even number the upper one; 0 without any.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.into_iter().collect();
+    let middle = values.len() / 2 + 1;
+    order_statistic(values, middle)
+}
+
 /// Maximum number of blocks. When it is reached, blocks are merged in pairs.
 const MAX_BLOCKS: usize = 128;
 

@@ -33,7 +33,7 @@ use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
 use super::stepper::{Law, Stepper};
 use super::tableau::{DOP853, RK4, TSIT5};
-use super::{DynamicsError, Method, MethodName, SolverStats, System};
+use super::{DynamicsError, Method, MethodName, System};
 
 /// The error of an implicit method for a system without derivative.
 pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability {
@@ -215,15 +215,6 @@ impl Steppers {
         })
     }
 
-    /// Work of both methods.
-    pub fn stats(&self) -> SolverStats {
-        let mut stats = self.explicit.step.stats;
-        if let Some(implicit) = &self.implicit {
-            stats += implicit.step.stats;
-        }
-        stats
-    }
-
     /// Chooses the method of the next step, if there is a choice, and activates it.
     pub fn choose(&mut self, law: Law<'_>) {
         let (Some(detector), Some(implicit)) = (&mut self.detector, &mut self.implicit) else {
@@ -247,6 +238,7 @@ impl Steppers {
         to.end.copy_from_slice(&from.end);
         detector.reset(self.is_implicit);
         self.is_implicit = !self.is_implicit;
+        to.stats = from.stats;
         to.stats.switches += 1;
         self.reinitialise(law);
     }

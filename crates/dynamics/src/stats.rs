@@ -1,7 +1,5 @@
 //! Counters of the work done and the estimated local error. Both are shown live and compared in tests.
 
-use std::ops::AddAssign;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,20 +24,6 @@ pub struct SolverStats {
     pub grazings: u64,
     /// Steps taken without event location because guards were crossed too often (chattering).
     pub steps_without_event_location: u64,
-}
-
-impl AddAssign for SolverStats {
-    fn add_assign(&mut self, more: Self) {
-        self.steps += more.steps;
-        self.rejections += more.rejections;
-        self.rhs_evals += more.rhs_evals;
-        self.jacobians += more.jacobians;
-        self.switches += more.switches;
-        self.crossings += more.crossings;
-        self.events += more.events;
-        self.grazings += more.grazings;
-        self.steps_without_event_location += more.steps_without_event_location;
-    }
 }
 
 /// Largest local error estimate over a set of accepted steps.

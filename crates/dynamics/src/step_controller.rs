@@ -28,7 +28,7 @@ const STALL_STEP: f64 = 1e-5;
 #[derive(Clone, Debug)]
 pub(super) struct StepController {
     /// Tolerance; `None` for constant steps.
-    accuracy: Option<Accuracy>,
+    pub accuracy: Option<Accuracy>,
     max_step: f64,
     /// Length of the next step, s.
     pub step: f64,
@@ -96,20 +96,6 @@ impl StepController {
     /// maximum step.
     fn min_step(&self, t: f64) -> f64 {
         (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
-    }
-
-    /// Relative tolerance per step; `None` for constant steps.
-    pub fn tolerance(&self) -> Option<f64> {
-        self.accuracy.map(|accuracy| accuracy.relative)
-    }
-
-    /// Sets the relative tolerance per step; without effect on constant steps.
-    pub fn set_tolerance(&mut self, relative: f64) -> Result<(), DynamicsError> {
-        if let Some(accuracy) = &mut self.accuracy {
-            accuracy.relative = relative;
-            accuracy.check()?;
-        }
-        Ok(())
     }
 
     /// Limits adaptive steps (s).

@@ -87,19 +87,6 @@ enum Body {
     Imported(Arc<ImportedModes>),
 }
 
-/// Contact nodes of a patch without mode shapes, one entry per node.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PatchNodes {
-    /// Positions relative to the centre of the ball, m.
-    pub(crate) positions: Vec<[f64; 3]>,
-    /// Outward unit normals of the ball.
-    pub(crate) normals: Vec<[f64; 3]>,
-    /// Areas, m^2.
-    pub(crate) areas: Vec<f64>,
-    /// Pre-stress, Pa.
-    pub(crate) pre_stress: Vec<f64>,
-}
-
 /// The modes of a body, latest last.
 static SOLVED: Mutex<Vec<(BallOnBeam, Arc<BodyModes>)>> = Mutex::new(Vec::new());
 
@@ -306,7 +293,9 @@ impl BallJoint {
                 let stiffness = own.stiffness.iter().map(|k| factor * k).collect();
                 let probe = own.probe(direction, self.probe_rotation());
                 let (omega, shapes) = (own.omega().to_vec(), own.shapes.clone());
-                Ok(self.at_nodes(own.patch.clone(), stiffness, omega, shapes, probe))
+                let vectors = [own.positions.clone(), own.normals.clone()];
+                let numbers = [own.areas.clone(), own.pre_stress.clone(), stiffness];
+                Ok(self.at_nodes(vectors, numbers, omega, shapes, probe))
             }
         }
     }
@@ -384,21 +373,17 @@ impl BallJoint {
             .map_err(on_beam)?;
         let along = unit(self.velocity_of(self.probe_rotation(), tilt)).unwrap_or(frame.ahead);
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
-        let nodes = PatchNodes {
-            positions: normals.iter().map(|n| scale(*n, ball_radius)).collect(),
-            normals,
-            areas,
-            pre_stress,
-        };
+        let positions = normals.iter().map(|n| scale(*n, ball_radius)).collect();
+        let (vectors, numbers) = ([positions, normals], [areas, pre_stress, stiffness]);
         let omega = self.frequencies_hz.iter().map(|hz| TAU * hz).collect();
-        Ok(self.at_nodes(nodes, stiffness, omega, shapes, probe))
+        Ok(self.at_nodes(vectors, numbers, omega, shapes, probe))
     }
 
     /// The contact model at given nodes, with the sliding, friction and damping of the joint.
     fn at_nodes(
         &self,
-        nodes: PatchNodes,
-        stiffness: Vec<f64>,
+        [positions, normals]: [Vec<[f64; 3]>; 2],
+        [areas, pre_stress, stiffness]: [Vec<f64>; 3],
         omega: Vec<f64>,
         shapes: Vec<[f64; 3]>,
         probe: Vec<f64>,
@@ -406,11 +391,11 @@ impl BallJoint {
         let spec = &self.spec;
         let slide = |x: &[f64; 3]| cross(spec.rotation, *x);
         Model {
-            sliding_velocity: nodes.positions.iter().map(slide).collect(),
-            positions: nodes.positions,
-            normals: nodes.normals,
-            areas: nodes.areas,
-            pre_stress: nodes.pre_stress,
+            sliding_velocity: positions.iter().map(slide).collect(),
+            positions,
+            normals,
+            areas,
+            pre_stress,
             stiffness,
             shapes,
             omega,

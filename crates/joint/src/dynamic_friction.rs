@@ -13,15 +13,6 @@ use super::friction::{ContactLaw, sliding, slip_speed};
 /// steps increases with the cube of their number.
 pub const MAX_NODES_WITH_STATES: usize = 400;
 
-/// Friction force of a node divided by its normal force, with the opposite sign, and the rate of its state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StateResponse {
-    /// `c`, along the axes of the slip velocity.
-    pub coefficient: [f64; 3],
-    /// `ds/dt`, 1/s; zero for components that the law does not have.
-    pub rate: [f64; 3],
-}
-
 /// LuGre friction: elastic bristles that bend before the contact slides. C. Canudas de Wit, H. Olsson, K. J. Astrom,
 /// P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419. The state is `s = sigma_0 z`, the share of the
 /// coefficient that the deflection `z` of the bristles carries, a vector in the axes of the slip velocity:
@@ -229,13 +220,11 @@ impl DynamicFriction {
         }
     }
 
-    /// Response at a slip velocity (m/s) and a state.
-    pub fn response(&self, velocity: [f64; 3], state: [f64; 3]) -> StateResponse {
-        let [coefficient, rate] = self.duals::<0>(velocity, state);
-        StateResponse {
-            coefficient: coefficient.map(|c| c.value.sum()),
-            rate: rate.map(|rate| rate.value.sum()),
-        }
+    /// Coefficient `c`, along the axes of the slip velocity, and `ds/dt` (1/s), zero for components that the law does not
+    /// have, at a slip velocity (m/s) and a state.
+    pub fn response(&self, velocity: [f64; 3], state: [f64; 3]) -> [[f64; 3]; 2] {
+        let both = self.duals::<0>(velocity, state);
+        both.map(|all| all.map(|one| one.value.sum()))
     }
 
     /// Coefficient and rate of the state with their derivatives with respect to the first inputs, the components of the slip

@@ -279,6 +279,19 @@ pub enum Friction {
         /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
         radial: bool,
     },
+    /// A law implemented by the user; it equals itself alone.
+    Custom {
+        /// The law.
+        law: Arc<dyn FrictionLaw>,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
+}
+
+impl PartialEq for dyn FrictionLaw {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::addr_eq(self, other)
+    }
 }
 
 impl Friction {
@@ -288,15 +301,21 @@ impl Friction {
             Self::None | Self::Dynamic { .. } => None,
             Self::Stribeck { law, .. } => Some(law),
             Self::Table { law, .. } => Some(law.as_ref()),
+            Self::Custom { law, .. } => Some(law.as_ref()),
+        }
+    }
+
+    /// The law with an internal state.
+    pub(crate) fn evolving(&self) -> Option<Evolving<'_>> {
+        match *self {
+            Self::Dynamic { ref law, radial } => Some(Evolving { law, radial }),
+            _ => None,
         }
     }
 
     /// Number of internal states per contact node.
     pub fn states(&self) -> usize {
-        match self {
-            Self::Dynamic { law, radial } => law.states(if *radial { 3 } else { 2 }),
-            _ => 0,
-        }
+        self.evolving().map_or(0, |law| law.states())
     }
 
     /// Whether friction includes the radial slip velocity.
@@ -305,21 +324,30 @@ impl Friction {
             Self::None => false,
             Self::Stribeck { radial, .. }
             | Self::Table { radial, .. }
-            | Self::Dynamic { radial, .. } => radial,
+            | Self::Dynamic { radial, .. }
+            | Self::Custom { radial, .. } => radial,
         }
     }
-}
 
-/// The friction law of a joint.
-#[derive(Clone, Debug)]
-pub(crate) enum ActiveLaw {
-    /// A law of a model.
-    Known(Friction),
-    /// A law implemented by the user.
-    Custom {
-        law: Arc<dyn FrictionLaw>,
-        radial: bool,
-    },
+    /// Calls a function that is compiled for each law.
+    #[inline(always)]
+    pub(crate) fn dispatch<W: WithLaw>(&self, task: W) -> W::Output {
+        match *self {
+            Self::None => task.with_law::<_, 0>(Frictionless),
+            Self::Stribeck { ref law, radial } => {
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
+            }
+            Self::Table { ref law, radial } => {
+                let law = law.as_ref();
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
+            }
+            Self::Dynamic { ref law, radial } => task.with_law::<_, 6>(Evolving { law, radial }),
+            Self::Custom { ref law, radial } => {
+                let law = law.as_ref();
+                task.with_law::<_, 3>(AgainstSlip { law, radial })
+            }
+        }
+    }
 }
 
 /// What depends on the type of the friction law.
@@ -327,49 +355,6 @@ pub(crate) trait WithLaw {
     type Output;
     /// `N` is the number of inputs of the law: none, the slip velocity, or slip velocity and state, by components.
     fn with_law<L: ContactLaw, const N: usize>(self, law: L) -> Self::Output;
-}
-
-impl ActiveLaw {
-    /// Calls a function that is compiled for each law.
-    #[inline(always)]
-    pub fn dispatch<W: WithLaw>(&self, task: W) -> W::Output {
-        match *self {
-            Self::Known(Friction::None) => task.with_law::<_, 0>(Frictionless),
-            Self::Known(Friction::Stribeck { ref law, radial }) => {
-                task.with_law::<_, 3>(AgainstSlip { law, radial })
-            }
-            Self::Known(Friction::Table { ref law, radial }) => {
-                let law = law.as_ref();
-                task.with_law::<_, 3>(AgainstSlip { law, radial })
-            }
-            Self::Known(Friction::Dynamic { ref law, radial }) => {
-                task.with_law::<_, 6>(Evolving { law, radial })
-            }
-            Self::Custom { ref law, radial } => {
-                let law = law.as_ref();
-                task.with_law::<_, 3>(AgainstSlip { law, radial })
-            }
-        }
-    }
-
-    /// The law as a function of the slip velocity alone.
-    pub fn law(&self) -> Option<&dyn FrictionLaw> {
-        match self {
-            Self::Known(friction) => friction.law(),
-            Self::Custom { law, .. } => Some(law.as_ref()),
-        }
-    }
-
-    /// The law with an internal state.
-    pub fn evolving(&self) -> Option<Evolving<'_>> {
-        match self {
-            Self::Known(Friction::Dynamic { law, radial }) => Some(Evolving {
-                law,
-                radial: *radial,
-            }),
-            _ => None,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@
 
 use faer::{Mat, Scale, c64};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use strum::VariantArray;
 
 use super::nodes::Rows;
@@ -33,7 +33,10 @@ use squeakscope_dynamics::equilibrium::{Eigenmode, EquilibriumError, eigenmodes}
 use squeakscope_dynamics::{Differentiable, System};
 
 /// Terms that can excite or damp a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::VariantArray, strum::IntoStaticStr,
+)]
+#[serde(into = "&'static str")]
 pub enum Cause {
     /// Slope of the friction law at the sliding speed, in the sliding direction.
     #[strum(serialize = "negative slope")]
@@ -53,12 +56,6 @@ pub enum Cause {
     /// Convective term `Omega x u` of the slip velocity.
     #[strum(serialize = "Omega x u")]
     Convection,
-}
-
-impl Serialize for Cause {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
 }
 
 impl Cause {

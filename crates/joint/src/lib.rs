@@ -37,7 +37,6 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-use assembly::PatchNodes;
 pub use assembly::{AssemblyError, BallJoint, Loading};
 pub use contact::{NodeAction, NodeForces};
 pub use dynamic_friction::{

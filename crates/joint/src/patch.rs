@@ -148,13 +148,13 @@ fn gauss_rings(count: usize) -> Vec<PatchPoint> {
     let rings =
         ((count as f64 / std::f64::consts::TAU).sqrt().round() as usize).clamp(1, count / 3);
     let rule = rim_rule(rings);
-    let radius = |point: &GaussPoint| (1.0 - point.pressure.powi(2)).sqrt();
-    let total: f64 = rule.iter().map(radius).sum();
+    let radius = |pressure: f64| (1.0 - pressure.powi(2)).sqrt();
+    let total: f64 = rule.iter().map(|[pressure, _]| radius(*pressure)).sum();
     let spare = count - 3 * rings;
     let mut points = Vec::with_capacity(count);
     let (mut share, mut given) = (0.0, 0);
-    for (ring, gauss) in rule.iter().enumerate() {
-        share += radius(gauss) / total;
+    for (ring, [pressure, area]) in rule.into_iter().enumerate() {
+        share += radius(pressure) / total;
         let upto = if ring + 1 == rings {
             spare
         } else {
@@ -162,28 +162,21 @@ fn gauss_rings(count: usize) -> Vec<PatchPoint> {
         };
         let n = 3 + upto - given;
         given = upto;
-        let area = gauss.area / n as f64;
+        let area = area / n as f64;
         for angle in ring_angles(ring, n) {
             points.push(PatchPoint {
-                radius: radius(gauss),
+                radius: radius(pressure),
                 angle,
                 area,
-                load: 1.5 * gauss.pressure * area,
+                load: 1.5 * pressure * area,
             });
         }
     }
     points
 }
 
-/// A point of the Gauss rule along the radius.
-struct GaussPoint {
-    /// Hertz pressure relative to that at the centre, `y = sqrt(1 - x)`.
-    pressure: f64,
-    /// Share of the area of the patch.
-    area: f64,
-}
-
-/// The `n`-point Gauss rule in `y = sqrt(1 - x)`, from the centre outwards.
+/// The `n`-point Gauss rule in `y = sqrt(1 - x)`, the Hertz pressure relative to that at the centre, from the centre
+/// outwards: `y` and the share of the area of the patch.
 ///
 /// The contact force has two parts, the pre-stress `(3/2) y` and the stiffness, which is 1 for a uniform
 /// one. Both are integrated over `dx = -2 y dy`. The Gauss rule for the weight `2 y` on `[0, 1]` is exact
@@ -192,15 +185,11 @@ struct GaussPoint {
 /// singularity at the rim.
 ///
 /// In `t = 2 y - 1` this is the Jacobi weight `1 + t`.
-fn rim_rule(n: usize) -> Vec<GaussPoint> {
+fn rim_rule(n: usize) -> Vec<[f64; 2]> {
     let diagonal = |k: f64| 1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0));
     let coupling = |k: f64| (k * (k + 1.0)).sqrt() / (2.0 * k + 1.0);
     let rule = gauss_rule(n, diagonal, coupling).into_iter().rev();
-    rule.map(|[t, area]| GaussPoint {
-        pressure: 0.5 * (1.0 + t),
-        area,
-    })
-    .collect()
+    rule.map(|[t, area]| [0.5 * (1.0 + t), area]).collect()
 }
 
 /// Unit vector from the centre of the ball to the centre of the patch: the +z pole opposite the beam,
@@ -344,13 +333,13 @@ mod tests {
         let rule = rim_rule(6);
         let mut loaded = 1.0;
         for j in 0..6 {
-            let sum = |weight: &dyn Fn(&GaussPoint) -> f64| -> f64 {
+            let sum = |weight: &dyn Fn(&[f64; 2]) -> f64| -> f64 {
                 let terms = rule
                     .iter()
-                    .map(|g| weight(g) * (1.0 - g.pressure.powi(2)).powi(j));
+                    .map(|g| weight(g) * (1.0 - g[0].powi(2)).powi(j));
                 terms.sum()
             };
-            let (uniform, hertz) = (sum(&|g| g.area), sum(&|g| 1.5 * g.pressure * g.area));
+            let (uniform, hertz) = (sum(&|g| g[1]), sum(&|g| 1.5 * g[0] * g[1]));
             assert!(
                 (uniform - 1.0 / f64::from(j + 1)).abs() < 1e-14,
                 "degree {j}"

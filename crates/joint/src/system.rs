@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pulp::Arch;
 
 use super::contact_force::{ContactForceKernel, NodeLaw};
-use super::friction::{ActiveLaw, ContactLaw, FrictionLaw, WithLaw};
+use super::friction::{ContactLaw, FrictionLaw, WithLaw};
 use super::nodes::Nodes;
 use super::normal::Separation;
 use super::simd::LANES;
@@ -32,7 +32,7 @@ pub struct Equilibrium {
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub(crate) nodes: Nodes,
-    pub(crate) law: ActiveLaw,
+    pub(crate) law: Friction,
     /// States of friction in steady sliding, node by node, and their computed rates (1/s), which vanish within rounding;
     /// empty for a law of the slip velocity alone.
     steady_states: Vec<f64>,
@@ -53,20 +53,7 @@ impl Joint {
     /// # Panics
     /// If the model has more than 128 modes, or arrays whose lengths disagree.
     pub fn new(model: &Model) -> Self {
-        Self::build(model, ActiveLaw::Known(model.friction.clone()))
-    }
-
-    /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
-    /// as in Eq. (8).
-    ///
-    /// # Panics
-    /// As [`Joint::new`].
-    pub fn with_friction(model: &Model, law: Arc<dyn FrictionLaw>, radial: bool) -> Self {
-        Self::build(model, ActiveLaw::Custom { law, radial })
-    }
-
-    fn build(model: &Model, law: ActiveLaw) -> Self {
-        let m = model.modes();
+        let (m, law) = (model.modes(), model.friction.clone());
         assert!(m <= MAX_MODES, "at most {MAX_MODES} modes, not {m}");
         assert_eq!(
             model.shapes.len(),
@@ -104,6 +91,19 @@ impl Joint {
         joint
     }
 
+    /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
+    /// as in Eq. (8).
+    ///
+    /// # Panics
+    /// As [`Joint::new`].
+    pub fn with_friction(model: &Model, law: Arc<dyn FrictionLaw>, radial: bool) -> Self {
+        let friction = Friction::Custom { law, radial };
+        Self::new(&Model {
+            friction,
+            ..model.clone()
+        })
+    }
+
     /// Computes the equilibrium and the steady friction of the nodes.
     fn find_equilibrium(&mut self) {
         let omega = self.omega().to_vec();
@@ -121,7 +121,7 @@ impl Joint {
             block.steady_friction.0[lane] = friction;
             // A contact at rest ages: there is no steady state.
             if block.speed.0[lane] > 0.0 {
-                let count = self.states_per_node();
+                let count = self.law.states();
                 let own = node * count..(node + 1) * count;
                 self.steady_rates[own.clone()].copy_from_slice(&rates[own]);
             }
@@ -149,15 +149,10 @@ impl Joint {
     /// Number of inputs of the friction law: none, the components of the slip velocity, or those of slip velocity and state.
     pub(super) fn friction_inputs(&self) -> usize {
         match &self.law {
-            ActiveLaw::Known(Friction::None) => 0,
-            ActiveLaw::Known(Friction::Dynamic { .. }) => 6,
+            Friction::None => 0,
+            Friction::Dynamic { .. } => 6,
             _ => 3,
         }
-    }
-
-    /// Number of states of the friction law at a node.
-    pub(super) fn states_per_node(&self) -> usize {
-        self.law.evolving().map_or(0, |law| law.states())
     }
 
     /// Number of states of the friction law at all nodes; zero for a law of the slip velocity alone.
@@ -168,8 +163,8 @@ impl Joint {
     /// The state of friction of a node in the axes of its sliding frame, from the states relative to steady sliding.
     pub(crate) fn state_of(&self, node: usize, states: &[f64]) -> [f64; 3] {
         let mut state = [0.0; 3];
-        let first = node * self.states_per_node();
-        for (i, total) in state[..self.states_per_node()].iter_mut().enumerate() {
+        let first = node * self.law.states();
+        for (i, total) in state[..self.law.states()].iter_mut().enumerate() {
             *total = self.steady_states[first + i] + states[first + i];
         }
         state

@@ -71,7 +71,7 @@ impl Joint {
             ($inputs:literal) => {
                 self.arch.dispatch(TangentProduct::<$inputs> {
                     nodes: &self.nodes,
-                    states: self.states_per_node(),
+                    states: self.law.states(),
                     damped: !self.contact_damping.is_none(),
                     kept: kept.as_chunks().0,
                     vectors,

@@ -126,7 +126,9 @@ fn over_speed(friction: &Friction, speed: f64) -> f64 {
     match friction {
         Friction::Stribeck { law, .. } => rising(law.creep, sliding(law, speed)),
         Friction::Table { law, .. } => rising(law.creep(), law.sliding(speed)[0]),
-        Friction::None | Friction::Dynamic { .. } => unreachable!("no law of the speed"),
+        Friction::None | Friction::Dynamic { .. } | Friction::Custom { .. } => {
+            unreachable!("no formula of the speed")
+        }
     }
 }
 

@@ -157,8 +157,8 @@ fn without_memory(scene: &Scene) -> Option<Scene> {
     let radial = *radial;
     let speeds = (0..96).map(|k| SPEEDS[0] * 10f64.powf(f64::from(k) / SPEEDS[1]));
     let points = speeds.map(|speed| {
-        let steady = law.response([speed, 0.0, 0.0], law.steady_state(speed));
-        [speed, steady.coefficient[0].max(0.0)]
+        let [coefficient, _] = law.response([speed, 0.0, 0.0], law.steady_state(speed));
+        [speed, coefficient[0].max(0.0)]
     });
     let law = FrictionTable::new(points.collect(), CREEP)?;
     spec.friction = Friction::Table {

@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::ridge::Ridge;
-use crate::stats::{deviation, mean, order_statistic, trend};
+use crate::stats::{deviation, mean, median, trend};
 use crate::tones::Window;
 
 /// A partial ends where its power stays below a tenth of the mean in its loudest 0.1 s for 0.12 s.
@@ -194,13 +194,6 @@ fn decay(power: &[f64]) -> f64 {
     let all = level.len() as f64 * deviation(&level).powi(2);
     let share = if slope < 0.0 { rest / all } else { 1.0 };
     (share.min(1.0) + RESIDUAL).ln()
-}
-
-/// The median of values; 0 without any.
-pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.into_iter().collect();
-    let middle = values.len() / 2 + 1;
-    order_statistic(values, middle)
 }
 
 /// The steps within the longest low-pass around one, of those between two.

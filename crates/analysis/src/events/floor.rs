@@ -12,9 +12,9 @@ use std::f64::consts::LN_2;
 
 use rayon::prelude::*;
 
-use super::baseband::{LOUDEST_S, median};
+use super::baseband::LOUDEST_S;
 use super::spectrogram::{LEAST_BIN, LOBE};
-use crate::stats::order_statistic;
+use crate::stats::{median, order_statistic};
 
 /// Bins in a block, and distance between the starts of blocks.
 const BLOCK: usize = 24;

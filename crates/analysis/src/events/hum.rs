@@ -1,11 +1,12 @@
 //! Mains hum: steady lines at multiples of 50 or 60 Hz.
 
 use super::Hum;
-use super::baseband::{LOUDEST_S, median};
+use super::baseband::LOUDEST_S;
 use super::floor::Floor;
 use super::modulation::least_ratio;
 use super::partial::Partial;
 use super::spectrogram::{LOBE, powers, vertex, window_length};
+use crate::stats::median;
 
 /// Frequencies of the mains, Hz, and their largest relative deviation.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];

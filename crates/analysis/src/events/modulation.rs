@@ -4,11 +4,11 @@ use std::f64::consts::LN_2;
 
 use realfft::RealFftPlanner;
 
-use super::baseband::{LOW_PASS_S, median};
+use super::baseband::LOW_PASS_S;
 use super::partial::{Partial, STEP_S};
 use super::spectrogram::{LOBE, vertex};
 use super::{Modulation, Vibrato};
-use crate::stats::{mean, trend};
+use crate::stats::{mean, median, trend};
 use crate::tones::Window;
 
 /// Lowest frequency of a modulation, Hz.

@@ -7,8 +7,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::stats::order_statistic;
-use crate::{norm::Norm, stats::range};
+use crate::norm::Norm;
+use crate::stats::{median, range};
 
 /// Resolution of a section: distances below this share of the trajectory's size count as 0.
 const RESOLUTION: f64 = 1e-6;
@@ -101,9 +101,7 @@ pub fn section_shape(points: &[&[f64]], size: f64) -> SectionShape {
     if points.len() < MIN_POINTS {
         return SectionShape::TooFew;
     }
-    let lengths: Vec<f64> = tree.edges.iter().map(|edge| edge.length).collect();
-    let half = lengths.len() / 2;
-    let median = order_statistic(lengths, half + 1);
+    let median = median(tree.edges.iter().map(|edge| edge.length));
     let limit = MAX_EDGE * median.max(RESOLUTION * size);
     let parts = tree.cut(points.len(), limit);
     let count = parts.iter().max().map_or(0, |last| last + 1);

@@ -62,15 +62,8 @@ impl RecurrenceImage {
             ..*criterion
         };
         let recurrences = Recurrences::of(&states, &criterion)?;
-        let mut unrooted = Vec::with_capacity(size * size);
-        for i in 0..size {
-            unrooted.extend(distances(
-                recurrences.norm,
-                &states,
-                0..size,
-                states.vector(i),
-            ));
-        }
+        let row = |i| distances(criterion.norm, &states, 0..size, states.vector(i));
+        let unrooted: Vec<f64> = (0..size).flat_map(row).collect();
         let rows = unrooted.chunks(size);
         let pairs = rows.flat_map(|row| row.iter().zip(&recurrences.limits));
         let pixel = |(distance, limit)| if distance <= limit { 255 } else { 0 };
@@ -78,7 +71,7 @@ impl RecurrenceImage {
             window,
             size,
             recurrent: pairs.map(pixel).collect(),
-            distance: shades(&unrooted, recurrences.norm),
+            distance: shades(&unrooted, criterion.norm),
             threshold: recurrences.distance(),
             rate: recurrences
                 .counts()

@@ -13,7 +13,7 @@ use crate::{
     chaos::{ROUNDING, ZeroOneTest, zero_one},
     delay::{DelaySearch, LAGS_PER_PERIOD, LagReason, mutual_information},
     poincare::{Crossing, Direction, delay_section},
-    stats::{deviation, mean, trend},
+    stats::{deviation, mean, median, trend},
     tones::{
         Bases, Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window,
         identify_lines,
@@ -485,16 +485,13 @@ fn repetition(crossings: &[Crossing]) -> Option<(f64, usize)> {
         let differences = a.iter().zip(*b).map(|(a, b)| a - b);
         differences.map(|d| d * d).sum::<f64>()
     };
-    let mut squares = Vec::with_capacity(points.len());
-    let mut distance = |crossings: usize| {
-        squares.clear();
-        squares.extend(points.iter().zip(&points[crossings..]).map(square));
-        let middle = squares.len() / 2;
+    let distance = |crossings: usize| {
+        let squares = points.iter().zip(&points[crossings..]).map(square);
         // Two coordinates (the third is the level) with the noise of both crossings; the median of an
         // exponential variable is ln 2.
-        *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / (4.0 * LN_2)
+        median(squares) / (4.0 * LN_2)
     };
-    let distance: Vec<f64> = (0..=half).map(&mut distance).collect();
+    let distance: Vec<f64> = (0..=half).map(distance).collect();
     let of_period = |period: usize| {
         let multiples = distance[period..].iter().step_by(period);
         let count = multiples.len() as f64;

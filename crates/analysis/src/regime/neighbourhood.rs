@@ -10,7 +10,7 @@ use crate::{
     delay::{DelayVectors, LAGS_PER_PERIOD},
     neighbours::{Neighbour, NeighbourTree},
     norm::Norm,
-    stats::mean,
+    stats::{mean, median},
 };
 
 /// Embedding dimension, as in the paper; sufficient for any torus of two frequencies.
@@ -118,9 +118,7 @@ impl<'a> Neighbourhood<'a> {
         let log_ratio = |(distant, any)| Some(0.5 * (square(distant)? / square(any)?).ln());
         let distant = self.tree.nearest_each(references(count), count / 2, count);
         let pairs = distant.into_iter().zip(self.neighbours(count));
-        let mut ratios: Vec<f64> = pairs.filter_map(log_ratio).collect();
-        ratios.sort_by(f64::total_cmp);
-        ratios.get(ratios.len() / 2).copied().unwrap_or(0.0)
+        median(pairs.filter_map(log_ratio))
     }
 
     /// The nearest state at any other time of each of the reference states among the first `limit` ones.

@@ -188,8 +188,9 @@ pub(super) fn halved(piece: Piece<'_>) -> Option<f64> {
         return None;
     }
     let scale = &piece.to.scale;
-    let [from, to] = ends.map(|point| scale.norm_state(&point.half));
-    let cosine = scale.dot_states(&piece.from.half, &piece.to.half) / (from * to);
+    let halves = ends.map(|point| scale.scaled_state(&point.half));
+    let [from, to] = halves.each_ref().map(|half| half.norm());
+    let cosine = halves[0].dot(&halves[1]) / (from * to);
     // Not a number for orbits whose halves are equal everywhere.
     (cosine < -0.5).then(|| piece.guess(from / (from + to)).parameter)
 }

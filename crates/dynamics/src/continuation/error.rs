@@ -56,15 +56,13 @@ pub enum ContinuationError {
         /// Value of the parameter.
         parameter: f64,
     },
-    /// An option is out of range.
-    #[error("{name} is {value:e}: it must be {allowed}")]
-    Option {
-        /// Name of the option.
-        name: &'static str,
-        /// Value given.
-        value: f64,
-        /// Permitted range.
-        allowed: &'static str,
+    /// The bounds of the parameter are not a range.
+    #[error(
+        "the distance of the parameter's bounds is {width:e}: it must be finite, with the lower bound below the upper one"
+    )]
+    Bounds {
+        /// The upper bound minus the lower one.
+        width: f64,
     },
     /// A bifurcation has no branch of twice the period.
     #[error("there is no branch of periodic orbits to switch to: {why}")]

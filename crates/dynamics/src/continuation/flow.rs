@@ -7,9 +7,6 @@ use super::{ContinuationError, ContinuationOptions, Family};
 use crate::stepper::Law;
 use crate::{DynamicsError, Integrator, System};
 
-/// A system of the family.
-pub(super) type Member = Box<dyn System>;
-
 /// Integrates the systems of a family.
 pub(super) struct Flow<'a> {
     pub family: &'a dyn Family,
@@ -40,12 +37,15 @@ impl<'a> Flow<'a> {
         family: &'a dyn Family,
         options: &ContinuationOptions,
     ) -> Result<Self, ContinuationError> {
-        options.check()?;
-        Ok(Self {
+        let flow = Self {
             family,
             options: *options,
             newton_iterations: 0,
-        })
+        };
+        match flow.width() {
+            width if width > 0.0 && width.is_finite() => Ok(flow),
+            width => Err(ContinuationError::Bounds { width }),
+        }
     }
 
     /// The distance of the bounds of the parameter.
@@ -54,7 +54,7 @@ impl<'a> Flow<'a> {
     }
 
     /// Builds a system.
-    pub fn system(&mut self, parameter: f64) -> Result<Member, ContinuationError> {
+    pub fn system(&mut self, parameter: f64) -> Result<Box<dyn System>, ContinuationError> {
         self.family
             .system(parameter)
             .map_err(|source| ContinuationError::Family { parameter, source })
@@ -69,6 +69,11 @@ impl<'a> Flow<'a> {
     /// Relative tolerance of the integration.
     pub fn tolerance(&self) -> f64 {
         self.options.method.accuracy.relative
+    }
+
+    /// Maximum estimated error of an orbit after the last Newton correction, relative to its size.
+    pub fn newton_tolerance(&self) -> f64 {
+        100.0 * self.tolerance()
     }
 
     /// Integrates the segments, with the derivatives of their maps if `with_maps`.
@@ -187,7 +192,7 @@ impl<'a> Flow<'a> {
 }
 
 /// The full state, with quadratures that start at zero.
-fn with_quadratures(sys: &dyn System, state: &DVector<f64>) -> Vec<f64> {
+pub(super) fn with_quadratures(sys: &dyn System, state: &DVector<f64>) -> Vec<f64> {
     let mut full = state.as_slice().to_vec();
     full.resize(sys.dim(), 0.0);
     full

@@ -9,10 +9,9 @@ use super::point::Point;
 use super::shape::GuardDistances;
 use super::shooting::{Direction, Scale, ShootingPoint, parameter_of};
 use super::start::BranchStart;
-use super::step::StepControl;
 use super::{
-    Bifurcation, BifurcationKind, BranchEnd, ContinuationError, ContinuationOptions, Family,
-    OrbitBranch, PeriodicOrbit,
+    BifurcationKind, BranchEnd, ContinuationError, ContinuationOptions, Family, OrbitBranch,
+    PeriodicOrbit,
 };
 use crate::Stopped;
 
@@ -60,7 +59,7 @@ pub fn continue_orbits(
     } else if away.is_none() {
         let mut back = first.clone();
         back.tangent.neg_mut();
-        branch = BranchState::new(&mut flow, back).run(watch)?;
+        branch = BranchState::new(&mut flow, back).run(watch);
         branch.points.reverse();
         branch.bifurcations.reverse();
         branch.unresolved.reverse();
@@ -72,7 +71,7 @@ pub fn continue_orbits(
     branch.points.push(first.orbit.clone());
     let is_complete = |end| matches!(end, &Some(BranchEnd::Closed | BranchEnd::Stopped));
     if !branch.ends.iter().any(is_complete) {
-        let mut found = BranchState::new(&mut flow, first).run(watch)?;
+        let mut found = BranchState::new(&mut flow, first).run(watch);
         branch.points.append(&mut found.points);
         branch.bifurcations.append(&mut found.bifurcations);
         branch.unresolved.append(&mut found.unresolved);
@@ -91,7 +90,10 @@ pub(super) struct BranchState<'a, 'f> {
     pub before: Option<Point>,
     /// Change of the tangent per arclength over the last step.
     bend: Option<Direction>,
-    control: StepControl,
+    /// Length of the next step.
+    pub step: f64,
+    /// Times that the present step was shortened to separate bifurcations.
+    pub resolutions: u32,
     pub largest_amplitude: f64,
     largest_sizes: [f64; 2],
     /// The points after the first, and what was found with them.
@@ -119,13 +121,13 @@ struct Prediction {
 
 impl<'a, 'f> BranchState<'a, 'f> {
     fn new(flow: &'a mut Flow<'f>, first: Point) -> Self {
-        let control = StepControl::new(flow.options.steps);
         Self {
+            step: flow.options.steps.initial,
+            resolutions: 0,
             flow,
             now: first.clone(),
             before: None,
             bend: None,
-            control,
             largest_amplitude: first.orbit.amplitude,
             largest_sizes: first.sizes,
             first,
@@ -133,26 +135,25 @@ impl<'a, 'f> BranchState<'a, 'f> {
         }
     }
 
-    fn run(mut self, watch: OnOrbit<'_>) -> Result<OrbitBranch, ContinuationError> {
+    fn run(mut self, watch: OnOrbit<'_>) -> OrbitBranch {
         let end = loop {
             if self.found.points.len() >= MAX_POINTS {
                 break BranchEnd::MaxPoints;
             }
-            let Some(prediction) = self.predict()? else {
+            let Some(prediction) = self.predict() else {
                 break BranchEnd::ParameterBound;
             };
-            let next = self.attempt(&prediction);
-            let next = match next {
+            let next = match self.attempt(&prediction) {
                 Ok(next) => next,
                 Err(error) => {
-                    if self.control.shorten() {
+                    if self.shorten() {
                         continue;
                     }
                     break self.end_of_failure(&error.to_string());
                 }
             };
             if let Some(objection) = self.objection(&prediction, &next) {
-                if self.control.shorten() {
+                if self.shorten() {
                     continue;
                 }
                 match objection {
@@ -167,7 +168,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
                 }
             }
             let known = self.found.bifurcations.len();
-            if let Some(end) = self.accept(&prediction, next, watch)? {
+            if let Some(end) = self.accept(&prediction, next, watch) {
                 break end;
             }
             if let Some(end) = self.end(known) {
@@ -175,11 +176,11 @@ impl<'a, 'f> BranchState<'a, 'f> {
             }
         };
         self.found.ends[1] = Some(end);
-        Ok(self.found)
+        self.found
     }
 
     /// Predicts the next point; `None` if the branch leaves the bounds here.
-    fn predict(&mut self) -> Result<Option<Prediction>, ContinuationError> {
+    fn predict(&self) -> Option<Prediction> {
         let [low, high] = self.flow.options.bounds;
         let (now, tangent) = (&self.now, &self.now.tangent);
         let here = now.orbit.parameter;
@@ -190,9 +191,9 @@ impl<'a, 'f> BranchState<'a, 'f> {
         };
         let is_at_bound = (here - bound).abs() <= 1e-12 * (high - low);
         if is_at_bound || !(low..=high).contains(&here) {
-            return Ok(None);
+            return None;
         }
-        let mut step = self.control.step;
+        let mut step = self.step;
         let guess_at = |step: f64| {
             let guess = now.shot.moved(step, tangent);
             match &self.bend {
@@ -209,31 +210,25 @@ impl<'a, 'f> BranchState<'a, 'f> {
             shot = guess_at(step);
             shot.parameter = bound;
         }
-        shot.period = if shot.period > 0.0 {
-            shot.period
-        } else {
-            now.shot.period
-        };
-        Ok(Some(Prediction {
+        if shot.period <= 0.0 {
+            shot.period = now.shot.period;
+        }
+        Some(Prediction {
             shot,
             step,
             ends_at_bound,
-        }))
+        })
     }
 
     /// The scale for the next point: that of the present one, but not below a share of the largest one.
     fn scale(&self) -> Scale {
         let mut scale = self.now.scale.clone();
-        let m = scale.state.len();
-        let largest = self.largest_sizes;
-        let here = self.now.sizes;
-        let factor = [0, 1].map(|part| match here[part] {
-            0.0 => 1.0,
-            size => (size / (MIN_SCALE * largest[part]).max(size)).min(1.0),
-        });
-        let modal = self.now.scale.modal;
-        for i in 0..m {
-            scale.state[i] *= factor[usize::from(i >= modal)];
+        for (i, unit) in scale.state.iter_mut().enumerate() {
+            let part = usize::from(i >= scale.modal);
+            let size = self.now.sizes[part];
+            if size > 0.0 {
+                *unit *= (size / (MIN_SCALE * self.largest_sizes[part]).max(size)).min(1.0);
+            }
         }
         scale
     }
@@ -248,11 +243,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
             self.now = self.flow.with_phases(&self.now, &next.shot.phases)?;
             self.bend = None;
             if self.now.shot.len() != next.shot.len() {
-                return Err(ContinuationError::NotConverged {
-                    parameter: next.shot.parameter,
-                    correction: next.orbit.correction,
-                    iterations: 0,
-                });
+                return Err(next.shot.not_converged(next.orbit.correction, 0));
             }
         }
         if self.now.scale.dot(&next.tangent, &self.now.tangent) < 0.0 {
@@ -268,11 +259,11 @@ impl<'a, 'f> BranchState<'a, 'f> {
         if has_jumps && next.orbit.events != now.orbit.events {
             return Some(Objection::Events);
         }
-        if self.control.is_jump(now, next, prediction.step) {
+        if self.is_jump(next, prediction.step) {
             return Some(Objection::Jump);
         }
         let tests = changed(now, next);
-        let is_unexplained = !explains(&tests, now, next) && self.control.may_resolve();
+        let is_unexplained = !explains(&tests, now, next) && self.may_resolve();
         is_unexplained.then_some(Objection::Unexplained)
     }
 
@@ -283,7 +274,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
         prediction: &Prediction,
         next: Point,
         watch: OnOrbit<'_>,
-    ) -> Result<Option<BranchEnd>, ContinuationError> {
+    ) -> Option<BranchEnd> {
         let tests = changed(&self.now, &next);
         let piece = Piece {
             from: &self.now,
@@ -299,27 +290,16 @@ impl<'a, 'f> BranchState<'a, 'f> {
             }
         }
         if let Some(parameter) = halved(piece) {
-            let turns = |found: &&Bifurcation| found.kind == BifurcationKind::Fold;
-            let turn = located.iter().find(turns);
+            let mut located = located.into_iter().map(|(_, bifurcation)| bifurcation);
+            let turn = located.find(|found| found.kind == BifurcationKind::Fold);
             let parameter = turn.map_or(parameter, |turn| turn.parameter);
-            return Ok(Some(BranchEnd::PeriodHalved { parameter }));
+            return Some(BranchEnd::PeriodHalved { parameter });
         }
         if !is_explained {
             self.found.unresolved.push(parameters);
         }
-        located.sort_by(|a, b| {
-            let along = |bifurcation: &Bifurcation| {
-                let difference = ShootingPoint::of(&bifurcation.orbit);
-                if difference.len() == self.now.shot.len() {
-                    self.now
-                        .scale
-                        .dot(&self.now.tangent, &difference.minus(&self.now.shot))
-                } else {
-                    0.0
-                }
-            };
-            along(a).total_cmp(&along(b))
-        });
+        located.sort_by(|(a, _), (b, _)| f64::total_cmp(a, b));
+        let located = located.into_iter().map(|(_, bifurcation)| bifurcation);
         self.found.bifurcations.extend(located);
         self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
         self.largest_sizes = [0, 1].map(|part| self.largest_sizes[part].max(next.sizes[part]));
@@ -327,8 +307,8 @@ impl<'a, 'f> BranchState<'a, 'f> {
         self.found.points.push(next.orbit.clone());
         let bend = (&next.tangent - &self.now.tangent) / prediction.step;
         self.bend = (!self.now.has_corner_before(&next)).then_some(bend);
-        self.control.adapt(&self.now, &next, prediction.step);
+        self.adapt(&next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
-        Ok(watched.is_err().then_some(BranchEnd::Stopped))
+        watched.is_err().then_some(BranchEnd::Stopped)
     }
 }

@@ -69,12 +69,12 @@ fn at_zero(known: &mut [[f64; 3]]) -> [f64; 2] {
 }
 
 impl Flow<'_> {
-    /// Locates the zero of a test function. `None` if it is no bifurcation.
+    /// Locates the zero of a test function, with its share of the piece. `None` if it is no bifurcation.
     pub fn locate(
         &mut self,
         piece: Piece<'_>,
         kind: BifurcationKind,
-    ) -> Result<Option<Bifurcation>, ContinuationError> {
+    ) -> Result<Option<(f64, Bifurcation)>, ContinuationError> {
         if kind == BifurcationKind::BranchPoint {
             return self.locate_branch_point(piece).map(Some);
         }
@@ -83,7 +83,7 @@ impl Flow<'_> {
         let is_first_negative = all[0][0] < 0.0;
         let mut bracket = [0.0, 1.0];
         let target = ACCURACY * self.width();
-        let mut best: Option<Point> = None;
+        let mut best: Option<(f64, Point)> = None;
         let mut error = f64::INFINITY;
         for _ in 0..MAX_ORBITS {
             let [low, high] = bracket;
@@ -93,10 +93,10 @@ impl Flow<'_> {
             }
             let point = self.point_within(piece, share)?;
             let here = known(share, &point);
-            error = best.as_ref().map_or(f64::INFINITY, |before| {
+            error = best.as_ref().map_or(f64::INFINITY, |(_, before)| {
                 (point.orbit.parameter - before.orbit.parameter).abs()
             });
-            best = Some(point);
+            best = Some((share, point));
             let is_low = (here[0] < 0.0) == is_first_negative;
             bracket[usize::from(!is_low)] = share;
             all.push(here);
@@ -104,21 +104,22 @@ impl Flow<'_> {
                 break;
             }
         }
-        match best.filter(|point| kind.is_at(&point.orbit)) {
-            Some(point) => self.bifurcation(piece, kind, point, error).map(Some),
-            None => Ok(None),
-        }
+        let best = best.filter(|(_, point)| kind.is_at(&point.orbit));
+        Ok(best.map(|(share, point)| (share, self.bifurcation(piece, kind, point, error))))
     }
 
     /// Locates a branch point by interpolation between orbits on both sides: the equations are singular at the point itself.
-    fn locate_branch_point(&mut self, piece: Piece<'_>) -> Result<Bifurcation, ContinuationError> {
+    fn locate_branch_point(
+        &mut self,
+        piece: Piece<'_>,
+    ) -> Result<(f64, Bifurcation), ContinuationError> {
         let kind = BifurcationKind::BranchPoint;
         let target = ACCURACY * self.width();
         let known = |share: f64, point: &Point| [kind.test(point), share, point.orbit.parameter];
         let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
         let [_, mut parameter] = at_zero(&mut all);
         let mut error = f64::INFINITY;
-        let mut closest: Option<Point> = None;
+        let mut closest: Option<(f64, Point)> = None;
         for offset in OFFSETS {
             let [share, _] = at_zero(&mut all);
             let share = share.clamp(0.0, 1.0) + offset;
@@ -132,14 +133,14 @@ impl Flow<'_> {
             let [_, found] = at_zero(&mut all);
             error = (found - parameter).abs();
             parameter = found;
-            closest = Some(point);
+            closest = Some((share, point));
             if error <= target {
                 break;
             }
         }
-        let point = closest.unwrap_or_else(|| piece.from.clone());
-        let found = self.bifurcation(piece, kind, point, error)?;
-        Ok(Bifurcation { parameter, ..found })
+        let (share, point) = closest.unwrap_or_else(|| (0.0, piece.from.clone()));
+        let found = self.bifurcation(piece, kind, point, error);
+        Ok((share, Bifurcation { parameter, ..found }))
     }
 
     /// The orbit at a share of a piece.
@@ -166,7 +167,7 @@ impl Flow<'_> {
         kind: BifurcationKind,
         point: Point,
         error: f64,
-    ) -> Result<Bifurcation, ContinuationError> {
+    ) -> Bifurcation {
         let orbit = &point.orbit;
         let critical = critical_multiplier(kind, orbit).filter(|_| {
             matches!(
@@ -189,7 +190,7 @@ impl Flow<'_> {
             .map_or(0.0, |(error, rate)| error / rate.abs());
         let [from, to] =
             [piece.from, piece.to].map(|point| point.orbit.unstable_multipliers as i32);
-        Ok(Bifurcation {
+        Bifurcation {
             kind,
             parameter: orbit.parameter,
             accuracy: error + by_multipliers,
@@ -205,7 +206,7 @@ impl Flow<'_> {
                 .map(|(guard, _)| guard),
             unstable_change: to - from,
             orbit: point.orbit,
-        })
+        }
     }
 }
 

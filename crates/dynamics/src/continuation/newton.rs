@@ -91,11 +91,8 @@ impl Flow<'_> {
             }
             now = self.advance(now, &correction, scale)?;
         }
-        Err(ContinuationError::NotConverged {
-            parameter: now.shot.parameter,
-            correction: corrections.last().copied().unwrap_or(f64::INFINITY),
-            iterations: corrections.len(),
-        })
+        let last = corrections.last().copied().unwrap_or(f64::INFINITY);
+        Err(now.shot.not_converged(last, corrections.len()))
     }
 
     /// Integrates the segments of a set of unknowns.
@@ -131,17 +128,13 @@ impl Flow<'_> {
             let next = if shot.period > 0.0 {
                 self.iterate(shot, scale)
             } else {
-                Err(ContinuationError::NotConverged {
-                    parameter: shot.parameter,
-                    correction: scale.norm(correction),
-                    iterations: 0,
-                })
+                Err(shot.not_converged(scale.norm(correction), 0))
             };
             damping *= 0.5;
             match next {
                 Ok(next)
                     if next.residual <= MAX_GROWTH * now.residual
-                        || next.residual < self.options.newton_tolerance
+                        || next.residual < self.newton_tolerance()
                         || damping < MIN_DAMPING =>
                 {
                     return Ok(next);
@@ -154,7 +147,7 @@ impl Flow<'_> {
 
     /// Whether the orbit after the last correction is accurate enough.
     fn has_converged(&self, corrections: &[f64], precision: Precision) -> bool {
-        let tolerance = self.options.newton_tolerance;
+        let tolerance = self.newton_tolerance();
         // The next correction: the last two show the rate of convergence; after one, it is assumed to be quadratic.
         let (previous, last, next) = match *corrections {
             [.., previous, last] => (previous, last, last * (last / previous).min(1.0)),
@@ -196,7 +189,9 @@ fn residuals(shot: &ShootingPoint, ends: &SegmentEnds) -> impl Iterator<Item = D
 
 /// The largest of these distances, scaled.
 pub(super) fn residual(shot: &ShootingPoint, ends: &SegmentEnds, scale: &Scale) -> f64 {
-    residuals(shot, ends).fold(0.0, |max, distance| max.max(scale.norm_state(&distance)))
+    residuals(shot, ends).fold(0.0, |max, distance| {
+        max.max(scale.scaled_state(&distance).norm())
+    })
 }
 
 impl Iterate {

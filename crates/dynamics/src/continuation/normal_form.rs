@@ -11,7 +11,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::flow::{Flow, slope_in};
+use super::flow::{Flow, slope_in, with_quadratures};
 use super::point::Point;
 use super::shooting::{Scale, ShootingPoint};
 use super::{ContinuationError, Criticality, MotionBirth, Multiplier};
@@ -91,8 +91,7 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         let sys = flow.system(shot.parameter)?;
         let n = shot.states[0].len();
         let scale = point.scale.clone();
-        let mut full = shot.states[0].as_slice().to_vec();
-        full.resize(sys.dim(), 0.0);
+        let full = with_quadratures(sys.as_ref(), &shot.states[0]);
         let status = shot.status(0).unwrap_or_default();
         let normal = shot
             .drive_periods
@@ -122,7 +121,7 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         let sys = self.flow.system(self.start.parameter)?;
         let origin = self.start.states[0].clone();
         let mut shot = self.start.clone();
-        shot.states[0] += self.scale.unscaled_state(&(&self.section * from));
+        shot.states[0] += (&self.section * from).component_div(&self.scale.state);
         let distance = |scale: &Scale, end: &RealVector| scale.scaled_state(&(end - &origin));
         let Some(normal) = self.normal.clone() else {
             let ends = self.flow.segments(sys.as_ref(), &shot, false)?;

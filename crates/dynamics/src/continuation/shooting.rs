@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{OrbitSegment, PeriodicOrbit};
+use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
 use crate::System;
 use crate::system::energy_units;
 
@@ -63,6 +63,15 @@ impl ShootingPoint {
             states,
             statuses: Vec::new(),
             ..*self
+        }
+    }
+
+    /// The error that Newton's method did not converge.
+    pub fn not_converged(&self, correction: f64, iterations: usize) -> ContinuationError {
+        ContinuationError::NotConverged {
+            parameter: self.parameter,
+            correction,
+            iterations,
         }
     }
 
@@ -157,16 +166,6 @@ impl Scale {
         self.scaled(direction).norm()
     }
 
-    /// The inner product of two states.
-    pub fn dot_states(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-        self.scaled_state(a).dot(&self.scaled_state(b))
-    }
-
-    /// The norm of a state.
-    pub fn norm_state(&self, state: &DVector<f64>) -> f64 {
-        self.scaled_state(state).norm()
-    }
-
     /// The norms of the vibration and of the first-order components of a state.
     pub fn norms(&self, state: &DVector<f64>) -> [f64; 2] {
         let state = self.scaled_state(state);
@@ -184,10 +183,5 @@ impl Scale {
     /// A state in scaled coordinates.
     pub fn scaled_state(&self, state: &DVector<f64>) -> DVector<f64> {
         state.component_mul(&self.state)
-    }
-
-    /// A state from its scaled coordinates.
-    pub fn unscaled_state(&self, state: &DVector<f64>) -> DVector<f64> {
-        state.component_div(&self.state)
     }
 }

@@ -78,7 +78,7 @@ pub fn settled_orbit(
 ) -> Result<PeriodicOrbit, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
     let sys = flow.system(parameter)?;
-    let (guess, sizes) = find_return(family, sys.as_ref(), parameter, state, search, options)?;
+    let (guess, sizes) = find_return(&flow, sys.as_ref(), parameter, state, search)?;
     let scale = Scale::new(sys.as_ref(), sizes, guess.period, flow.width());
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
     let scale = flow.scale(&guess)?;
@@ -88,26 +88,26 @@ pub fn settled_orbit(
 /// Simulates a motion until it returns to its state after the settling time. Returns the orbit in one segment, and the sizes of
 /// its vibration and first-order components.
 fn find_return(
-    family: &dyn Family,
+    flow: &Flow<'_>,
     sys: &dyn System,
     parameter: f64,
     state: &[f64],
     search: &ReturnSearch,
-    options: &ContinuationOptions,
 ) -> Result<(ShootingPoint, [f64; 2]), ContinuationError> {
     let failed = |source| ContinuationError::Integration { parameter, source };
     let n = sys.tangent_dim();
-    let drive = family.drive_period(parameter);
+    let drive = flow.family.drive_period(parameter);
     let (mut integrator, mut z) =
-        Integrator::started(options.method, sys, state).map_err(failed)?;
+        Integrator::started(flow.options.method, sys, state).map_err(failed)?;
     // A forced motion is needed at phase zero of its drive.
     let settle = drive.map_or(search.settle_s, |drive| {
         (search.settle_s / drive).ceil() * drive
     });
     integrator.integrate_to(settle).map_err(failed)?;
     let start = DVector::from_column_slice(&integrator.state()[..n]);
-    let slope = slope_in(sys, integrator.status(), settle, integrator.state());
     let unit = Scale::new(sys, [1.0; 2], 1.0, 1.0);
+    let slope = slope_in(sys, integrator.status(), settle, integrator.state());
+    let slope = unit.scaled_state(&slope);
     // The largest distances from the start, and the closest return relative to them.
     let (mut sizes, mut closest) = ([0.0_f64; 2], f64::INFINITY);
     let mut last = DVector::zeros(n);
@@ -128,8 +128,7 @@ fn find_return(
             Some(_) => continue,
             None => {
                 // A free motion is back where it crosses the section through the start.
-                let [low, high] =
-                    [&before, &now].map(|from_start| unit.dot_states(&slope, from_start));
+                let [low, high] = [&before, &now].map(|now| slope.dot(&unit.scaled_state(now)));
                 if !(low < 0.0 && high >= 0.0) {
                     continue;
                 }

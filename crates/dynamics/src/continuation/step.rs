@@ -1,6 +1,6 @@
 //! The length of the steps along a branch.
 
-use super::StepLimits;
+use super::follow::BranchState;
 use super::point::Point;
 
 /// Angle between successive tangents at which the step stays as it is, rad.
@@ -21,39 +21,24 @@ const TARGET_ITERATIONS: f64 = 4.0;
 /// Maximum number of times that a step is shortened to separate bifurcations.
 const MAX_RESOLUTIONS: u32 = 8;
 
-/// Chooses the length of the steps.
-pub(super) struct StepControl {
-    limits: StepLimits,
-    /// Length of the next step.
-    pub step: f64,
-    /// Times that the present step was shortened to separate bifurcations.
-    resolutions: u32,
-}
-
-impl StepControl {
-    pub fn new(limits: StepLimits) -> Self {
-        Self {
-            limits,
-            step: limits.initial,
-            resolutions: 0,
-        }
-    }
-
+impl BranchState<'_, '_> {
     /// Shortens the step; returns `false` at the minimum.
     pub fn shorten(&mut self) -> bool {
-        let is_possible = self.step > self.limits.min;
-        self.step = (0.5 * self.step).max(self.limits.min);
+        let min = self.flow.options.steps.min;
+        let is_possible = self.step > min;
+        self.step = (0.5 * self.step).max(min);
         is_possible
     }
 
     /// Whether the step may be shortened to separate bifurcations; counts the attempts.
     pub fn may_resolve(&mut self) -> bool {
         self.resolutions += 1;
-        self.resolutions <= MAX_RESOLUTIONS && self.step > self.limits.min
+        self.resolutions <= MAX_RESOLUTIONS && self.step > self.flow.options.steps.min
     }
 
-    /// Whether a step of length `step` may have jumped to another branch, or around a narrow turn.
-    pub fn is_jump(&self, from: &Point, to: &Point, step: f64) -> bool {
+    /// Whether a step of length `step` from the present point may have jumped to another branch, or around a narrow turn.
+    pub fn is_jump(&self, to: &Point, step: f64) -> bool {
+        let from = &self.now;
         if from.has_corner_before(to) {
             // There the tangent does not predict the next point.
             return from.scale.norm(&to.shot.minus(&from.shot)) > MAX_CORNER * step;
@@ -61,9 +46,9 @@ impl StepControl {
         angle(from, to) > MAX_ANGLE || to.first_correction > MAX_FIRST_CORRECTION * step
     }
 
-    /// Chooses the length of the next step after an accepted one of length `step`.
-    pub fn adapt(&mut self, from: &Point, to: &Point, step: f64) {
-        let by_angle = TARGET_ANGLE / angle(from, to).max(1e-6);
+    /// Chooses the length of the next step after an accepted one of length `step` from the present point.
+    pub fn adapt(&mut self, to: &Point, step: f64) {
+        let by_angle = TARGET_ANGLE / angle(&self.now, to).max(1e-6);
         let by_iterations = 2.0_f64.powf(TARGET_ITERATIONS - f64::from(to.orbit.iterations));
         let by_correction = 0.3 * step / to.first_correction.max(1e-12 * step);
         let factor = by_angle
@@ -72,7 +57,8 @@ impl StepControl {
             .clamp(0.5, 2.0);
         // A step that was cut at a bound says nothing about longer ones.
         let length = step.max(1e-3 * self.step);
-        self.step = (length * factor).clamp(self.limits.min, self.limits.max);
+        let limits = self.flow.options.steps;
+        self.step = (length * factor).clamp(limits.min, limits.max);
         self.resolutions = 0;
     }
 }

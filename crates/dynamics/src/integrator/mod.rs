@@ -317,7 +317,8 @@ impl<'a> Integrator<'a> {
 
     /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
     pub fn tolerance(&self) -> Option<f64> {
-        self.step_controller.tolerance()
+        let accuracy = self.step_controller.accuracy;
+        accuracy.map(|accuracy| accuracy.relative)
     }
 
     /// Sets the tolerance per step, relative to the norm of the state, from the next step on: 1e-13 to
@@ -326,7 +327,10 @@ impl<'a> Integrator<'a> {
     /// # Errors
     /// [`DynamicsError::Parameter`] if the tolerance is out of range.
     pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
-        self.step_controller.set_tolerance(relative)?;
+        if let Some(accuracy) = &mut self.step_controller.accuracy {
+            accuracy.relative = relative;
+            accuracy.check()?;
+        }
         Ok(self)
     }
 
@@ -342,7 +346,7 @@ impl<'a> Integrator<'a> {
 
     /// Work done since [`Integrator::new`], or since [`Integrator::reset_stats`].
     pub fn stats(&self) -> SolverStats {
-        self.stepper.stats()
+        self.stepper.step().stats
     }
 
     /// Counts the work from here on.
@@ -469,20 +473,16 @@ impl<'a> Integrator<'a> {
             let together = if continuous { events.pending.len() } else { 1 };
             for k in 0..together {
                 let guard = events.pending[k];
-                if let Some(Tangents {
-                    saltation, block, ..
-                }) = &mut tangents
-                {
+                if let Some(tangents) = &mut tangents {
+                    let (saltation, block) = (&mut tangents.saltation, &mut tangents.block);
                     let state = (events.status.as_slice(), step.end.as_slice());
                     saltation.before(switching, (guard, t), state, block);
                 }
                 switching.cross(guard, t, &mut step.end, &mut events.status);
                 events.record_crossing(guard);
                 step.stats.crossings += 1;
-                if let Some(Tangents {
-                    saltation, block, ..
-                }) = &mut tangents
-                {
+                if let Some(tangents) = &mut tangents {
+                    let (saltation, block) = (&mut tangents.saltation, &mut tangents.block);
                     let state = (events.status.as_slice(), step.end.as_slice());
                     saltation.after(switching, t, state, block);
                 }

@@ -40,8 +40,8 @@ use std::f64::consts::{PI, TAU};
 use self::ImportedModesError::Content;
 pub use self::arrays::{ArrayError, NamedArrays};
 use self::arrays::{Arrays, Named};
+use super::MAX_MODES;
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
-use super::{MAX_MODES, PatchNodes};
 use crate::fem::SurfaceMesh;
 
 /// A fault in a file of modes. The message contains the array, the fault and the remedy; the caller adds
@@ -111,7 +111,10 @@ const SURFACE_SHAPES: Named = Named(
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedModes {
     name: String,
-    pub(crate) patch: PatchNodes,
+    pub(crate) positions: Vec<[f64; 3]>,
+    pub(crate) normals: Vec<[f64; 3]>,
+    pub(crate) areas: Vec<f64>,
+    pub(crate) pre_stress: Vec<f64>,
     pub(crate) stiffness: Vec<f64>,
     /// `n x m` row-major, 1/sqrt(kg).
     pub(crate) shapes: Vec<[f64; 3]>,
@@ -145,12 +148,10 @@ impl ImportedModes {
         let normals = arrays.need(&NORMALS, &[n, 3])?;
         let modes = Self {
             name: name.to_owned(),
-            patch: PatchNodes {
-                positions: positions.as_chunks().0.to_vec(),
-                normals: normals.as_chunks().0.to_vec(),
-                areas,
-                pre_stress: arrays.positive(&PRE_STRESS, n)?,
-            },
+            positions: positions.as_chunks().0.to_vec(),
+            normals: normals.as_chunks().0.to_vec(),
+            areas,
+            pre_stress: arrays.positive(&PRE_STRESS, n)?,
             stiffness: arrays.positive(&STIFFNESS, n)?,
             shapes: vectors(&arrays.need(&SHAPES, &[n, 3, m])?, m),
             omega,
@@ -175,7 +176,7 @@ impl ImportedModes {
 
     /// Number of contact nodes.
     pub fn nodes(&self) -> usize {
-        self.patch.areas.len()
+        self.areas.len()
     }
 
     /// Number of modes.
@@ -190,13 +191,13 @@ impl ImportedModes {
 
     /// Radius of the ball, m: the mean distance of the contact nodes from its centre.
     pub fn ball_radius(&self) -> f64 {
-        let total: f64 = self.patch.positions.iter().map(|x| norm(*x)).sum();
+        let total: f64 = self.positions.iter().map(|x| norm(*x)).sum();
         total / self.nodes() as f64
     }
 
     /// Radius of a disc with the total area of the contact nodes, m.
     pub fn patch_radius(&self) -> f64 {
-        (self.patch.areas.iter().sum::<f64>() / PI).sqrt()
+        (self.areas.iter().sum::<f64>() / PI).sqrt()
     }
 
     /// Surface of the body for display, if the file contains one.
@@ -210,11 +211,11 @@ impl ImportedModes {
         if let Some(probe) = &self.probe {
             return probe.clone();
         }
-        let normals = &self.patch.normals;
+        let normals = &self.normals;
         let alignment = |node: &usize| dot(normals[*node], direction);
         let centre = (0..self.nodes()).max_by(|a, b| alignment(a).total_cmp(&alignment(b)));
         let centre = centre.unwrap_or_default();
-        let along = unit(cross(rotation, self.patch.positions[centre]));
+        let along = unit(cross(rotation, self.positions[centre]));
         let along = along.unwrap_or_else(|| any_normal(normals[centre]));
         let rows = &self.shapes[centre * self.modes()..][..self.modes()];
         rows.iter().map(|shape| dot(*shape, along)).collect()
@@ -254,17 +255,8 @@ impl ImportedModes {
 
     /// Vector sum of the pressures and sum of their magnitudes, N.
     fn load(&self) -> ([f64; 3], f64) {
-        let PatchNodes {
-            normals,
-            areas,
-            pre_stress,
-            ..
-        } = &self.patch;
-        let forces = areas
-            .iter()
-            .zip(pre_stress)
-            .map(|(area, stress)| area * stress);
-        let nodes = forces.zip(normals);
+        let pairs = self.areas.iter().zip(&self.pre_stress);
+        let nodes = pairs.map(|(area, stress)| area * stress).zip(&self.normals);
         nodes.fold(([0.0; 3], 0.0), |(sum, total), (force, normal)| {
             (add_scaled(sum, force, *normal), total + force)
         })
@@ -278,15 +270,9 @@ impl ImportedModes {
 
     /// Hash (FNV-1a) of all numbers that affect the motion.
     pub fn fingerprint(&self) -> u64 {
-        let PatchNodes {
-            positions,
-            normals,
-            areas,
-            pre_stress,
-        } = &self.patch;
-        let vectors = [positions, normals, &self.shapes];
+        let vectors = [&self.positions, &self.normals, &self.shapes];
         let vectors = vectors.into_iter().flat_map(|v| v.as_flattened());
-        let numbers = [areas, pre_stress, &self.stiffness, &self.omega];
+        let numbers = [&self.areas, &self.pre_stress, &self.stiffness, &self.omega];
         let numbers = numbers.into_iter().chain(&self.probe).flatten();
         let bytes = vectors
             .chain(numbers)
@@ -305,7 +291,7 @@ impl ImportedModes {
                  the centre of the ball (diameters of balls are 1 to 500 mm)"
             )));
         }
-        let nodes = self.patch.positions.iter().zip(&self.patch.normals);
+        let nodes = self.positions.iter().zip(&self.normals);
         for (node, (x, normal)) in nodes.enumerate() {
             let (length, distance) = (norm(*normal), norm(*x));
             let angle = norm(cross(*x, *normal)).atan2(dot(*x, *normal));
@@ -329,7 +315,7 @@ impl ImportedModes {
             };
             return Err(Content(fault));
         }
-        let total: f64 = self.patch.areas.iter().sum();
+        let total: f64 = self.areas.iter().sum();
         let ball = 4.0 * PI * radius * radius;
         if total > ball {
             return Err(Content(format!(
@@ -342,7 +328,7 @@ impl ImportedModes {
     /// Checks the frequency of each mode on the contact springs: they add `sum(stiffness * area *
     /// |shape|^2)` to the square of the angular frequency of a single mode.
     fn check_contact(&self) -> Result<(), ImportedModesError> {
-        let nodes = self.stiffness.iter().zip(&self.patch.areas);
+        let nodes = self.stiffness.iter().zip(&self.areas);
         let mut added = vec![0.0; self.modes()];
         for ((stiffness, area), shapes) in nodes.zip(self.shapes.chunks(self.modes())) {
             for (added, shape) in added.iter_mut().zip(shapes) {

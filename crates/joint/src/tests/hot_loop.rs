@@ -24,6 +24,7 @@ fn built(model: &Model) -> Vec<Joint> {
         Friction::None | Friction::Dynamic { .. } => None,
         Friction::Stribeck { law, .. } => Some(Arc::new(law)),
         Friction::Table { law, .. } => Some(law),
+        Friction::Custom { law, .. } => Some(law),
     };
     joints.extend(own.map(|law| Joint::with_friction(model, law, radial).with_audit()));
     joints

@@ -16,7 +16,6 @@ use squeakscope_dynamics::{Accuracy, Integrator, MethodName};
 fn precise(bounds: [f64; 2], max_step: f64) -> ContinuationOptions {
     ContinuationOptions {
         method: MethodName::Dop853.with(Accuracy::relative(1e-12), max_step),
-        newton_tolerance: 1e-10,
         ..ContinuationOptions::new(bounds, max_step)
     }
 }
