@@ -86,9 +86,6 @@ pub struct Panel {
     pub caption: String,
 }
 
-/// The ends of a horizontal bar, in the unit of its axis, and its colour.
-type Bar = ([f64; 2], Color);
-
 impl Panel {
     /// A panel with layers.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, layers: Vec<Layer>) -> Self {
