@@ -116,9 +116,8 @@ impl LessonPictures {
     pub fn add_divergence(&mut self, divergence: &TrajectoryDivergence) {
         let saturated = divergence.saturated_s;
         self.distance.end = saturated.map(|time| 2.0 * time - divergence.start_s);
-        let distance = vec![divergence.distance];
-        self.distance
-            .push(divergence.time_s, distance, 2.0 * COURSE);
+        let (time, distance) = (divergence.time_s, vec![divergence.distance]);
+        self.distance.push(time, distance, 2.0 * COURSE);
         self.divergence = Some(*divergence);
     }
 

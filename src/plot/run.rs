@@ -315,8 +315,8 @@ impl Sink for RunFigures {
                     Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
                 };
                 let most = (window / frame.dt) as usize;
-                kept.samples
-                    .drain(..kept.samples.len().saturating_sub(most));
+                let surplus = kept.samples.len().saturating_sub(most);
+                kept.samples.drain(..surplus);
             }
             Record::LevelSample(sample) => kept.lesson.add_level(sample),
             Record::TrajectoryDivergence(found) => kept.lesson.add_divergence(found),
