@@ -135,12 +135,9 @@ impl LessonPictures {
             self.energy.push(sample.time, sample.modal.clone(), COURSE);
         }
         for snapshot in &frame.patch {
-            let total = |k: usize| snapshot.friction.iter().map(|f| f[k]).sum::<f64>();
-            let friction = (0..3).map(|k| total(k).powi(2)).sum::<f64>().sqrt();
             let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
             let counts = states.map(|state| snapshot.count(state) as f64);
-            let mut contact = vec![snapshot.normal_force.iter().sum(), friction];
-            contact.extend(counts);
+            let contact = snapshot.forces().into_iter().chain(counts).collect();
             self.contact.push(snapshot.time, contact, CONTACT);
         }
         if let Subject::Small(small) = &header.subject {
