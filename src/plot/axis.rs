@@ -229,9 +229,8 @@ fn round_step(least: f64, digits: &[f64]) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
     let digits = digits.iter().chain(&[10.0]);
     let mut steps = digits.map(|digit| digit * decade);
-    steps
-        .find(|step| *step >= least * (1.0 - 1e-9))
-        .unwrap_or(least)
+    let step = steps.find(|step| *step >= least * (1.0 - 1e-9));
+    step.unwrap_or(least)
 }
 
 /// The smallest round number (1, 1.5, 2, 3, 4, 5, 6 or 8 times a power of ten) that is not below

@@ -104,15 +104,16 @@ impl Panel {
     pub fn bars(title: &str, x: Axis, rows: Vec<(String, Vec<Bar>)>) -> Self {
         let (names, bars): (_, Vec<_>) = rows.into_iter().unzip();
         let y = Axis::rows(names);
-        let numbered = bars.into_iter().enumerate();
-        let bars = numbered.flat_map(|(row, bars)| bars.into_iter().map(move |bar| (row, bar)));
-        let bars = bars.map(|(row, ([from, to], color))| {
+        let mut layers = Vec::new();
+        for (row, bars) in bars.into_iter().enumerate() {
             let [low, high] = [-0.32, 0.32].map(|half| y.row(row) + half);
-            let outline = vec![[from, low], [to, low], [to, high], [from, high]];
-            Layer::areas(vec![outline], 1.0, color)
-        });
-        let zero = Layer::line(vec![[0.0, 0.0], [0.0, y.range[1]]], Color::Ink);
-        let layers = bars.chain([zero]).collect();
+            layers.extend(bars.into_iter().map(|([from, to], color)| {
+                let outline = vec![[from, low], [to, low], [to, high], [from, high]];
+                Layer::areas(vec![outline], 1.0, color)
+            }));
+        }
+        let zero = vec![[0.0, 0.0], [0.0, y.range[1]]];
+        layers.push(Layer::line(zero, Color::Ink));
         Self::new(title, x, y, layers)
     }
 
@@ -286,9 +287,8 @@ impl Layer {
     /// Dashed vertical lines across the panel.
     pub fn vertical_lines(places: impl IntoIterator<Item = f64>, color: Color) -> Self {
         let strips = places.into_iter().map(|x| vec![[x, -FAR], [x, FAR]]);
-        Self::lines(strips.collect(), color)
-            .dashed()
-            .with_id("chosen")
+        let lines = Self::lines(strips.collect(), color);
+        lines.dashed().with_id("chosen")
     }
 
     /// An image.
@@ -313,9 +313,8 @@ impl Layer {
 
     /// Rings around bifurcations.
     pub fn rings(places: impl IntoIterator<Item = [f64; 2]>) -> Self {
-        Self::points(places.into_iter().collect(), 2.4, Color::Accent)
-            .with_marker(Marker::Ring)
-            .with_id("bifurcations")
+        let rings = Self::points(places.into_iter().collect(), 2.4, Color::Accent);
+        rings.with_marker(Marker::Ring).with_id("bifurcations")
     }
 
     /// A legend entry without data.

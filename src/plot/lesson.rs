@@ -116,9 +116,8 @@ impl LessonPictures {
     pub fn add_divergence(&mut self, divergence: &TrajectoryDivergence) {
         let saturated = divergence.saturated_s;
         self.distance.end = saturated.map(|time| 2.0 * time - divergence.start_s);
-        let distance = vec![divergence.distance];
-        self.distance
-            .push(divergence.time_s, distance, 2.0 * COURSE);
+        let (time, distance) = (divergence.time_s, vec![divergence.distance]);
+        self.distance.push(time, distance, 2.0 * COURSE);
         self.divergence = Some(*divergence);
     }
 
@@ -136,12 +135,9 @@ impl LessonPictures {
             self.energy.push(sample.time, sample.modal.clone(), COURSE);
         }
         for snapshot in &frame.patch {
-            let total = |k: usize| snapshot.friction.iter().map(|f| f[k]).sum::<f64>();
-            let friction = (0..3).map(|k| total(k).powi(2)).sum::<f64>().sqrt();
             let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
             let counts = states.map(|state| snapshot.count(state) as f64);
-            let mut contact = vec![snapshot.normal_force.iter().sum(), friction];
-            contact.extend(counts);
+            let contact = snapshot.forces().into_iter().chain(counts).collect();
             self.contact.push(snapshot.time, contact, CONTACT);
         }
         if let Subject::Small(small) = &header.subject {

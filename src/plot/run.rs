@@ -42,8 +42,8 @@ pub const RUN_FIGURES: [&str; 14] = [
     "lyapunov-spectrum",
 ];
 
-/// A time (s), and the pictures drawn then: their names and panels.
-pub type Pictures = (f64, Vec<(&'static str, Panel)>);
+/// Draws a picture at a time (s): its name and panel.
+type Draw<'a> = dyn FnMut(f64, &'static str, Panel) + 'a;
 
 /// Units of displacement and velocity of a subject.
 pub fn units(subject: &Subject) -> [&str; 2] {
@@ -135,14 +135,11 @@ impl RunPanels {
         self.spectrum.panel(1.0, &[], &[], Color::Ink)
     }
 
-    /// The pictures that a record changes.
-    pub fn accept(&mut self, record: &Record) -> Pictures {
+    /// Draws the pictures that a record changes.
+    pub fn accept(&mut self, record: &Record, draw: &mut Draw<'_>) {
         let [unit, _] = units(&self.header.subject);
         match record {
-            Record::Samples(frame) => {
-                self.redraw.set_rate(frame);
-                (frame.t0, Vec::new())
-            }
+            Record::Samples(frame) => self.redraw.set_rate(frame),
             Record::Spectrum {
                 time,
                 bin,
@@ -150,17 +147,21 @@ impl RunPanels {
                 peaks,
             } => {
                 let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
-                (*time, vec![("spectrum", panel)])
+                draw(*time, "spectrum", panel);
             }
             Record::Recurrence { time, image } => {
                 let panel = response::recurrence(Some(image), true);
-                let panel = panel.with_caption(response::recurrence_caption(image, unit));
-                (*time, vec![("recurrence", panel)])
+                let caption = response::recurrence_caption(image, unit);
+                draw(*time, "recurrence", panel.with_caption(caption));
             }
             Record::Delay {
                 time, dt, choice, ..
-            } => (*time, embedding(*dt, choice).into()),
-            Record::Section { time, points } => (*time, self.section(*time, points)),
+            } => {
+                let [mutual, neighbours] = embedding(*dt, choice);
+                draw(*time, "mutual-information", mutual);
+                draw(*time, "false-neighbours", neighbours);
+            }
+            Record::Section { time, points } => self.section(*time, points, draw),
             Record::Chaos {
                 time,
                 dt,
@@ -181,12 +182,10 @@ impl RunPanels {
                 };
                 let distance = Unit::of(unit, 0.5 * (high - low));
                 let path = zero_one_path(zero_one, unit, PATH_POINTS).square();
-                let pictures = [
-                    ("divergence", divergence(&found, &distance)),
-                    ("zero-one-path", path),
-                    ("largest-exponent", largest_exponents(&self.largest, span)),
-                ];
-                (*time, pictures.into())
+                let largest = largest_exponents(&self.largest, span);
+                draw(*time, "divergence", divergence(&found, &distance));
+                draw(*time, "zero-one-path", path);
+                draw(*time, "largest-exponent", largest);
             }
             Record::Exponents(found) => {
                 // Exponents of minus infinity have no position on the axis.
@@ -194,34 +193,32 @@ impl RunPanels {
                 let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
                 self.exponents.update(1.1 * largest, SMALLEST_EXPONENT);
                 let panel = current_spectrum(&found.spectrum, self.exponents.get());
-                (found.time, vec![("lyapunov-spectrum", panel)])
+                draw(found.time, "lyapunov-spectrum", panel);
             }
-            _ => (0.0, Vec::new()),
+            _ => {}
         }
     }
 
     /// Adds intersections, complete up to `time` (s).
-    fn section(&mut self, time: f64, points: &[SectionPoint]) -> Vec<(&'static str, Panel)> {
+    fn section(&mut self, time: f64, points: &[SectionPoint], draw: &mut Draw<'_>) {
         self.recent.extend(points);
         let surplus = self.recent.len().saturating_sub(PASSAGES);
         self.recent.drain(..surplus);
         if points.is_empty() || !self.redraw.is_due(time) {
-            return Vec::new();
+            return;
         }
         let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
         let times: Vec<f64> = self.recent.iter().map(|point| point.time_s).collect();
         let axes = &mut self.section;
         axes.fit(points.iter());
-        vec![
-            ("section", axes.section(&points, Color::Run)),
-            ("return-map", axes.return_map(&points, Color::Run)),
-            ("return-times", axes.return_times(&times, Color::Run)),
-        ]
+        draw(time, "section", axes.section(&points, Color::Run));
+        draw(time, "return-map", axes.return_map(&points, Color::Run));
+        draw(time, "return-times", axes.return_times(&times, Color::Run));
     }
 }
 
 /// The choice of the delay embedding of samples `dt` (s) apart, with its reasons.
-fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
+fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
     let why = match choice.reason {
         LagReason::FirstMinimum => "first minimum",
         LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
@@ -241,10 +238,7 @@ fn embedding(dt: f64, choice: &DelayChoice) -> [(&'static str, Panel); 2] {
     let m = choice.dimension;
     let dimension = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
     let neighbours = false_neighbours(choice, "").with_caption(dimension);
-    [
-        ("mutual-information", mutual.with_caption(lag)),
-        ("false-neighbours", neighbours),
-    ]
+    [mutual.with_caption(lag), neighbours]
 }
 
 /// A sink that keeps the last pictures of a run for its figures; clones share them.
@@ -301,7 +295,9 @@ impl Sink for RunFigures {
         let Some(panels) = &mut kept.panels else {
             return Ok(());
         };
-        kept.last.extend(panels.accept(&record).1);
+        panels.accept(&record, &mut |_, name, panel| {
+            kept.last.insert(name, panel);
+        });
         match &record {
             Record::Samples(frame) => {
                 kept.lesson.add_frame(&panels.header, frame);
@@ -315,8 +311,8 @@ impl Sink for RunFigures {
                     Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
                 };
                 let most = (window / frame.dt) as usize;
-                kept.samples
-                    .drain(..kept.samples.len().saturating_sub(most));
+                let surplus = kept.samples.len().saturating_sub(most);
+                kept.samples.drain(..surplus);
             }
             Record::LevelSample(sample) => kept.lesson.add_level(sample),
             Record::TrajectoryDivergence(found) => kept.lesson.add_divergence(found),

@@ -106,10 +106,8 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
             let aligned = placed.iter().filter(|row| row.len() == len).flatten();
             aligned.map(|texts| texts.margins[side]).fold(0.0, f64::max)
         };
-        let lengths = placed.iter().map(Vec::len);
-        margins = lengths
-            .map(|len| [0, 1].map(|side| widest(len, side)))
-            .collect();
+        let both = |row: &Vec<Texts<'_>>| [0, 1].map(|side| widest(row.len(), side));
+        margins = placed.iter().map(both).collect();
         let left_over = placed.iter().map(|row| {
             let headers = row.iter().map(|texts| texts.header_height(em));
             height - (headers.fold(0.0, f64::max) + BELOW * em)
@@ -172,10 +170,11 @@ impl<'a> Texts<'a> {
             _ => 2.8,
         };
         let y_ticks = ticks(&panel.y, up, em, [close, 0.0]).into_iter();
-        let wrapped = |label: &str| text::wrap(label, NAMES * width, em, false);
-        let y_ticks: Vec<_> = y_ticks
-            .map(|(tick, label)| (tick, wrapped(&label)))
-            .collect();
+        let y_ticks = y_ticks.map(|(tick, label)| {
+            let lines = text::wrap(&label, NAMES * width, em, false);
+            (tick, lines)
+        });
+        let y_ticks = Vec::from_iter(y_ticks);
         let overhangs = x_ticks.iter().map(|(tick, label)| {
             0.5 * text::width(label, em, false) - along * (1.0 - panel.x.fraction(*tick))
         });

@@ -86,10 +86,9 @@ impl Encoder {
 
     /// Logs a record.
     pub fn accept(&mut self, rec: &RecordingStream, record: &Record) {
-        let (time, pictures) = self.panels.accept(record);
-        for (name, panel) in pictures {
+        self.panels.accept(record, &mut |time, name, panel| {
             self.views.of(name).draw(rec, time.into(), &panel);
-        }
+        });
         let header = &self.header;
         match record {
             // This encoder was created from the header; another header would be the same. The other records have panels

@@ -36,7 +36,7 @@ const LETTER: f32 = 8.0;
 const ENLARGED: f64 = 0.8;
 
 /// The path and size of panels of one type, and the state of what is drawn there.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct PanelView {
     path: String,
     field: [f32; 2],
@@ -92,10 +92,7 @@ impl PanelView {
         Self {
             path: root.at(row.paths[0]),
             field,
-            axes: None,
-            caption: String::new(),
-            note: String::new(),
-            image: None,
+            ..Self::default()
         }
     }
 

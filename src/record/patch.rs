@@ -103,8 +103,8 @@ impl Patch {
         let nodes = snapshot.states.len();
         self.times.push(nanos(snapshot.time));
         self.lengths.push(nodes);
-        self.colors
-            .extend(snapshot.states.iter().map(|&state| style::node(state)));
+        let colors = snapshot.states.iter().map(|&state| style::node(state));
+        self.colors.extend(colors);
 
         // The radius of a node grows with the square root of its pressure. A separated node has a quarter of
         // the radius of its cell; a node at twice the mean pressure (above the peak of Hertz) nearly fills
@@ -116,20 +116,17 @@ impl Patch {
             Radius::new_scene_units((1e3 * full * (0.25 + 0.65 * share).min(1.0)) as f32)
         };
         let forces = snapshot.normal_force.iter().zip(&geometry.areas);
-        self.radii
-            .extend(forces.map(|(&force, &area)| radius(force, area)));
+        let radii = forces.map(|(&force, &area)| radius(force, area));
+        self.radii.extend(radii);
 
         let scale = self.arrow_scale();
         let arrows = snapshot.friction.iter();
-        self.friction
-            .extend(arrows.map(|f| f.map(|c| (scale * c) as f32)));
+        let arrows = arrows.map(|f| f.map(|c| (scale * c) as f32));
+        self.friction.extend(arrows);
 
         let counts = STATES.map(|state| snapshot.count(state) as f64);
         rec.row(paths::NODE_COUNTS, snapshot.time, counts);
-        let normal = snapshot.normal_force.iter().sum();
-        let friction = (0..3).map(|c| snapshot.friction.iter().map(|f| f[c]).sum::<f64>());
-        let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
-        rec.row(paths::CONTACT_FORCE, snapshot.time, [normal, friction]);
+        rec.row(paths::CONTACT_FORCE, snapshot.time, snapshot.forces());
     }
 
     /// Sends pending snapshots.
@@ -266,14 +263,13 @@ fn circle(axis: [f64; 3], radius: f64, angle: f64) -> Vec<[f32; 3]> {
     helper[axis.iamin()] = 1.0;
     let first = axis.cross(&helper).normalize();
     let second = axis.cross(&first);
-    (0..=CORNERS)
-        .map(|k| {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
-            let across = cos * first + sin * second;
-            let point = radius * (angle.cos() * axis + angle.sin() * across);
-            point.map(|c| c as f32).into()
-        })
-        .collect()
+    let points = (0..=CORNERS).map(|k| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+        let across = cos * first + sin * second;
+        let point = radius * (angle.cos() * axis + angle.sin() * across);
+        point.map(|c| c as f32).into()
+    });
+    points.collect()
 }
 
 #[cfg(test)]

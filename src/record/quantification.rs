@@ -21,9 +21,8 @@ pub fn draw(
     // Unit and factor of a pure number, of durations given in states, and of numbers per state.
     let units = [dt, LONG * dt].map(|duration| Unit::of("s", duration));
     let number = (String::new(), 1.0);
-    let [short, long] = units
-        .each_ref()
-        .map(|unit| (format!(", {}", unit.symbol), unit.factor * dt));
+    let named = |unit: &Unit| (format!(", {}", unit.symbol), unit.factor * dt);
+    let [short, long] = units.each_ref().map(named);
     let rate = (format!(", 1/{}", units[1].symbol), long.1.recip());
     // TREND is per thousand states.
     let trend = m.trend.map(|trend| 1e-3 * trend);

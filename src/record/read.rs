@@ -154,10 +154,9 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
 /// Splits the name of a column into entity and index.
 fn split(column: &str) -> (&str, Option<usize>) {
     let column = column.trim_start_matches('/');
-    let indexed = column
-        .strip_suffix(']')
-        .and_then(|rest| rest.rsplit_once('['))
-        .and_then(|(name, index)| Some((name, index.parse().ok()?)));
+    let indexed = column.strip_suffix(']');
+    let indexed = indexed.and_then(|rest| rest.rsplit_once('['));
+    let indexed = indexed.and_then(|(name, index)| Some((name, index.parse().ok()?)));
     indexed.map_or((column, None), |(name, index)| (name, Some(index)))
 }
 

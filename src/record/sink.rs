@@ -111,9 +111,6 @@ impl RerunSink {
     /// [`RecordError::NoOutput`], [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Address`],
     /// [`RecordError::Spawn`], [`RecordError::Viewer`].
     pub fn new(output: &Output, spec: RecordSpec) -> Result<Self, RecordError> {
-        if *output == Output::default() {
-            return Err(RecordError::NoOutput);
-        }
         check_memory()?;
         // The viewer first, so that no part file is created if it is missing.
         let address = match &output.connect {

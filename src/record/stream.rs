@@ -128,9 +128,8 @@ impl RecordingStream {
 
     /// The value of a result; keeps the first error.
     pub fn check<T, E: Display>(&self, result: Result<T, E>) -> Option<T> {
-        result
-            .inspect_err(|error| self.fail(RecordError::Encode(error.to_string())))
-            .ok()
+        let fault = |error: &E| self.fail(RecordError::Encode(error.to_string()));
+        result.inspect_err(fault).ok()
     }
 
     /// Keeps an error unless there is one.
@@ -273,8 +272,8 @@ impl RecordingStream {
     fn send_chunk(&self, chunk: Result<Chunk, ChunkError>) {
         let message = chunk.and_then(|chunk| chunk.to_arrow_msg());
         if let Some(message) = self.check(message) {
-            self.sink
-                .send(LogMsg::ArrowMsg(self.store.clone(), message));
+            let message = LogMsg::ArrowMsg(self.store.clone(), message);
+            self.sink.send(message);
         }
     }
 }

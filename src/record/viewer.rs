@@ -208,37 +208,30 @@ impl Feed {
     /// is called if the user would notice the wait.
     pub fn drain(&self, waiting: impl FnOnce()) -> bool {
         self.end();
-        if let Ok(served) = self.ended.recv_timeout(QUIET_WAIT) {
-            self.shared.set_away(!served);
-            return served;
-        }
-        waiting();
-        let served = self
-            .shared
-            .wait(&self.ended, CLOSE_TIMEOUT)
-            .unwrap_or(false);
-        self.shared.set_away(!served);
-        served
+        let at_once = self.ended.recv_timeout(QUIET_WAIT).ok();
+        let served = at_once.or_else(|| {
+            waiting();
+            self.shared.wait(&self.ended, CLOSE_TIMEOUT)
+        });
+        self.shared.set_away(served != Some(true));
+        served == Some(true)
     }
 }
 
 /// Serves viewers at an address one after the other; returns whether the last one has everything.
 fn feed(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
-    loop {
-        if serve(file, address, shared) {
-            return true;
-        }
+    while !serve(file, address, shared) {
         shared.set_away(true);
-        loop {
+        let mut is_reachable = false;
+        while !is_reachable {
             if shared.finished.load(Ordering::Acquire) {
                 return false;
             }
             thread::sleep(RECONNECT_EVERY);
-            if check_reachable(address).is_ok() {
-                break;
-            }
+            is_reachable = check_reachable(address).is_ok();
         }
     }
+    true
 }
 
 /// Sends the file from start to end; returns whether the viewer has all of it.

@@ -55,6 +55,13 @@ impl PatchSnapshot {
     pub fn count(&self, state: NodeState) -> usize {
         self.states.iter().filter(|&&s| s == state).count()
     }
+
+    /// Normal force and friction on the ball, N, each summed over the nodes.
+    pub fn forces(&self) -> [f64; 2] {
+        let friction = (0..3).map(|c| self.friction.iter().map(|f| f[c]).sum::<f64>());
+        let friction = friction.map(|c| c * c).sum::<f64>().sqrt();
+        [self.normal_force.iter().sum(), friction]
+    }
 }
 
 /// Counts of the shown contact nodes at one instant.

@@ -43,9 +43,9 @@ const LAST: &[&str] = &["solver", "about"];
 pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec, first: usize) {
     let run = Run { header, spec };
     let tabs = |keys: &[&str]| -> Vec<Part> {
-        let tabs = keys.iter().filter(|key| run.has_tab(key));
-        tabs.filter_map(|key| tab(key, &mut |name| run.view(name)))
-            .collect()
+        let keys = keys.iter().filter(|key| run.has_tab(key));
+        let tabs = keys.filter_map(|key| tab(key, &mut |name| run.view(name)));
+        tabs.collect()
     };
     let (mut shown, speed) = match &header.subject {
         Subject::Joint(_) => (tabs(JOINT), JOINT_SPEED),
