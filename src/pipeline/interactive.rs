@@ -5,19 +5,119 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
+use serde::{Deserialize, Serialize};
 
 use super::PipelineError;
 use super::message::{DisplayRates, Frame, Header, Kick};
-use super::pending::{PendingCommands, RunCommand, TooManyKicks};
 use super::{Simulation, Source};
 use crate::dynamics::DynamicsError;
 use crate::number::trimmed;
-use crate::scene::Scene;
+use crate::scene::{Parameter, Scene};
 
 /// Maximum lag behind the playback speed. A run that lags more does not try to catch up.
 const MAX_LAG: Duration = Duration::from_millis(150);
 /// Wall time over which the playback speed is measured.
 const SPEED_WINDOW: Duration = Duration::from_millis(500);
+
+/// A state of a run at a sample. A run of the same scene continues from it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunState {
+    /// Simulated time, s: schedules of the scene continue there.
+    pub time_s: f64,
+    /// Modal coordinates, modal velocities and states of friction, as the integrator has them.
+    pub values: Vec<f64>,
+    /// Phase of the drive of a small system at the time 0, rad: a change of the drive frequency shifts it.
+    #[serde(default)]
+    pub drive_phase: f64,
+}
+
+/// A command to an interactive run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunCommand {
+    /// Start at the time of a state and from it. Only before the first frame.
+    Continue(RunState),
+    /// Change a number of the scene, in the unit of a scene file; see
+    /// [`Simulation::set`].
+    Set(Parameter, f64),
+    /// Add a random velocity to each mode; see [`Simulation::kick`].
+    Kick {
+        /// Standard deviation, sqrt(kg) m/s.
+        size: f64,
+        /// Seed of the random numbers.
+        seed: u64,
+    },
+    /// Pause the simulation.
+    Pause,
+    /// Resume the simulation.
+    Resume,
+    /// Compute one frame, then pause.
+    Step,
+    /// Set the playback speed: simulated seconds per second of wall time, above 0.
+    Speed(f64),
+    /// End the run.
+    End,
+}
+
+/// Maximum number of kicks per frame.
+pub const MAX_KICKS_PER_FRAME: usize = 4;
+
+/// Too many kicks: the next frame already has the maximum number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a frame accepts at most {MAX_KICKS_PER_FRAME} kicks; kick again after the next frame")]
+pub struct TooManyKicks;
+
+/// Pending commands since the last frame, combined, see [`RunHandle::send`]. A single step pauses the
+/// run, and a resume cancels it; several steps are one. Kicks follow the changed numbers. An end is final.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct PendingCommands {
+    /// State from which the run starts; its own start by default.
+    start: Option<RunState>,
+    /// Changed numbers with their values in the unit of a scene file, each number once.
+    values: Vec<(Parameter, f64)>,
+    /// Size (sqrt(kg) m/s) and seed of each kick.
+    kicks: Vec<(f64, u64)>,
+    control: Control,
+    /// The scene of the run once it has refused a number.
+    refusal: Option<Scene>,
+}
+
+/// Commands that apply immediately, even while the run is paused.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Control {
+    pause: Option<bool>,
+    step: bool,
+    /// Playback speed, simulated seconds per second of wall time.
+    speed: Option<f64>,
+    end: bool,
+}
+
+impl PendingCommands {
+    /// Adds a command.
+    ///
+    /// # Errors
+    /// [`TooManyKicks`]; nothing has changed.
+    fn add(&mut self, command: RunCommand) -> Result<(), TooManyKicks> {
+        let control = &mut self.control;
+        match command {
+            RunCommand::Continue(state) => self.start = Some(state),
+            RunCommand::Set(parameter, value) => {
+                self.values.retain(|(known, _)| *known != parameter);
+                self.values.push((parameter, value));
+            }
+            RunCommand::Kick { .. } if self.kicks.len() >= MAX_KICKS_PER_FRAME => {
+                return Err(TooManyKicks);
+            }
+            RunCommand::Kick { size, seed } => self.kicks.push((size, seed)),
+            RunCommand::Pause => control.pause = Some(true),
+            RunCommand::Resume => (control.pause, control.step) = (Some(false), false),
+            RunCommand::Step => (control.pause, control.step) = (Some(true), true),
+            RunCommand::Speed(speed) => control.speed = Some(speed),
+            RunCommand::End => control.end = true,
+        }
+        Ok(())
+    }
+}
 
 /// Present state of an interactive run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +158,7 @@ impl RunHandle {
 
     /// Sends a command, which takes effect before the next frame. Commands sent between two frames are combined: of several
     /// values of one number, playback speeds, or pause and resume commands, the last one applies; kicks add up to
-    /// [`MAX_KICKS_PER_FRAME`](super::MAX_KICKS_PER_FRAME).
+    /// [`MAX_KICKS_PER_FRAME`].
     ///
     /// # Errors
     /// [`TooManyKicks`].

@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 use super::*;
 use crate::pipeline::control_tests::wide_patch;
 use crate::pipeline::message::Record;
-use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, Simulation};
-use crate::scene::{AnalysisSpec, Parameter, Scene};
+use crate::pipeline::{Analyser, Simulation};
+use crate::scene::AnalysisSpec;
 
 fn interactive(scene: &str, speed: f64) -> (InteractiveSource, RunHandle) {
     let scene = Scene::load(scene).unwrap().without_analyses();
@@ -309,4 +309,64 @@ fn a_number_that_a_run_cannot_take_is_refused() {
         assert!(!frame.changed.iter().any(|(p, _)| *p == Parameter::tilt()));
         assert_eq!(handle.take_refusal(), Some(before));
     }
+}
+
+#[test]
+fn a_million_commands_are_combined_into_a_few() {
+    let mut pending = PendingCommands::default();
+    let mut refused = 0;
+    for k in 0..1_000_000_u64 {
+        let x = k as f64;
+        let kick = RunCommand::Kick { size: x, seed: k };
+        for command in [
+            RunCommand::Set(Parameter::tilt(), x),
+            RunCommand::Pause,
+            RunCommand::Speed(1.0 + x),
+            kick,
+        ] {
+            refused += u64::from(pending.add(command).is_err());
+        }
+    }
+    assert_eq!(refused, 1_000_000 - MAX_KICKS_PER_FRAME as u64);
+    let expected = PendingCommands {
+        start: None,
+        refusal: None,
+        values: vec![(Parameter::tilt(), 999_999.0)],
+        kicks: (0..MAX_KICKS_PER_FRAME as u64)
+            .map(|k| (k as f64, k))
+            .collect(),
+        control: Control {
+            pause: Some(true),
+            speed: Some(1e6),
+            ..Control::default()
+        },
+    };
+    assert_eq!(pending, expected);
+}
+
+#[test]
+fn the_last_of_pause_step_and_resume_counts() {
+    let after = |commands: &[RunCommand]| {
+        let mut pending = PendingCommands::default();
+        for command in commands {
+            pending.add(command.clone()).unwrap();
+        }
+        (pending.control.pause, pending.control.step)
+    };
+    assert_eq!(
+        after(&[RunCommand::Pause, RunCommand::Resume]),
+        (Some(false), false)
+    );
+    assert_eq!(
+        after(&[RunCommand::Step, RunCommand::Resume]),
+        (Some(false), false)
+    );
+    assert_eq!(
+        after(&[RunCommand::Resume, RunCommand::Step]),
+        (Some(true), true)
+    );
+    assert_eq!(
+        after(&[RunCommand::Step, RunCommand::Pause]),
+        (Some(true), true)
+    );
 }

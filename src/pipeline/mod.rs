@@ -12,10 +12,7 @@ mod interactive;
 mod joint_body;
 pub mod message;
 mod motion_changes;
-mod patch;
-mod pending;
 mod prepare;
-mod record_sender;
 mod run;
 mod sensitivity;
 #[cfg(test)]
@@ -33,13 +30,15 @@ pub use analyse::Analyser;
 pub use endpoints::{Sink, SinkError, Source, Tee};
 pub use error::PipelineError;
 pub use motion_changes::ChangeDetector;
-pub use pending::{MAX_KICKS_PER_FRAME, RunCommand, RunState, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare};
 pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.
 #[cfg(feature = "live")]
 pub(crate) use interactive::lock;
-pub use interactive::{InteractiveSource, RunHandle, RunStatus};
+pub use interactive::{
+    InteractiveSource, MAX_KICKS_PER_FRAME, RunCommand, RunHandle, RunState, RunStatus,
+    TooManyKicks,
+};
 pub use run::{Monitor, drive, run};
 #[cfg(feature = "live")]
 pub(crate) use run::{joined, panic_message};

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use super::computed;
 use super::endpoints::Source;
+use super::interactive::RunState;
 use super::joint_body::JointBody;
 use super::message::{DisplayRates, Frame, Header, MechanismPrediction, SmallInfo, Subject};
-use super::pending::RunState;
 use super::prepare::{boxed, kick, small_integrator, small_probe};
 use super::sensitivity::{SensitivityTracker, with_tangents};
 use super::{PipelineError, small_body};
