@@ -54,12 +54,8 @@ pub struct BranchArgs {
     /// Follow the torus beyond each supercritical Neimark-Sacker point of an attracting orbit at N values up to the end of
     /// the interval: base frequencies, rotation number, phase-locked tongues, doubling. Each value needs about two
     /// seconds of simulated time.
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "equilibria",
-        value_parser = value_parser!(u32).range(1..=10_000)
-    )]
+    #[arg(long, value_name = "N", conflicts_with = "equilibria",
+        value_parser = value_parser!(u32).range(1..=10_000))]
     pub tori: Option<u32>,
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]

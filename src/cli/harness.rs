@@ -16,9 +16,7 @@ use serde::Serialize;
 use super::console::{print, print_warning};
 use super::error::CliError;
 use super::figures::{FigureArgs, FigureStyle};
-use super::output::{
-    Kind, Overwrite, check_apart, check_directory, is_stdout, refused, resolved, used_twice,
-};
+use super::output::{Kind, Overwrite, check_directory, is_stdout, refused, resolved, used_twice};
 use super::{interrupt, resources};
 use crate::export;
 use crate::number::size;
@@ -145,7 +143,11 @@ impl<'a> Outputs<'a> {
             checked = checked.file(FIGURES, Kind::FIGURE, Some(path))?;
         } else {
             check_directory(path, FIGURES, &drawn.names(&stems), checked.force)?;
-            check_apart(path, FIGURES, &checked.files)?;
+            // No file may have the path of the directory or of one above it.
+            let is_above = |file: &PathBuf| path.ancestors().any(|a| *file == resolved(a));
+            if let Some((other, _)) = checked.files.iter().find(|(_, file)| is_above(file)) {
+                return Err(used_twice(path, FIGURES, other));
+            }
         }
         checked.figures = Some(Figures {
             path,

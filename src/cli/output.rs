@@ -162,22 +162,6 @@ fn check_name(path: &Path, option: &str) -> Result<(), CliError> {
     }
 }
 
-/// Checks that no output file has the path of a directory that will be created.
-///
-/// # Errors
-/// If an output file has the path of the directory or of one of its ancestors.
-pub fn check_apart(
-    directory: &Path,
-    option: &str,
-    files: &[(&str, PathBuf)],
-) -> Result<(), CliError> {
-    let is_above = |file: &PathBuf| directory.ancestors().any(|a| *file == resolved(a));
-    match files.iter().find(|(_, file)| is_above(file)) {
-        Some((other, _)) => Err(used_twice(directory, option, other)),
-        None => Ok(()),
-    }
-}
-
 /// Resolves the links of a path, or those of its directory if the file does not exist.
 pub fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {

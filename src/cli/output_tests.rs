@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::*;
+use crate::cli::figures::{FigureArgs, PIXELS};
 use crate::cli::harness::{OutputArgs, Outputs};
 use crate::export::replace_file;
 
@@ -86,14 +87,18 @@ fn directories_may_exist_but_files_of_that_name_are_refused() {
 #[test]
 fn a_new_directory_and_a_file_cannot_share_a_path() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
-    let file = check_file(&new, "--csv").expect("writable");
+    let [new, below, other] =
+        ["new.csv", "new.csv/figures", "other"].map(|name| folder.path().join(name));
+    let check = |directory: &Path| {
+        let (args, mut figures) = (OutputArgs::default(), FigureArgs::default());
+        figures.path = Some(directory.to_owned());
+        let outputs = Outputs::new(None, &args).file("--csv", Kind::CSV, Some(&new))?;
+        outputs.figures(&figures, PIXELS, ["a"]).map(drop)
+    };
     for directory in [&new, &below] {
-        let clash = check_apart(directory, "--png", &[("--csv", file.clone())]);
-        assert!(message(clash).contains("is used for two outputs"));
+        assert!(message(check(directory)).contains("is used for two outputs (--figures, --csv)"));
     }
-    let other = folder.path().join("other");
-    check_apart(&other, "--png", &[("--csv", file)]).expect("apart");
+    check(&other).expect("apart");
 }
 
 #[test]

@@ -16,6 +16,7 @@ use super::harness::{Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
+use crate::chain_of_causes;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
@@ -196,12 +197,7 @@ fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
 fn report_partial_recording(part: &Path, fault: &PipelineError, notify: impl Fn(&str)) {
     let has_data = std::fs::metadata(part).is_ok_and(|metadata| metadata.len() > 0);
     let path = part.display().to_string();
-    let causes = std::iter::successors(Some(fault as &dyn std::error::Error), |cause| {
-        cause.source()
-    });
-    let is_named = causes
-        .map(ToString::to_string)
-        .any(|message| message.contains(&path));
+    let is_named = chain_of_causes(fault).contains(&path);
     if has_data && !is_named {
         notify(&format!(
             "the recording up to the failure can be opened: {path}"

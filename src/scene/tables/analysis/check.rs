@@ -1,8 +1,8 @@
 //! Consistency checks of the analyses with each other, the samples and the modes.
 
 use super::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
-    RecurrenceSpec, SectionSurface, StateCoordinate, ThresholdSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
+    SectionSurface, StateCoordinate, ThresholdSpec,
 };
 use crate::analysis::recurrence::Threshold;
 use crate::scene::document::{Document, FromTable, Table};
@@ -21,11 +21,21 @@ pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<Analysis
         of("analysis.spectrum").window(spec.window)?;
     }
     if let Some(spec) = &analysis.spectrogram {
-        of("analysis.spectrogram").window(spec.window)?;
-        of("analysis.spectrogram").spectrogram(spec.max_frequency)?;
+        let checks = of("analysis.spectrogram");
+        checks.window(spec.window)?;
+        let (highest, half) = (spec.max_frequency / 1e3, rate / 2e3);
+        ensure!(checks.table,
+            spec.max_frequency <= rate / 2.0 => "max_frequency_khz", &["time.sample_rate_khz"];
+            "{highest} kHz exceeds the Nyquist frequency of {half} kHz";
+            "reduce it, or increase time.sample_rate_khz");
     }
     if let Some(spec) = &analysis.delay {
-        of("analysis.delay").delay(spec)?;
+        let checks = of("analysis.delay");
+        checks.window(spec.window)?;
+        checks.at_least_a_sample("max_lag_us", spec.largest_lag)?;
+        // The criterion for the last dimension uses one more delay.
+        let reach = spec.largest_dimension as f64 * spec.largest_lag;
+        checks.leaves_half_of_window(spec.window, reach, &["max_lag_us", "max_dimension"])?;
     }
     if let Some(spec) = &analysis.recurrence {
         of("analysis.recurrence").recurrence(spec)?;
@@ -43,7 +53,15 @@ pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<Analysis
         of("analysis.regime").window(spec.window)?;
     }
     if let Some(spec) = &mut analysis.exponents {
-        of("analysis.lyapunov").exponents(spec, 2 * modes)?;
+        let table = document.table("analysis.lyapunov");
+        let (count, dimension) = (spec.count, 2 * modes);
+        // The default count is for joints with many modes.
+        let is_explicit = table.has("count") && count < usize::MAX;
+        ensure!(table,
+            count <= dimension || !is_explicit => "count", &["body.bending_pairs", "body.torsion_modes", "body.axial_modes"];
+            "{count} exponents exceed the dimension {dimension} of the phase space";
+            "reduce count, or set it to \"all\"");
+        spec.count = count.min(dimension);
     }
     Ok(analysis)
 }
@@ -59,23 +77,6 @@ struct Checks<'d> {
 }
 
 impl Checks<'_> {
-    fn spectrogram(&self, max_frequency: f64) -> Result<(), SceneError> {
-        let (highest, half) = (max_frequency / 1e3, self.rate / 2e3);
-        ensure!(self.table,
-            max_frequency <= self.rate / 2.0 => "max_frequency_khz", &["time.sample_rate_khz"];
-            "{highest} kHz exceeds the Nyquist frequency of {half} kHz";
-            "reduce it, or increase time.sample_rate_khz");
-        Ok(())
-    }
-
-    fn delay(&self, spec: &DelaySpec) -> Result<(), SceneError> {
-        self.window(spec.window)?;
-        self.at_least_a_sample("max_lag_us", spec.largest_lag)?;
-        // The criterion for the last dimension uses one more delay.
-        let reach = spec.largest_dimension as f64 * spec.largest_lag;
-        self.leaves_half_of_window(spec.window, reach, &["max_lag_us", "max_dimension"])
-    }
-
     fn recurrence(&self, spec: &RecurrenceSpec) -> Result<(), SceneError> {
         self.window(spec.window)?;
         self.recurrence_criterion(&spec.criterion, spec.size)?;
@@ -136,32 +137,15 @@ impl Checks<'_> {
     fn chaos(&self, spec: &ChaosSpec) -> Result<(), SceneError> {
         self.window(spec.window)?;
         self.embedding(&spec.embedding)?;
-        let [lag, dimension] = match self.delay {
-            Some(delay) => [delay.largest_lag, delay.largest_dimension as f64],
-            None => [0.0, 1.0],
+        let (lag, dimension) = match self.delay {
+            Some(delay) => (delay.largest_lag, delay.largest_dimension),
+            None => (0.0, 1),
         };
         let lag = spec.embedding.lag.unwrap_or(lag);
-        let dimension = spec
-            .embedding
-            .dimension
-            .map(|m| m as f64)
-            .unwrap_or(dimension);
-        let reach = (dimension - 1.0) * lag + spec.theiler + spec.horizon;
+        let dimension = spec.embedding.dimension.unwrap_or(dimension);
+        let reach = (dimension as f64 - 1.0) * lag + spec.theiler + spec.horizon;
         let reaching = ["lag_us", "dimension", "theiler_us", "horizon_ms"];
         self.leaves_half_of_window(spec.window, reach, &reaching)
-    }
-
-    /// Limits the number of exponents to the dimension of the phase space.
-    fn exponents(&self, spec: &mut LyapunovSpec, dimension: usize) -> Result<(), SceneError> {
-        let count = spec.count;
-        // The default count is for joints with many modes.
-        let is_explicit = self.table.has("count") && count < usize::MAX;
-        ensure!(self.table,
-            count <= dimension || !is_explicit => "count", &["body.bending_pairs", "body.torsion_modes", "body.axial_modes"];
-            "{count} exponents exceed the dimension {dimension} of the phase space";
-            "reduce count, or set it to \"all\"");
-        spec.count = count.min(dimension);
-        Ok(())
     }
 
     /// A window must contain enough samples.
