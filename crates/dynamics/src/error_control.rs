@@ -60,24 +60,14 @@ impl Accuracy {
 /// Properties of a method that step control and event location use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MethodTraits {
-    /// Exponents of the PI controller.
-    pub gain: Gain,
+    /// Exponents of the PI controller: of the error ratio of an accepted step, of that of the preceding step, and of that of
+    /// a rejected step.
+    pub gain: [f64; 3],
     /// Number of subintervals of a step that event location samples five times each. One suffices for
     /// dense output of order 4, which five values determine; higher orders need more.
     pub pieces: usize,
     /// Whether a step may contract a direction by orders of magnitude.
     pub is_stiff: bool,
-}
-
-/// Exponents of the PI controller.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Gain {
-    /// Exponent of the error ratio of an accepted step.
-    pub error: f64,
-    /// Exponent of the error ratio of the preceding step.
-    pub previous: f64,
-    /// Exponent of the error ratio of a rejected step.
-    pub rejection: f64,
 }
 
 /// Norms of the parts of a state or of an error: of the modal part, in the unit of a modal velocity, of the first-order

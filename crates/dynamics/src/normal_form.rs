@@ -23,27 +23,24 @@ use nalgebra::DVector;
 pub(crate) type RealVector = DVector<f64>;
 pub(crate) type ComplexVector = DVector<c64>;
 
-/// Second and third derivatives.
-pub(crate) trait Derivatives {
-    /// `B(u, u)` and `C(u, u, u)` for a direction `u`; `None` if they cannot be evaluated.
-    fn along(&mut self, direction: &RealVector) -> Option<[RealVector; 2]>;
-}
+/// Second and third derivatives: `B(u, u)` and `C(u, u, u)` for a direction `u`; `None` if they cannot be evaluated.
+pub(crate) type Derivatives<'a> = &'a mut dyn FnMut(&RealVector) -> Option<[RealVector; 2]>;
 
 /// `B(a, b)`, from the sum and the difference of the directions.
-fn second(of: &mut dyn Derivatives, a: &RealVector, b: &RealVector) -> Option<RealVector> {
+fn second(of: Derivatives<'_>, a: &RealVector, b: &RealVector) -> Option<RealVector> {
     let size = a.norm() * b.norm();
     if size == 0.0 {
         return Some(RealVector::zeros(a.len()));
     }
     let (a, b) = (a.normalize(), b.normalize());
-    let [sum, _] = of.along(&(&a + &b))?;
-    let [difference, _] = of.along(&(a - b))?;
+    let [sum, _] = of(&(&a + &b))?;
+    let [difference, _] = of(&(a - b))?;
     Some((sum - difference) * (0.25 * size))
 }
 
 /// `B(a, b)` for complex directions.
 fn complex_second(
-    of: &mut dyn Derivatives,
+    of: Derivatives<'_>,
     a: &ComplexVector,
     b: &ComplexVector,
 ) -> Option<ComplexVector> {
@@ -90,12 +87,12 @@ impl Critical {
     }
 
     /// The coefficient of a pair, and the sum of the sizes of the terms of `p* C(q, q, q*)`.
-    pub fn of_pair(&self, of: &mut dyn Derivatives) -> Option<(c64, f64)> {
+    pub fn of_pair(&self, of: Derivatives<'_>) -> Option<(c64, f64)> {
         let [a, b] = parts(&self.right);
-        let [aa, aaa] = of.along(&a)?;
-        let [bb, bbb] = of.along(&b)?;
-        let [sum2, sum3] = of.along(&(&a + &b))?;
-        let [difference2, difference3] = of.along(&(&a - &b))?;
+        let [aa, aaa] = of(&a)?;
+        let [bb, bbb] = of(&b)?;
+        let [sum2, sum3] = of(&(&a + &b))?;
+        let [difference2, difference3] = of(&(&a - &b))?;
         let ab = (sum2 - difference2) * 0.25;
         let aab = (&sum3 - &difference3 - &bbb * 2.0) / 6.0;
         let abb = (sum3 + difference3 - &aaa * 2.0) / 6.0;
@@ -112,10 +109,10 @@ impl Critical {
     }
 
     /// The coefficient of a period doubling.
-    pub fn of_flip(&self, of: &mut dyn Derivatives) -> Option<f64> {
+    pub fn of_flip(&self, of: Derivatives<'_>) -> Option<f64> {
         let [a, _] = parts(&self.right);
         let zero = RealVector::zeros(a.len());
-        let [quadratic, cubic] = of.along(&a)?;
+        let [quadratic, cubic] = of(&a)?;
         let [steady, _] = parts(&self.solved(0, &joined(&quadratic, &zero)));
         let total = cubic + second(of, &a, &steady)? * 3.0;
         Some(self.left.dotc(&joined(&total, &zero)).re / 6.0)

@@ -252,17 +252,15 @@ impl Stepper for RungeKutta {
             }
         }
         block.end.copy_from_slice(&block.start);
-        if is_shortened {
+        let weights = if is_shortened {
             let offset = self.step.end_time - self.step.start_time;
-            let weights = tableau.weights(offset / h);
-            accumulate(&mut block.end, h, &block.slopes, &weights[..stages]);
             self.form.prepare_sample(offset);
-            self.form.push_forward(stages, &mut block.end, width);
+            &tableau.weights(offset / h)[..stages]
         } else {
-            let weights = &tableau.stages[tableau.end][..tableau.end];
-            accumulate(&mut block.end, h, &block.slopes, weights);
-            self.form.push_forward(tableau.end, &mut block.end, width);
-        }
+            &tableau.stages[stages][..stages]
+        };
+        accumulate(&mut block.end, h, &block.slopes, weights);
+        self.form.push_forward(stages, &mut block.end, width);
     }
 }
 

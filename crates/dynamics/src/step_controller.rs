@@ -4,11 +4,11 @@
 //! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
 //! II.4 and their code DOPRI5). If a step has the error ratio `e` and its predecessor had `e'`, the step
 //! is multiplied by `0.9 e^-a e'^b`, limited to 0.2 to 5, with `a = 0.17` and `b = 0.04` for pairs of
-//! order 5(4) ([`Gain`]). A small change of the step is not applied, because an unchanged step lets the
+//! order 5(4) ([`MethodTraits`](super::error_control::MethodTraits)). A small change of the step is not applied, because an unchanged step lets the
 //! exponential methods reuse their tables.
 
 use super::auto::Steppers;
-use super::error_control::{Accuracy, Gain, StateNorm};
+use super::error_control::{Accuracy, StateNorm};
 use super::stepper::{Law, Step, Stepper};
 use super::{DynamicsError, System};
 
@@ -205,11 +205,11 @@ impl StepController {
     }
 
     /// Updates an adaptive step after an accepted step of full length.
-    fn accept(&mut self, ratio: f64, gain: Gain) {
+    fn accept(&mut self, ratio: f64, [gain, by_previous, _]: [f64; 3]) {
         if self.accuracy.is_none() {
             return;
         }
-        let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
+        let mut factor = (0.9 * ratio.powf(-gain) * self.previous.powf(by_previous))
             .clamp(Self::SHRINK, Self::GROW);
         if self.rejected {
             factor = factor.min(1.0);
@@ -224,11 +224,11 @@ impl StepController {
 
     /// Reduces an adaptive step after a rejected step of length `h` (s) from time `t` (s). The ratio may be infinite or NaN.
     /// Returns whether it can be reduced.
-    fn reject(&mut self, t: f64, h: f64, ratio: f64, gain: Gain) -> bool {
+    fn reject(&mut self, t: f64, h: f64, ratio: f64, [_, _, gain]: [f64; 3]) -> bool {
         if self.accuracy.is_none() {
             return false;
         }
-        let factor = 0.9 * ratio.powf(-gain.rejection);
+        let factor = 0.9 * ratio.powf(-gain);
         self.step = h * if factor > Self::SHRINK {
             factor
         } else {

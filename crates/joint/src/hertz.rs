@@ -37,11 +37,8 @@ impl JointSpec {
         match &self.body {
             BodySpec::BallOnBeam(body) if self.pressure.is_none() => {
                 let radius = self.contact.radius_factor * body.hertz(&self.socket, load).radius;
-                Some(
-                    (radius / (0.5 * body.geometry.ball_diameter))
-                        .min(1.0)
-                        .asin(),
-                )
+                let sine = radius / (0.5 * body.geometry.ball_diameter);
+                Some(sine.min(1.0).asin())
             }
             _ => None,
         }

@@ -21,12 +21,14 @@ pub const PUBLISHED: Families = Families {
 };
 
 /// The dimensions in the paper, which does not state where the length of the beam ends.
-const GEOMETRY: Geometry = Geometry {
-    ball_diameter: 31.75e-3,
-    beam_diameter: 20e-3,
-    beam_length: 200e-3,
-    reading: LengthReading::ToSphere,
-};
+fn geometry(reading: LengthReading) -> Geometry {
+    Geometry {
+        ball_diameter: 31.75e-3,
+        beam_diameter: 20e-3,
+        beam_length: 200e-3,
+        reading,
+    }
+}
 
 /// The steel of ball and beam.
 const MATERIAL: Material = Material {
@@ -39,12 +41,7 @@ impl BallOnBeam {
     /// Whether dimensions and material are those of the body whose natural frequencies are published, with either
     /// end of the beam length.
     pub fn is_published(&self) -> bool {
-        let reading = self.geometry.reading;
-        let published = Geometry {
-            reading,
-            ..GEOMETRY
-        };
-        self.geometry == published && self.material == MATERIAL
+        self.geometry == geometry(self.geometry.reading) && self.material == MATERIAL
     }
 }
 
@@ -83,12 +80,8 @@ pub(super) fn natural_frequencies(
 /// The finite-element modes of the published body, with the same end of the beam length. The default elements
 /// resolve it, whatever those of the other body are.
 fn published_body(body: &BallOnBeam) -> Result<Arc<BodyModes>, FemError> {
-    let geometry = Geometry {
-        reading: body.geometry.reading,
-        ..GEOMETRY
-    };
     body_modes(&BallOnBeam {
-        geometry,
+        geometry: geometry(body.geometry.reading),
         material: MATERIAL,
         elements: Elements::default(),
         ..body.clone()

@@ -66,15 +66,10 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
         |(power, column): &(f64, &Vec<f64>)| *power > f64::EPSILON * column.iter().sum::<f64>();
     let columns = powers.iter().map(|column| (power(column), column));
     let columns: Vec<(f64, &Vec<f64>)> = columns.filter(sounds).collect();
-    let quiet = order_statistic(
-        columns.iter().map(|c| c.0).collect(),
-        columns.len().div_ceil(QUIET_PART),
-    );
-    let quiet: Vec<&Vec<f64>> = columns
-        .iter()
-        .filter(|c| c.0 <= 4.0 * quiet)
-        .map(|c| c.1)
-        .collect();
+    let all = columns.iter().map(|c| c.0).collect();
+    let most = 4.0 * order_statistic(all, columns.len().div_ceil(QUIET_PART));
+    let quiet = columns.iter().filter(|c| c.0 <= most).map(|c| c.1);
+    let quiet: Vec<&Vec<f64>> = quiet.collect();
     let bins = powers[0].len();
     let median_of = |k: usize| median(quiet.iter().map(|column| column[k]));
     let medians: Vec<f64> = (0..bins).map(median_of).collect();

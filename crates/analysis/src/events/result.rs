@@ -1,7 +1,5 @@
 //! What the search for tonal events returns.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -51,26 +49,18 @@ pub struct Vibrato {
 }
 
 /// Kind of an event.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "lowercase")]
 pub enum EventKind {
     /// A sustained tone, such as a squeak.
     #[default]
     Tone,
     /// Noise of a resonance: level and phase fluctuate.
+    #[strum(to_string = "narrow-band noise")]
     NarrowBandNoise,
     /// A series of bursts of a resonance: creak, chatter, rattle.
     Bursts,
-}
-
-impl fmt::Display for EventKind {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::Tone => "tone",
-            Self::NarrowBandNoise => "narrow-band noise",
-            Self::Bursts => "bursts",
-        })
-    }
 }
 
 /// A tonal event: a sustained tone with its harmonics, from a start to an end. The frequency may drift and

@@ -62,6 +62,7 @@ impl RecurrenceImage {
             ..*criterion
         };
         let recurrences = Recurrences::of(&states, &criterion)?;
+        let measures = recurrences.counts().measures(2, 2, RateBase::Counted);
         let row = |i| distances(criterion.norm, &states, 0..size, states.vector(i));
         let unrooted: Vec<f64> = (0..size).flat_map(row).collect();
         let rows = unrooted.chunks(size);
@@ -73,10 +74,7 @@ impl RecurrenceImage {
             recurrent: pairs.map(pixel).collect(),
             distance: shades(&unrooted, criterion.norm),
             threshold: recurrences.distance(),
-            rate: recurrences
-                .counts()
-                .measures(2, 2, RateBase::Counted)
-                .recurrence_rate,
+            rate: measures.recurrence_rate,
             lag: vectors.lag() as f64 * dt,
             dimension: vectors.dimension(),
         })

@@ -1,7 +1,5 @@
 //! Regimes and the evidence for them.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strum::{Display, VariantArray};
@@ -77,32 +75,23 @@ impl Evidence {
 }
 
 /// What the signal leaves open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, Display)]
 #[serde(rename_all = "kebab-case")]
 pub enum Limitation {
     /// The record contains too few periods or samples.
+    #[strum(to_string = "The record contains too few periods or samples.")]
     TooShort,
     /// No regime is likely enough.
+    #[strum(to_string = "No type of motion is likely enough.")]
     NoEvidence,
     /// The lines are those of a modulated tone: the modulation may be imposed from outside, and is then not a
     /// second frequency of the motion itself.
+    #[strum(
+        to_string = "The lines are those of a modulated tone; this signal alone does not show whether \
+                     the modulation is imposed from outside or is a second frequency of the motion itself."
+    )]
     Modulation,
     /// The side lines are those of a slow modulation of one tone.
+    #[strum(to_string = "The tone is modulated slowly: its side lines are no second frequency.")]
     Modulated,
-}
-
-impl fmt::Display for Limitation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::TooShort => "The record contains too few periods or samples.",
-            Self::NoEvidence => "No type of motion is likely enough.",
-            Self::Modulated => {
-                "The tone is modulated slowly: its side lines are no second frequency."
-            }
-            Self::Modulation => {
-                "The lines are those of a modulated tone; this signal alone does not show whether the \
-                 modulation is imposed from outside or is a second frequency of the motion itself."
-            }
-        })
-    }
 }

@@ -188,11 +188,8 @@ fn features(
 
 /// The verdict of the model.
 fn verdict(features: Features) -> Verdict {
-    let inputs: Vec<f64> = features
-        .inputs
-        .iter()
-        .map(|feature| feature.input)
-        .collect();
+    let inputs = features.inputs.iter().map(|feature| feature.input);
+    let inputs: Vec<f64> = inputs.collect();
     let mut probabilities = MODEL.probabilities(&inputs);
     let mut terms: Vec<Vec<f64>> = MODEL.contributions(&inputs).collect();
     let lines = features.lines;

@@ -157,11 +157,8 @@ impl Flow<'_> {
         // Corrections that do not decrease any more show the error of the integration.
         let noise = 1e3 * self.tolerance();
         let is_noise = last <= noise && last > 0.3 * previous;
-        let allowed = match precision {
-            Precision::Branch => MAX_LAST_CORRECTION,
-            Precision::Location => tolerance,
-        };
-        last <= tolerance || is_noise || last <= allowed && next <= tolerance
+        let is_small = precision == Precision::Branch && last <= MAX_LAST_CORRECTION;
+        last <= tolerance || is_noise || is_small && next <= tolerance
     }
 
     /// Moves the starts of segments onto the constraints of their statuses, such as the velocity of a sticking mass.

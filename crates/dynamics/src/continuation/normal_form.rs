@@ -15,7 +15,7 @@ use super::flow::{Flow, slope_in, with_quadratures};
 use super::point::Point;
 use super::shooting::{Scale, ShootingPoint};
 use super::{ContinuationError, Criticality, MotionBirth, Multiplier};
-use crate::normal_form::{ComplexVector, Critical, Derivatives, RealVector};
+use crate::normal_form::{ComplexVector, Critical, RealVector};
 
 /// First step of the differences, relative to the size of the orbit.
 const STEP: f64 = 0.05;
@@ -42,9 +42,9 @@ impl Flow<'_> {
         let found = (0..STEPS).map(|k| {
             map.step = STEP * 0.5_f64.powi(k);
             if critical.is_real() {
-                pair.of_flip(&mut map)
+                pair.of_flip(&mut |u| map.along(u))
             } else {
-                let (coefficient, _) = pair.of_pair(&mut map)?;
+                let (coefficient, _) = pair.of_pair(&mut |u| map.along(u))?;
                 Some((multiplier.conj() * coefficient).re)
             }
         });
@@ -141,9 +141,8 @@ impl<'a, 'f> ReturnMap<'a, 'f> {
         }
         Ok(self.section.transpose() * distance(&self.scale, &end))
     }
-}
 
-impl Derivatives for ReturnMap<'_, '_> {
+    /// The second and third derivatives of the map along a direction.
     fn along(&mut self, direction: &RealVector) -> Option<[RealVector; 2]> {
         let size = direction.norm();
         if size == 0.0 {

@@ -102,13 +102,8 @@ impl Jacobian {
         law.force_recorded(status, t, z, &mut self.force, &mut self.record);
         let below = &mut self.rows[m * dim..];
         law.product(status, &mut self.record, &self.identity, dim, below);
-        add_linear(
-            law.omega(),
-            law.damping(),
-            &self.identity,
-            &mut self.rows,
-            dim,
-        );
+        let (omega, damping) = (law.omega(), law.damping());
+        add_linear(omega, damping, &self.identity, &mut self.rows, dim);
         &self.rows
     }
 }
@@ -243,12 +238,8 @@ pub fn eigenmodes(matrix: &Mat<f64>) -> Result<Vec<Eigenmode>, EquilibriumError>
 /// derivative of the scaled matrix.
 pub fn eigenvalue_derivative(left: &[c64], slope: &Mat<f64>, right: &[c64]) -> c64 {
     let rows = left.iter().enumerate().map(|(i, y)| {
-        let row: c64 = right
-            .iter()
-            .enumerate()
-            .map(|(j, x)| *x * slope[(i, j)])
-            .sum();
-        y.conj() * row
+        let row = right.iter().enumerate().map(|(j, x)| *x * slope[(i, j)]);
+        y.conj() * row.sum::<c64>()
     });
     rows.sum()
 }

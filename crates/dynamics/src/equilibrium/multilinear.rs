@@ -7,7 +7,7 @@
 //! step with the smallest change is chosen.
 
 use super::Linearised;
-use crate::normal_form::{Derivatives, RealVector};
+use crate::normal_form::RealVector;
 use crate::{Differentiable, System};
 
 /// First and last power of two of the steps, in the scaled coordinates.
@@ -63,10 +63,9 @@ impl<'a> TangentDerivatives<'a> {
             .product(status, &mut self.record, &vector, 1, &mut out);
         RealVector::from_fn(dim, |i, _| if i < m { 0.0 } else { out[i - m] * scale[i] })
     }
-}
 
-impl Derivatives for TangentDerivatives<'_> {
-    fn along(&mut self, direction: &RealVector) -> Option<[RealVector; 2]> {
+    /// The second and third derivatives along a direction.
+    pub fn along(&mut self, direction: &RealVector) -> [RealVector; 2] {
         let centre = self.at(direction, 0.0);
         let size = centre.norm();
         let mut differences = |power: i32| {
@@ -106,10 +105,6 @@ impl Derivatives for TangentDerivatives<'_> {
         }
         let zero = || RealVector::zeros(direction.len());
         let finer = usize::from(self.finer);
-        Some(
-            best.map(|best| {
-                best.map_or_else(zero, |(_, [best, half])| [best, half][finer].clone())
-            }),
-        )
+        best.map(|best| best.map_or_else(zero, |(_, [best, half])| [best, half][finer].clone()))
     }
 }

@@ -51,7 +51,9 @@ impl FirstLyapunov {
         let [(best, size), (again, _)] = [false, true].map(|finer| {
             derivatives.finer = finer;
             let unknown = (c64::new(f64::NAN, f64::NAN), f64::NAN);
-            critical.of_pair(&mut derivatives).unwrap_or(unknown)
+            critical
+                .of_pair(&mut |u| Some(derivatives.along(u)))
+                .unwrap_or(unknown)
         });
         Ok(Self {
             growth: best.re,

@@ -132,15 +132,12 @@ impl Integrator<'_> {
     /// # Errors
     /// Those of [`Integrator::start`].
     pub fn add_perturbed(&mut self, z: &[f64]) -> Result<(), DynamicsError> {
+        let implicit = self.step_controller.implicit;
         let mut integrator = Integrator {
             system: Arc::clone(&self.system),
             stepper: Steppers::new(self.method, &*self.system)?,
             // Steps end where those of the reference trajectory end, whatever the error.
-            step_controller: StepController::new(
-                None,
-                f64::INFINITY,
-                self.step_controller.implicit,
-            ),
+            step_controller: StepController::new(None, f64::INFINITY, implicit),
             events: self.events.clone(),
             tangents: None,
             perturbed: None,

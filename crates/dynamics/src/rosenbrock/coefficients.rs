@@ -12,17 +12,13 @@
 //!                + theta (z(t + h) + (1 - theta) sum_j (p_1j + theta p_2j + theta^2 p_3j) u_j)
 //! ```
 
-use crate::error_control::{Gain, MethodTraits};
+use crate::error_control::MethodTraits;
 
 pub(super) const STAGES: usize = 8;
 
 pub(super) static TRAITS: MethodTraits = MethodTraits {
     // No dependence on the previous error, because a rejected step is expensive.
-    gain: Gain {
-        error: 0.2,
-        previous: 0.0,
-        rejection: 0.2,
-    },
+    gain: [0.2, 0.0, 0.2],
     pieces: 1,
     is_stiff: true,
 };

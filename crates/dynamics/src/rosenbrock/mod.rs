@@ -135,12 +135,8 @@ impl Rosenbrock {
             self.step.stats.rhs_evals += 1;
             self.integrands[place * count..][..count].copy_from_slice(&self.slope[n..]);
         }
-        accumulate(
-            &mut self.step.end[n..],
-            h,
-            &self.integrands,
-            &quadrature::weights(1.0),
-        );
+        let weights = quadrature::weights(1.0);
+        accumulate(&mut self.step.end[n..], h, &self.integrands, &weights);
         for (k, error) in self.step.error[n..].iter_mut().enumerate() {
             let integrand = std::array::from_fn(|place| self.integrands[place * count + k]);
             *error = h * quadrature::error(integrand);
@@ -219,12 +215,8 @@ impl Stepper for Rosenbrock {
         let theta = (t - self.step.start_time) / h;
         let (rest, quadratures) = out.split_at_mut(n);
         accumulate(rest, 1.0, &self.stages, &coefficients::weights(theta));
-        accumulate(
-            quadratures,
-            h,
-            &self.integrands,
-            &quadrature::weights(theta),
-        );
+        let weights = quadrature::weights(theta);
+        accumulate(quadratures, h, &self.integrands, &weights);
     }
 
     fn enable_tangents(&mut self, _law: Law<'_>) -> usize {

@@ -142,11 +142,8 @@ impl Resolvent {
         for _ in 0..2 {
             let lines = self.force.chunks_exact(m + rows);
             for (out, force) in self.image.iter_mut().zip(lines) {
-                *out = force[m..]
-                    .iter()
-                    .zip(&self.direction)
-                    .map(|(a, b)| a * b)
-                    .sum();
+                let terms = force[m..].iter().zip(&self.direction);
+                *out = terms.map(|(a, b)| a * b).sum();
             }
             let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (before, after) = (length(&self.direction), length(&self.image));

@@ -5,7 +5,7 @@
 //! dense output needs three additional stages. It has order 7, one less than the step: its error over one step
 //! is `O(h^8)`.
 
-use super::{Gain, MethodTraits, Tableau};
+use super::{MethodTraits, Tableau};
 
 /// Number of stages: twelve of the step, its end, and three of the dense output.
 const STAGES: usize = 16;
@@ -31,11 +31,7 @@ pub(crate) static DOP853: Tableau = Tableau {
     dense: &[&DENSE[0], &DENSE[1], &DENSE[2], &DENSE[3], &DENSE[4], &DENSE[5], &DENSE[6]],
     traits: MethodTraits {
         // No dependence on the previous error, as in DOP853.
-        gain: Gain {
-            error: 0.125,
-            previous: 0.0,
-            rejection: 0.125,
-        },
+        gain: [0.125, 0.0, 0.125],
         pieces: 2,
         is_stiff: false,
     },

@@ -15,7 +15,7 @@ mod dop853;
 
 pub(super) use dop853::DOP853;
 
-use super::error_control::{Gain, MethodTraits};
+use super::error_control::MethodTraits;
 
 /// The most stages of a method.
 pub(super) const MAX_STAGES: usize = 16;
@@ -57,11 +57,7 @@ impl Tableau {
 
 /// Properties of pairs of order 5(4), with the constants of DOPRI5.
 pub(super) const TRAITS_54: MethodTraits = MethodTraits {
-    gain: Gain {
-        error: 0.17,
-        previous: 0.04,
-        rejection: 0.2,
-    },
+    gain: [0.17, 0.04, 0.2],
     pieces: 1,
     is_stiff: false,
 };

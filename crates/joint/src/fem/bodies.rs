@@ -43,11 +43,8 @@ impl BallOnBeam {
         let c = section.vertex([beam_radius, corner]);
         let polar = beam_radius.atan2(corner);
         // The beam radius and the arc above the core use the same division.
-        let radial = partition(
-            beam_radius.max(radius * polar * SHOULDER),
-            elements,
-            Grading::END,
-        );
+        let widest = beam_radius.max(radius * polar * SHOULDER);
+        let radial = partition(widest, elements, Grading::END);
         let along = partition(corner - end, elements, Grading::END);
         let centre = section.vertex([0.0, end]);
         let rim = section.vertex([beam_radius, end]);
@@ -57,12 +54,8 @@ impl BallOnBeam {
         let cap = section.line(centre, rim, &radial);
         let axis = section.line(centre, a, &along);
         section.patch([&cap, &side, &base, &axis]);
-        let ball = ball(
-            &mut section,
-            radius,
-            (&base, &radial),
-            (elements, Grading::START),
-        );
+        let graded = (elements, Grading::START);
+        let ball = ball(&mut section, radius, (&base, &radial), graded);
         Self {
             side: Surface::new(&section, side.nodes, false),
             ball: Surface::new(&section, ball, true),

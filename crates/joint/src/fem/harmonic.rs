@@ -46,18 +46,12 @@ impl Harmonic {
 
     /// Circumferential order `n`.
     fn order(self) -> f64 {
-        match self {
-            Self::Torsion | Self::Axial => 0.0,
-            Self::Bending => 1.0,
-        }
+        if self == Self::Bending { 1.0 } else { 0.0 }
     }
 
     /// Integral over the angle of the squared cosine or sine factor.
     pub(super) fn angular_integral(self) -> f64 {
-        match self {
-            Self::Torsion | Self::Axial => TAU,
-            Self::Bending => PI,
-        }
+        if self == Self::Bending { PI } else { TAU }
     }
 
     /// Strains due to a unit amplitude (0, 1, 2 for `U, V, W`) times a shape function with the given
@@ -188,11 +182,10 @@ impl DofMap {
     /// Converts amplitudes at the nodes to a vector of degrees of freedom.
     pub(super) fn gather(&self, field: &[[f64; 3]]) -> Col<f64> {
         let mut vector = Col::zeros(self.len);
-        for (numbers, amplitudes) in self.index.iter().zip(field) {
-            for (number, amplitude) in numbers.iter().zip(amplitudes) {
-                if let Some(i) = *number {
-                    vector[i] = *amplitude;
-                }
+        let numbers = self.index.as_flattened();
+        for (number, amplitude) in numbers.iter().zip(field.as_flattened()) {
+            if let Some(i) = *number {
+                vector[i] = *amplitude;
             }
         }
         vector

@@ -39,15 +39,11 @@ impl Section {
 
     /// Diagonal of the bounding box of the section, m: the length scale of its lowest modes.
     pub(super) fn diagonal(&self) -> f64 {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        for node in &self.nodes {
-            for axis in 0..2 {
-                low[axis] = low[axis].min(node[axis]);
-                high[axis] = high[axis].max(node[axis]);
-            }
-        }
-        (high[0] - low[0]).hypot(high[1] - low[1])
+        let side = |axis: usize| {
+            let places = || self.nodes.iter().map(|node| node[axis]);
+            places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min)
+        };
+        side(0).hypot(side(1))
     }
 }
 

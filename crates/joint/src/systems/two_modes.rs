@@ -68,10 +68,8 @@ impl TwoModesOnBelt {
     /// Stiffness matrix of steady sliding per unit mass, in the directions along and into the belt,
     /// 1/s^2, for a given coefficient of friction.
     pub fn stiffness(&self, mu: f64) -> [[f64; 2]; 2] {
-        let ([along, into], squares) = (
-            [self.along(), self.inwards()],
-            self.omega.map(|omega| omega * omega),
-        );
+        let (along, into) = (self.along(), self.inwards());
+        let squares = self.omega.map(|omega| omega * omega);
         let of = |a: [f64; 2], b: [f64; 2]| (0..2).map(|i| a[i] * squares[i] * b[i]).sum::<f64>();
         let k = self.contact_stiffness;
         [
@@ -88,10 +86,7 @@ impl TwoModesOnBelt {
         // Square root of a complex number: real part, imaginary part.
         let root = |re: f64, im: f64| {
             let size = re.hypot(im);
-            [
-                (0.5 * (size + re)).max(0.0).sqrt(),
-                (0.5 * (size - re)).max(0.0).sqrt(),
-            ]
+            [size + re, size - re].map(|x| (0.5 * x).max(0.0).sqrt())
         };
         if discriminant < 0.0 {
             let [omega, growth] = root(mean, (-discriminant).sqrt());
