@@ -19,11 +19,11 @@ const HELP: &str = include_str!("../../assets/help.md");
 type Example = [&'static str; 2];
 
 /// A command with its examples.
-type Command = (&'static str, Vec<Example>);
+type CommandExamples = (&'static str, Vec<Example>);
 
 /// The tasks with their commands, each with its examples. Every command of [`super::args::Command`] occurs once; a test
 /// checks it.
-fn tasks() -> Vec<(&'static str, Vec<Command>)> {
+fn tasks() -> Vec<(&'static str, Vec<CommandExamples>)> {
     let command = |text: &'static str| {
         let mut lines = text.lines().filter(|line| !line.is_empty());
         let name = lines.next().unwrap_or_default();

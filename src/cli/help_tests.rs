@@ -9,7 +9,7 @@ use super::*;
 /// Columns of the terminal.
 const COLUMNS: usize = 100;
 
-fn entries() -> impl Iterator<Item = (&'static str, Vec<Example>)> {
+fn entries() -> impl Iterator<Item = CommandExamples> {
     tasks().into_iter().flat_map(|(_, commands)| commands)
 }
 

@@ -117,7 +117,9 @@ impl Scene {
             None if parameter.path() == DAMPING_PATH => 0.0,
             value => value?,
         };
-        let named = self.named_range(parameter);
+        let mut controls = self.controls.iter();
+        let named = controls.find(|(named, _)| *named == parameter);
+        let named = named.map(|(_, range)| *range);
         let [low, high] = named.or_else(|| self.usual_range(parameter, value))?;
         Some(Control {
             parameter,
@@ -125,12 +127,6 @@ impl Scene {
             value,
             is_named: named.is_some(),
         })
-    }
-
-    fn named_range(&self, parameter: Parameter) -> Option<[f64; 2]> {
-        let mut named = self.controls.iter();
-        let (_, range) = named.find(|(named, _)| *named == parameter)?;
-        Some(*range)
     }
 
     /// A range around a value that the scene permits; `None` if the number cannot change, or its scale is unknown.
