@@ -20,6 +20,12 @@ pub enum AssemblyError {
     /// The modes of the body cannot be computed.
     #[error("the modes of ball and beam cannot be computed")]
     Body(#[from] FemError),
+    /// The model has the mode of this name, whose frequency the paper does not publish.
+    #[error(
+        "the paper does not publish the frequency of the mode `{0}`: use at most four bending \
+         pairs, two torsion modes and one axial mode, or the finite-element frequencies"
+    )]
+    Unpublished(String),
     /// The patch extends into the junction of ball and beam, where the ball has no free surface.
     #[error(
         "at a tilt of {tilt_deg:.3} deg the contact patch (half-angle {half_angle_deg:.2} deg) \
@@ -127,10 +133,7 @@ impl BallJoint {
     /// Computes the modes, unless those of the body are known from a recent joint.
     ///
     /// # Errors
-    /// If the modes cannot be computed.
-    ///
-    /// # Panics
-    /// If published frequencies are selected for more modes than [`PUBLISHED`](super::PUBLISHED).
+    /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         let (frequencies_hz, body) = match &spec.body {
             BodySpec::BallOnBeam(body) => {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::body_modes;
-use super::{BallOnBeam, Frequencies};
+use super::{AssemblyError, BallOnBeam, Frequencies};
 use crate::fem::{
     BodyMode, BodyModes, Elements, Families, FemError, Geometry, LengthReading, Material, ModeKind,
 };
@@ -48,11 +48,11 @@ impl BallOnBeam {
 /// Natural frequencies (Hz) of the modes of a body, from the source that it selects.
 ///
 /// # Errors
-/// If the modes of the published body cannot be computed.
+/// If the modes of the published body cannot be computed, or the frequency of a mode is not published.
 pub(super) fn natural_frequencies(
     body: &BallOnBeam,
     modes: &[BodyMode],
-) -> Result<Vec<f64>, FemError> {
+) -> Result<Vec<f64>, AssemblyError> {
     let reference = match body.frequencies {
         Frequencies::Scaled if !body.is_published() => Some(published_body(body)?),
         _ => None,
@@ -60,21 +60,22 @@ pub(super) fn natural_frequencies(
     let reference = reference.as_deref().map_or(&[][..], BodyModes::modes);
     let frequency = |mode: &BodyMode| {
         if body.frequencies == Frequencies::FiniteElement {
-            return mode.frequency_hz;
+            return Ok(mode.frequency_hz);
         }
         let family = match mode.kind {
             ModeKind::BendingX | ModeKind::BendingY => &BENDING[..],
             ModeKind::Torsion => &TORSION,
             ModeKind::Axial => &AXIAL,
         };
-        let published = family[mode.order - 1];
+        let published = family.get(mode.order - 1);
+        let published = published.ok_or_else(|| AssemblyError::Unpublished(mode.label()))?;
         let same = |other: &&BodyMode| (other.kind, other.order) == (mode.kind, mode.order);
         let ratio = reference.iter().find(same);
-        ratio.map_or(published, |other| {
+        Ok(ratio.map_or(*published, |other| {
             published * mode.frequency_hz / other.frequency_hz
-        })
+        }))
     };
-    Ok(modes.iter().map(frequency).collect())
+    modes.iter().map(frequency).collect()
 }
 
 /// The finite-element modes of the published body, with the same end of the beam length. The default elements

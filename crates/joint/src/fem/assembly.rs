@@ -242,8 +242,8 @@ mod tests {
         Elements::ORDERS.flat_map(|order| {
             let elements = elements(0.01, order);
             [
-                Section::rod(0.02, 0.1, &elements),
-                Section::sphere(0.03, &elements),
+                Section::rod(0.02, 0.1, &elements).unwrap(),
+                Section::sphere(0.03, &elements).unwrap(),
             ]
         })
     }
@@ -286,7 +286,7 @@ mod tests {
             (Harmonic::Bending, vec![mass, transverse_inertia]),
         ];
         for order in Elements::ORDERS {
-            let section = Section::rod(diameter, length, &elements(0.01, order));
+            let section = Section::rod(diameter, length, &elements(0.01, order)).unwrap();
             for (harmonic, exact) in &inertia {
                 let (pencil, dofs) = pencil(&section, *harmonic);
                 for (motion, exact) in harmonic.rigid_motions(&section).iter().zip(exact) {

@@ -13,7 +13,7 @@
 
 use super::section::{Curve, Grading, Section, partition};
 use super::surface::Surface;
-use super::{Elements, Geometry, LengthReading};
+use super::{Elements, FemError, Geometry, LengthReading};
 
 /// The mesh of a ball on a beam, and its nodes on the free surface.
 #[derive(Clone, Debug)]
@@ -29,15 +29,17 @@ pub(super) struct BallOnBeam {
 
 impl BallOnBeam {
     /// Meshes beam and ball. The mesh is graded automatically towards the corner between them.
-    pub(super) fn mesh(geometry: &Geometry, elements: &Elements) -> Self {
+    ///
+    /// # Errors
+    /// [`FemError::Input`].
+    pub(super) fn mesh(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
+        let (end, corner) = heights(geometry)?;
         let radius = 0.5 * geometry.ball_diameter;
         let beam_radius = 0.5 * geometry.beam_diameter;
-        // Heights relative to the centre of the ball, m.
-        let corner = -((radius - beam_radius) * (radius + beam_radius)).sqrt();
-        let end = match geometry.reading {
-            LengthReading::ToSphere => corner - geometry.beam_length,
-            LengthReading::ToCentre => -geometry.beam_length,
-        };
+        check_elements(
+            beam_radius * (corner - end) + std::f64::consts::FRAC_PI_2 * radius * radius,
+            elements,
+        )?;
 
         let mut section = Section::new(elements.order);
         let c = section.vertex([beam_radius, corner]);
@@ -56,13 +58,45 @@ impl BallOnBeam {
         section.patch([&cap, &side, &base, &axis]);
         let graded = (elements, Grading::START);
         let ball = ball(&mut section, radius, (&base, &radial), graded);
-        Self {
+        Ok(Self {
             side: Surface::new(&section, side.nodes, false),
             ball: Surface::new(&section, ball, true),
             section,
             end: centre,
-        }
+        })
     }
+}
+
+/// Heights of the free end and of the corner between beam and sphere, relative to the centre of the ball
+/// (m).
+fn heights(geometry: &Geometry) -> Result<(f64, f64), FemError> {
+    let Geometry {
+        ball_diameter,
+        beam_diameter,
+        beam_length,
+        reading,
+    } = *geometry;
+    check_positive("ball diameter", ball_diameter)?;
+    check_positive("beam diameter", beam_diameter)?;
+    check_positive("beam length", beam_length)?;
+    if beam_diameter >= ball_diameter {
+        return Err(FemError::Input(format!(
+            "beam diameter = {beam_diameter} m: must be smaller than the ball's diameter"
+        )));
+    }
+    let [ball, beam] = [0.5 * ball_diameter, 0.5 * beam_diameter];
+    let corner = -((ball - beam) * (ball + beam)).sqrt();
+    let end = match reading {
+        LengthReading::ToSphere => corner - beam_length,
+        LengthReading::ToCentre => -beam_length,
+    };
+    if end >= corner {
+        return Err(FemError::Input(format!(
+            "beam length = {beam_length} m: must exceed the distance from the centre to the corner if it is \
+             measured to the centre"
+        )));
+    }
+    Ok((end, corner))
 }
 
 /// Polar angle of the point D in the sketch, as a fraction of that of the corner.
@@ -121,6 +155,40 @@ pub(super) fn ball(
     surface
 }
 
+/// Rejects a dimension that is not a positive number.
+pub(super) fn check_positive(name: &'static str, value: f64) -> Result<(), FemError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(FemError::Input(format!(
+        "{name} = {value} m: must be a positive number"
+    )))
+}
+
+/// Rejects an unavailable element order, an element size that is not a positive number, and too many
+/// elements.
+pub(super) fn check_elements(area: f64, elements: &Elements) -> Result<(), FemError> {
+    let &Elements { size, order } = elements;
+    if !Elements::ORDERS.contains(&order) {
+        return Err(FemError::Input(format!(
+            "element order = {order}: must be a whole number from {} to {}",
+            Elements::ORDERS.start(),
+            Elements::ORDERS.end()
+        )));
+    }
+    check_positive("element size", size)?;
+    let count = area / (size * size);
+    let limit = elements.limit();
+    if count <= limit as f64 {
+        return Ok(());
+    }
+    let smallest = (area / limit as f64).sqrt();
+    Err(FemError::Input(format!(
+        "element size {size} m would give about {count:.0} elements, the limit at order {order} is {limit}: use a size \
+         above {smallest:.2e} m"
+    )))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,9 +236,9 @@ mod tests {
     #[test]
     fn mesh_volumes_agree_with_the_bodies() {
         for order in Elements::ORDERS {
-            let rod = Section::rod(0.02, 0.2, &elements(0.01, order));
+            let rod = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap();
             assert_close(volume(&rod), PI * 1e-4 * 0.2, 1e-13);
-            let sphere = Section::sphere(0.03, &elements(0.005, order));
+            let sphere = Section::sphere(0.03, &elements(0.005, order)).unwrap();
             // The volume error of the polynomial approximation of the arc.
             let gap = [6e-2, 2e-4, 3e-6, 1e-9].get(order - 1).unwrap_or(&1e-11);
             assert_close(volume(&sphere), PI / 6.0 * 0.03_f64.powi(3), *gap);
@@ -184,7 +252,7 @@ mod tests {
             (LengthReading::ToSphere, length),
             (LengthReading::ToCentre, length - height),
         ] {
-            let mesh = BallOnBeam::mesh(&geometry(reading), &elements(0.005, 4));
+            let mesh = BallOnBeam::mesh(&geometry(reading), &elements(0.005, 4)).unwrap();
             let mesh = mesh.section;
             assert_close(volume(&mesh), PI * beam * beam * free + head, 1e-9);
         }
@@ -198,14 +266,19 @@ mod tests {
                 ..geometry(LengthReading::ToSphere)
             };
             for order in Elements::ORDERS {
-                volume(&BallOnBeam::mesh(&slim, &elements(5e-3, order)).section);
+                volume(
+                    &BallOnBeam::mesh(&slim, &elements(5e-3, order))
+                        .unwrap()
+                        .section,
+                );
             }
         }
     }
 
     #[test]
     fn surface_nodes_lie_on_the_surface() {
-        let mesh = BallOnBeam::mesh(&geometry(LengthReading::ToCentre), &elements(6e-3, 4));
+        let mesh =
+            BallOnBeam::mesh(&geometry(LengthReading::ToCentre), &elements(6e-3, 4)).unwrap();
         for &node in &mesh.ball.nodes {
             let [r, z] = mesh.section.nodes[node];
             assert!((r.hypot(z) - 15.875e-3).abs() < 1e-16);
@@ -219,9 +292,78 @@ mod tests {
     }
 
     #[test]
-    fn the_limit_decreases_with_order() {
+    fn invalid_dimensions_are_rejected_by_name() {
+        let good = geometry(LengthReading::ToCentre);
+        let bad = [
+            (
+                "ball diameter",
+                Geometry {
+                    ball_diameter: -1.0,
+                    ..good
+                },
+            ),
+            (
+                "beam diameter",
+                Geometry {
+                    beam_diameter: f64::NAN,
+                    ..good
+                },
+            ),
+            (
+                "beam diameter",
+                Geometry {
+                    beam_diameter: 0.04,
+                    ..good
+                },
+            ),
+            (
+                "beam length",
+                Geometry {
+                    beam_length: 0.0,
+                    ..good
+                },
+            ),
+            (
+                "beam length",
+                Geometry {
+                    beam_length: 0.01,
+                    ..good
+                },
+            ),
+        ];
+        for (name, geometry) in bad {
+            let message = BallOnBeam::mesh(&geometry, &elements(0.01, 4))
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(name), "{message}");
+        }
+        for size in [0.0, -1e-3, f64::INFINITY] {
+            let error = BallOnBeam::mesh(&good, &elements(size, 4)).unwrap_err();
+            assert!(error.to_string().contains("element size"));
+        }
+        let error = BallOnBeam::mesh(&good, &elements(1e-5, 4)).unwrap_err();
+        assert!(
+            error.to_string().contains("the limit at order 4"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn unavailable_orders_are_rejected_and_the_limit_decreases_with_order() {
+        for order in [0, 9] {
+            let error = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap_err();
+            assert!(error.to_string().contains("from 1 to 8"), "{error}");
+        }
         for (order, limit) in [(1, 32_000), (2, 8_000), (4, 2_000), (8, 500)] {
-            assert_eq!(elements(0.01, order).limit(), limit);
+            // A rod with slightly more elements than the limit.
+            let size = (0.01 * 0.2 / limit as f64).sqrt();
+            let mesh = |size| Section::rod(0.02, 0.2, &elements(size, order));
+            assert!(mesh(1.01 * size).is_ok());
+            let error = mesh(0.99 * size).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("order {order} is {limit}")),
+                "{error}"
+            );
         }
     }
 }

@@ -64,15 +64,15 @@ impl BodyModes {
     /// [`Elements::default`] is suitable for a body of the paper's size.
     ///
     /// # Errors
-    /// [`FemError`] for a mesh that does not fit into memory, or a failed eigenvalue computation. Dimensions, material and
-    /// elements must be valid.
+    /// [`FemError`] for invalid dimensions or material constants, an unavailable order, a mesh that is
+    /// too fine, or a failed eigenvalue computation.
     pub fn solve(
         geometry: &Geometry,
         material: &Material,
         elements: &Elements,
         families: &Families,
     ) -> Result<Self, FemError> {
-        let mesh = BallOnBeam::mesh(geometry, elements);
+        let mesh = BallOnBeam::mesh(geometry, elements)?;
         let mut found = Vec::new();
         for (harmonic, kinds, count) in [
             (Harmonic::Bending, PAIR, families.bending_pairs),

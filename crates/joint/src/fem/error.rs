@@ -3,6 +3,9 @@
 /// An error of the finite-element model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FemError {
+    /// An invalid dimension, material constant or mesh: which, and the requirement.
+    #[error("{0}")]
+    Input(String),
     /// The matrices do not fit into memory.
     #[error(
         "the finite elements need about {megabytes} MB of memory, which is not available: use larger \

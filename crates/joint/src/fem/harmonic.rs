@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn scatter_inverts_gather_for_fields_that_satisfy_the_axis_conditions() {
-        let section = Section::sphere(0.02, &elements(0.01, 2));
+        let section = Section::sphere(0.02, &elements(0.01, 2)).unwrap();
         for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
             let map = DofMap::new(&section, harmonic);
             for motion in harmonic.rigid_motions(&section) {

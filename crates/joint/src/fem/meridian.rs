@@ -23,13 +23,14 @@ impl Section {
     /// modes. A bending mode represents a pair of equal frequency.
     ///
     /// # Errors
-    /// [`FemError::Memory`], [`FemError::Modes`].
+    /// [`FemError::Input`], [`FemError::Memory`], [`FemError::Modes`].
     pub fn modes(
         &self,
         material: &Material,
         harmonic: Harmonic,
         count: usize,
     ) -> Result<Vec<MeridianMode>, FemError> {
+        check_material(material)?;
         if count == 0 {
             return Ok(Vec::new());
         }
@@ -68,4 +69,26 @@ fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
             megabytes: bytes / 1_000_000,
         })
     }
+}
+
+/// Rejects invalid material constants.
+fn check_material(material: &Material) -> Result<(), FemError> {
+    let &Material {
+        young,
+        poisson,
+        density,
+    } = material;
+    for (name, value) in [("Young's modulus", young), ("density", density)] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(FemError::Input(format!(
+                "material: {name} = {value}: must be a positive number"
+            )));
+        }
+    }
+    if !(poisson > -1.0 && poisson < 0.5) {
+        return Err(FemError::Input(format!(
+            "material: Poisson's ratio = {poisson}: must lie between -1 and 0.5"
+        )));
+    }
+    Ok(())
 }

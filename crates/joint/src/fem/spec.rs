@@ -74,7 +74,8 @@ impl Elements {
     /// Maximum number of elements of this order before grading: 32,000 nodes, which is 32,000 linear,
     /// 8,000 quadratic or 2,000 elements of order 4.
     pub fn limit(&self) -> usize {
-        NODE_LIMIT / self.order.pow(2)
+        // Order 0 is rejected when a mesh is created.
+        NODE_LIMIT / self.order.pow(2).max(1)
     }
 }
 

@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Mutex;
 
-use super::bodies::ball;
+use super::bodies::{ball, check_elements, check_positive};
 use super::element::quadrature;
 use super::section::{Grading, partition};
 use super::*;
@@ -20,8 +20,11 @@ const UNIFORM: Grading = Grading {
 /// Bodies whose modes are known.
 impl Section {
     /// Meshes a cylinder of the given diameter and length (m) with its lower end at `z = 0`.
-    pub(super) fn rod(diameter: f64, length: f64, elements: &Elements) -> Self {
+    pub(super) fn rod(diameter: f64, length: f64, elements: &Elements) -> Result<Self, FemError> {
+        check_positive("rod diameter", diameter)?;
+        check_positive("rod length", length)?;
         let radius = 0.5 * diameter;
+        check_elements(radius * length, elements)?;
         let mut section = Section::new(elements.order);
         let across = partition(radius, elements, UNIFORM);
         let along = partition(length, elements, UNIFORM);
@@ -32,12 +35,14 @@ impl Section {
         let top = section.line(d, c, &across);
         let left = section.line(a, d, &along);
         section.patch([&bottom, &right, &top, &left]);
-        section
+        Ok(section)
     }
 
     /// Meshes a sphere of the given diameter (m) about the origin.
-    pub(super) fn sphere(diameter: f64, elements: &Elements) -> Self {
+    pub(super) fn sphere(diameter: f64, elements: &Elements) -> Result<Self, FemError> {
+        check_positive("sphere diameter", diameter)?;
         let radius = 0.5 * diameter;
+        check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
         let mut section = Section::new(elements.order);
         let quarter = std::f64::consts::FRAC_PI_4;
         let radial = partition(radius * quarter, elements, UNIFORM);
@@ -45,7 +50,7 @@ impl Section {
         let corner = section.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
         let base = section.arc(south, corner, &radial);
         ball(&mut section, radius, (&base, &radial), (elements, UNIFORM));
-        section
+        Ok(section)
     }
 }
 
@@ -246,7 +251,7 @@ fn rod_frequencies_agree_with_exact_torsion_and_an_independent_program() {
         poisson: 0.3,
         density: 7850.0,
     };
-    let rod = Section::rod(0.02, 0.2, &Elements::default());
+    let rod = Section::rod(0.02, 0.2, &Elements::default()).unwrap();
     // Torsion: k c_s / 2 L, exact. The others: independent program.
     let families: [(Harmonic, &[f64], f64); 3] = [
         (Harmonic::Torsion, &[8019.147, 16038.294], 1e-7),
@@ -282,7 +287,7 @@ fn free_sphere_frequencies_agree_with_lamb() {
     let [t1, t2] = [5.763459, 2.501133];
     let [s0, s1, s2] = [4.995514, 3.529987, 2.646217];
     let radius = 15e-3;
-    let section = Section::sphere(2.0 * radius, &elements(6e-3, 4));
+    let section = Section::sphere(2.0 * radius, &elements(6e-3, 4)).unwrap();
     let families: [(Harmonic, &[f64]); 3] = [
         (Harmonic::Torsion, &[t1, t2]),
         (Harmonic::Axial, &[s0, s1, s2]),
@@ -325,7 +330,7 @@ fn torsion_frequencies_converge_with_twice_the_order() {
     let exact = 1.5 * shear_speed / length;
     for (order, count) in [(1, 16.0), (2, 8.0), (3, 8.0), (4, 4.0), (5, 4.0)] {
         let errors = [count, 2.0 * count].map(|count| {
-            let rod = Section::rod(0.02, length, &elements(length / count, order));
+            let rod = Section::rod(0.02, length, &elements(length / count, order)).unwrap();
             let modes = rod.modes(&STEEL, Harmonic::Torsion, 3).unwrap();
             modes[2].frequency_hz / exact - 1.0
         });
@@ -341,7 +346,7 @@ fn curved_boundaries_keep_the_convergence_rate() {
     for (order, divisions) in [(1, 8.0), (2, 8.0), (3, 4.0), (4, 2.0)] {
         let errors = [divisions, 2.0 * divisions].map(|divisions| {
             let elements = elements(radius * FRAC_PI_2 / divisions, order);
-            let section = Section::sphere(2.0 * radius, &elements);
+            let section = Section::sphere(2.0 * radius, &elements).unwrap();
             sphere_roots(&section, radius, Harmonic::Bending, 1)[0] / exact - 1.0
         });
         assert_rate("sphere", order, errors, 0.5);
@@ -351,7 +356,7 @@ fn curved_boundaries_keep_the_convergence_rate() {
 #[test]
 fn bending_frequencies_converge_and_linear_elements_lock() {
     let first = |size: f64, order: usize| {
-        let rod = Section::rod(0.02, 0.2, &elements(size, order));
+        let rod = Section::rod(0.02, 0.2, &elements(size, order)).unwrap();
         rod.modes(&STEEL, Harmonic::Bending, 1).unwrap()[0].frequency_hz
     };
     let exact = first(10e-3, 8);
@@ -540,10 +545,42 @@ fn the_outline_carries_the_shapes_of_the_surface() {
 // Invalid input.
 
 #[test]
+fn invalid_materials_are_rejected_by_name() {
+    let rod = Section::rod(0.02, 0.2, &elements(0.05, 2)).unwrap();
+    let bad = [
+        (
+            "Young's modulus",
+            Material {
+                young: 0.0,
+                ..STEEL
+            },
+        ),
+        (
+            "density",
+            Material {
+                density: f64::NAN,
+                ..STEEL
+            },
+        ),
+        (
+            "Poisson's ratio",
+            Material {
+                poisson: 0.5,
+                ..STEEL
+            },
+        ),
+    ];
+    for (name, material) in bad {
+        let error = rod.modes(&material, Harmonic::Axial, 1).unwrap_err();
+        assert!(error.to_string().contains(name), "{error}");
+    }
+}
+
+#[test]
 fn more_modes_than_the_mesh_resolves_are_rejected() {
     // One element: all its nodes except those on the axis, minus the rotation.
     for (order, available) in [(1, 1), (2, 5), (4, 19)] {
-        let rod = Section::rod(0.02, 0.02, &elements(0.02, order));
+        let rod = Section::rod(0.02, 0.02, &elements(0.02, order)).unwrap();
         let all = rod.modes(&STEEL, Harmonic::Torsion, available).unwrap();
         assert_eq!(all.len(), available);
         let wanted = available + 1;
