@@ -22,8 +22,8 @@ const LOWEST_DB: f64 = -160.0;
 /// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.
 pub const LINE_WINDOW: Window = Window::BlackmanHarris;
 
-/// Number of lines that are named, and numbers of those that are kept: the strongest, and the strongest of a doubling, which
-/// are often weaker.
+/// Number of lines that are named, and numbers of those that are kept: the strongest, and the strongest of a doubling,
+/// which are often weaker.
 const NAMED: usize = 24;
 const STRONGEST: usize = 12;
 const DOUBLED: usize = 2;
