@@ -99,6 +99,7 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> Stage {
         SlidingWindow::new(length, spec.every * rate).with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     let long = length as f64 > AppearanceClassifier::MEMORY * rate;
+    // Complete: lessons and panels name the lines.
     windowed(velocity, sliding, false, move |window, context| {
         let spectrum = analyser.analyse(window.signal)?;
         let named = NamedLines::following(&spectrum, context.bases);
