@@ -30,7 +30,7 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     files.finish(watch, Some(&plan.subject.name), &basins, |files| {
         let title = title(&plan.subject.name, basins.tilt);
         let figures = || vec![basins_figure(&title, &points, &basins.attractors)];
-        write(&plan, (&points, basins.interrupted), files, figures)
+        write(&plan, &points, basins.interrupted, files, figures)
     })
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::Args as Arguments;
+use clap::{Arg, Args as Arguments};
 
 use super::audit;
 use super::browser::BrowserArgs;
@@ -28,11 +28,7 @@ use crate::scene::Scene;
 
 /// Arguments of `squeakscope live`.
 #[derive(Debug, Arguments)]
-#[command(
-    next_help_heading = "Simulation",
-    mut_arg("spawn", |spawn| spawn.help("Also open a Rerun viewer on this machine")),
-    mut_arg("connect", |connect| connect.help("Also send the run to a Rerun viewer that is open")),
-)]
+#[command(next_help_heading = "Simulation", mut_args(also_viewer))]
 pub struct LiveArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -88,6 +84,15 @@ pub struct LiveArgs {
     pub overwrite: Overwrite,
     #[command(flatten)]
     pub audio: SoundArgs,
+}
+
+/// Describes the viewer as an addition to the page. An argument that `mut_arg` changes would move to the end of the help.
+fn also_viewer(arg: Arg) -> Arg {
+    match arg.get_id().as_str() {
+        "spawn" => arg.help("Also open a Rerun viewer on this machine"),
+        "connect" => arg.help("Also send the run to a Rerun viewer that is open"),
+        _ => arg,
+    }
 }
 
 /// Period of the checks for an interrupt and for the end of the run.

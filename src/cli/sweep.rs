@@ -165,7 +165,7 @@ fn finish(
     }
     files.finish(watch, Some(&plan.subject.name), &result, |files| {
         let figures = || sweep_figures(plan, &result.points);
-        write(plan, (&result.points, result.interrupted), files, figures)
+        write(plan, &result.points, result.interrupted, files, figures)
     })
 }
 
@@ -173,7 +173,8 @@ fn finish(
 /// and records the points, if there are any.
 pub(super) fn write(
     plan: &SweepPlan,
-    (points, interrupted): (&[SweepPoint], bool),
+    points: &[SweepPoint],
+    interrupted: bool,
     files: &mut Outputs<'_>,
     figures: impl FnOnce() -> Vec<Figure>,
 ) -> Result<(), CliError> {

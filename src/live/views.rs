@@ -121,8 +121,8 @@ impl<T> Series<T> {
     }
 }
 
-/// A stroboscope for body and contact patch: it flashes once per frame, in step with the strongest line, so that a vibration
-/// too fast for the eye is seen in slow motion.
+/// A stroboscope for body and contact patch: it flashes once per frame, in step with the strongest line, so that a
+/// vibration too fast for the eye is seen in slow motion.
 #[derive(Debug, Default)]
 struct Strobe {
     /// Frequency of the strongest line, Hz; 0 without a line.

@@ -58,7 +58,8 @@ pub fn page(
 ) -> Canvas {
     let [width, height] = mm.map(|side| side * POINTS);
     let mut canvas = Canvas::new([width, height], font_size);
-    let ([mm_width, mm_height], title) = (mm, escape(&figure.title));
+    let [mm_width, mm_height] = mm;
+    let title = escape(&figure.title);
     canvas.push(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
          width=\"{mm_width:.2}mm\" height=\"{mm_height:.2}mm\" viewBox=\"0 0 {width:.2} {height:.2}\" \

@@ -25,15 +25,36 @@ pub enum RecordError {
     /// The thread that writes the file at a path cannot be started.
     #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (`ulimit -u`) or free memory", .0.display())]
     Thread(PathBuf, #[source] io::Error),
-    /// Writing failed: path of the recording, path of the incomplete recording, and reason.
-    #[error("cannot write the recording for {}: {reason}; free some space or choose another path (the part written so far can be opened: {}; an existing recording is unchanged)", .0[0].display(), .0[1].display(), reason = .1)]
-    Write([PathBuf; 2], String),
-    /// The part file was removed while it was being written: path of the recording, and former path of the part.
-    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again with a folder that is not modified", .0[0].display(), .0[1].display())]
-    Removed([PathBuf; 2], #[source] io::Error),
-    /// The complete recording cannot be renamed: its path, and its present path.
-    #[error("the recording is complete, but cannot be moved from {} to {}; move it manually", .0[1].display(), .0[0].display())]
-    Rename([PathBuf; 2], #[source] io::Error),
+    /// Writing the file failed.
+    #[error("cannot write the recording for {}: {reason}; free some space or choose another path (the part written so far can be opened: {}; an existing recording is unchanged)", path.display(), part.display())]
+    Write {
+        /// Path of the recording.
+        path: PathBuf,
+        /// Path of the incomplete recording.
+        part: PathBuf,
+        /// Reason of the failure.
+        reason: String,
+    },
+    /// The part file was removed while it was being written.
+    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again with a folder that is not modified", path.display(), part.display())]
+    Removed {
+        /// Path of the recording.
+        path: PathBuf,
+        /// Former path of the incomplete recording.
+        part: PathBuf,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// The complete recording cannot be renamed.
+    #[error("the recording is complete, but cannot be moved from {} to {}; move it manually", part.display(), path.display())]
+    Rename {
+        /// Path of the recording.
+        path: PathBuf,
+        /// Path of the complete recording.
+        part: PathBuf,
+        /// Error of the system.
+        source: io::Error,
+    },
     /// The viewer address is invalid: address and reason.
     #[error(
         "`{0}` is not a viewer address ({1}); an example is {example}",

@@ -99,8 +99,11 @@ impl<R: Read> Chunks<BufReader<R>> {
     fn skip(&mut self, count: u64) -> Result<(), String> {
         let skipped = io::copy(&mut (&mut self.file).take(count), &mut io::sink());
         self.at = self.at.saturating_add(count);
-        let is_whole = (skipped.map_err(one_line)? == count).then_some(());
-        is_whole.ok_or_else(|| "the file is truncated within a message".to_owned())
+        if skipped.map_err(one_line)? == count {
+            Ok(())
+        } else {
+            Err("the file is truncated within a message".to_owned())
+        }
     }
 
     /// The next message with a chunk; `None` at the end of the file.
@@ -214,8 +217,11 @@ fn check_footer(bytes: &[u8]) -> Result<(), String> {
         &[1, 0, 0, 0],
     ]
     .concat();
-    let is_whole = bytes.ends_with(&end).then_some(());
-    is_whole.ok_or_else(|| "the footer is damaged".to_owned())
+    if bytes.ends_with(&end) {
+        Ok(())
+    } else {
+        Err("the footer is damaged".to_owned())
+    }
 }
 
 /// Decodes the chunk of a message.

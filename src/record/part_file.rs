@@ -118,19 +118,21 @@ impl PartFile {
     /// # Errors
     /// [`RecordError::Removed`] if it does not.
     pub fn check_exists(&self) -> Result<(), RecordError> {
+        let (path, part) = self.paths();
         let file = self.part.symlink_metadata().map(drop);
-        file.map_err(|error| RecordError::Removed(self.paths(), error))
+        file.map_err(|source| RecordError::Removed { path, part, source })
     }
 
     /// The error of a failed write.
     pub fn write_error(&self, reason: String) -> RecordError {
+        let (path, part) = self.paths();
         let removed = self.check_exists().err();
-        removed.unwrap_or_else(|| RecordError::Write(self.paths(), reason))
+        removed.unwrap_or(RecordError::Write { path, part, reason })
     }
 
     /// The final path and that of the part file.
-    fn paths(&self) -> [PathBuf; 2] {
-        [self.path.clone(), self.part.clone()]
+    fn paths(&self) -> (PathBuf, PathBuf) {
+        (self.path.clone(), self.part.clone())
     }
 
     /// Syncs the complete recording to storage and moves it to its final path.
@@ -147,7 +149,8 @@ impl PartFile {
             true => std::fs::rename(&self.part, &self.path),
             false => self.move_to_free_name(),
         };
-        moved.map_err(|error| RecordError::Rename(self.paths(), error))
+        let (path, part) = self.paths();
+        moved.map_err(|source| RecordError::Rename { path, part, source })
     }
 
     fn move_to_free_name(&self) -> std::io::Result<()> {

@@ -99,7 +99,8 @@ fn open(path: &Path) -> Result<Chunks<BufReader<File>>, ReadError> {
 }
 
 fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {
-    let (file, asked) = (path.display(), column.map(split));
+    let file = path.display();
+    let asked = column.map(split);
     let (mut entities, damage) = read_entities(path, asked, most)?;
     let (name, index) = match (asked, entities.first_key_value()) {
         (Some((name, index)), _) => (name.to_owned(), index),
@@ -275,7 +276,8 @@ fn read_entities(
     asked: Option<(&str, Option<usize>)>,
     most: usize,
 ) -> Result<(BTreeMap<String, Entity>, Option<Damage>), ReadError> {
-    let (mut chunks, file) = (open(path)?, path.display());
+    let file = path.display();
+    let mut chunks = open(path)?;
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut first = None;
     let index = asked.and_then(|(_, index)| index).unwrap_or(0);

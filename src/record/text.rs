@@ -177,10 +177,8 @@ pub fn narrate(rec: &RecordingStream, header: &Header, time: f64, words: &str) {
             format!("System: {}, natural frequency {frequency}.", small.words)
         }
         Subject::Signal(signal) => {
-            let (column, rate) = (
-                escape::code(&signal.column),
-                style::short(header.sample_rate),
-            );
+            let column = escape::code(&signal.column);
+            let rate = style::short(header.sample_rate);
             let duration = Unit::write(header.duration, "s");
             format!("{column}, sample rate {rate} Hz, duration {duration}.")
         }

@@ -15,6 +15,7 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> Stage {
         background: 0.0,
     };
     let sliding = sliding(spec.window, spec.every, rate);
+    // Complete: lessons and panels name the type of motion.
     windowed(displacement, sliding, false, move |window, context| {
         let verdict = classify(window.signal, &search).ok();
         context

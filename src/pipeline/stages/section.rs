@@ -35,7 +35,7 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Stag
         } => {
             let coordinates =
                 move |frame: &Frame| plane_coordinates(frame, [&normal_q, &normal_qdot], shown);
-            // A plane has no delay.
+            // A plane has no delay; one that is given is known from the start.
             let finder = move |_| SectionFinder::first_of(3, offset, direction);
             passages(hop, coordinates, unfolding(Some(0.0)), finder, [1, 2])
         }

@@ -22,8 +22,8 @@ const LOWEST_DB: f64 = -160.0;
 /// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.
 pub const LINE_WINDOW: Window = Window::BlackmanHarris;
 
-/// Number of lines that are named, and numbers of those that are kept: the strongest, and the strongest of a doubling, which
-/// are often weaker.
+/// Number of lines that are named, and numbers of those that are kept: the strongest, and the strongest of a doubling,
+/// which are often weaker.
 const NAMED: usize = 24;
 const STRONGEST: usize = 12;
 const DOUBLED: usize = 2;
@@ -99,6 +99,7 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> Stage {
         SlidingWindow::new(length, spec.every * rate).with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     let long = length as f64 > AppearanceClassifier::MEMORY * rate;
+    // Complete: lessons and panels name the lines.
     windowed(velocity, sliding, false, move |window, context| {
         let spectrum = analyser.analyse(window.signal)?;
         let named = NamedLines::following(&spectrum, context.bases);
