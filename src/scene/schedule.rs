@@ -42,10 +42,20 @@ impl Schedule {
         })
     }
 
-    /// Builds the function through the given points [time in s, value], constant before the first and after the last: a
-    /// step function, whose values hold up to the next point, or else linear between the points. Returns `None` if there
-    /// is no point, a number is not finite, or the times do not increase strictly.
-    pub fn through(points: Vec<[f64; 2]>, is_stepped: bool) -> Option<Self> {
+    /// Builds the piecewise linear function through the given knots [time in s, value], constant before the
+    /// first and after the last. Returns `None` if there is no knot, a number is not finite, or the times do
+    /// not increase strictly.
+    pub fn piecewise_linear(knots: Vec<[f64; 2]>) -> Option<Self> {
+        Self::through(knots, false)
+    }
+
+    /// Builds a step function from [time in s, value]. The first value also holds before its time. Returns
+    /// `None` as [`Schedule::piecewise_linear`].
+    pub fn steps(steps: Vec<[f64; 2]>) -> Option<Self> {
+        Self::through(steps, true)
+    }
+
+    fn through(points: Vec<[f64; 2]>, is_stepped: bool) -> Option<Self> {
         let finite = points.as_flattened().iter().all(|x| x.is_finite());
         let increasing = points.windows(2).all(|w| w[0][0] < w[1][0]);
         let is_valid = finite && increasing && !points.is_empty();
@@ -169,7 +179,7 @@ mod tests {
 
     #[test]
     fn lines_join_their_knots_and_stay_beyond_them() {
-        let lines = Schedule::through(POINTS.to_vec(), false).unwrap();
+        let lines = Schedule::piecewise_linear(POINTS.to_vec()).unwrap();
         let at = [0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 9.0].map(|t| lines.at(t));
         assert_eq!(at, [2.0, 2.0, 4.0, 6.0, 2.5, -1.0, -1.0]);
         assert_eq!((lines.min(), lines.max()), (-1.0, 6.0));
@@ -180,12 +190,12 @@ mod tests {
 
     #[test]
     fn steps_hold_from_their_time_on() {
-        let steps = Schedule::through(POINTS.to_vec(), true).unwrap();
+        let steps = Schedule::steps(POINTS.to_vec()).unwrap();
         let at = [0.0, 1.0, 3.0_f64.next_down(), 3.0, 4.0, 9.0].map(|t| steps.at(t));
         assert_eq!(at, [2.0, 2.0, 2.0, 6.0, -1.0, -1.0]);
         assert_eq!((steps.min(), steps.max()), (-1.0, 6.0));
         assert_eq!(steps.jumps().collect::<Vec<_>>(), [3.0, 4.0]);
-        let level = Schedule::through(vec![[0.0, 1.0], [2.0, 1.0], [3.0, 4.0]], true).unwrap();
+        let level = Schedule::steps(vec![[0.0, 1.0], [2.0, 1.0], [3.0, 4.0]]).unwrap();
         assert_eq!(level.jumps().collect::<Vec<_>>(), [3.0], "no jump at 2");
     }
 
@@ -214,13 +224,13 @@ mod tests {
 
     #[test]
     fn integrals_are_those_of_the_values() {
-        let lines = Schedule::through(POINTS.to_vec(), false).unwrap();
+        let lines = Schedule::piecewise_linear(POINTS.to_vec()).unwrap();
         let at = [0.0, 0.5, 1.0, 2.0, 3.0, 3.5, 4.0, 6.0];
         assert_eq!(
             at.map(|t| lines.integral(t)),
             [0.0, 1.0, 2.0, 5.0, 10.0, 12.125, 12.5, 10.5]
         );
-        let steps = Schedule::through(POINTS.to_vec(), true).unwrap();
+        let steps = Schedule::steps(POINTS.to_vec()).unwrap();
         assert_eq!(
             at.map(|t| steps.integral(t)),
             [0.0, 1.0, 2.0, 4.0, 6.0, 9.0, 12.0, 10.0]
@@ -252,8 +262,8 @@ mod tests {
         let points = || vec![[0.0, value], [0.7, value]];
         for level in [
             Schedule::constant(value),
-            Schedule::through(points(), false).unwrap(),
-            Schedule::through(points(), true).unwrap(),
+            Schedule::piecewise_linear(points()).unwrap(),
+            Schedule::steps(points()).unwrap(),
             Schedule::sine(sine).unwrap(),
         ] {
             assert!(!level.varies());
@@ -269,8 +279,8 @@ mod tests {
             vec![[f64::NAN, 0.0]],
             vec![[0.0, f64::INFINITY]],
         ] {
-            assert_eq!(Schedule::through(points.clone(), false), None);
-            assert_eq!(Schedule::through(points, true), None);
+            assert_eq!(Schedule::piecewise_linear(points.clone()), None);
+            assert_eq!(Schedule::steps(points), None);
         }
         let endless = Sine {
             mean: 0.0,

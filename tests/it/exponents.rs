@@ -117,7 +117,7 @@ fn continued_up(tilt_deg: f64) -> Scene {
     let knots = [[0.0, 0.0], [0.04, 0.0], [0.04 + 0.04 * tilt_deg, tilt_deg]];
     let knots = knots.map(|[time, tilt]: [f64; 2]| [time, tilt.to_radians()]);
     let mut scene = scene("chaos-5deg").with_duration(500.0).expect("in range");
-    let tilt = Schedule::through(knots.to_vec(), false).expect("rising times");
+    let tilt = Schedule::piecewise_linear(knots.to_vec()).expect("rising times");
     scene.joint_mut().expect("a joint").tilt = tilt;
     scene
 }

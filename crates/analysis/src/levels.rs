@@ -165,7 +165,8 @@ fn levels_by_transform(
         shortage,
     })?;
     let mean = pressure.iter().sum::<f64>() / count as f64;
-    let mut time: Vec<f64> = pressure.iter().map(|pressure| pressure - mean).collect();
+    let mut time: Vec<f64> = Vec::with_capacity(length);
+    time.extend(pressure.iter().map(|pressure| pressure - mean));
     let peak = time.iter().fold(0.0, |peak: f64, p| peak.max(p.abs()));
     time.resize(length, 0.0);
     let spacing = rate / length as f64;

@@ -54,7 +54,8 @@ pub fn system(
 /// As [`system`], with a force that depends on a status, too: `status_of(t, q, v)` is that of a state, and
 /// `force(status, t, q, v, out)` its smooth law. A status ends where one of the `guards`, which
 /// `guard_values(status, t, q, v, out)` writes, falls through zero. `cross(status, guard, q, v)` then returns the next
-/// status, and may change the state ([`Switching`]).
+/// status, and may change the state ([`Switching`]). Without guards the system counts as smooth, with the status of each
+/// moment.
 pub fn piecewise_system(
     omega: impl Into<Vec<f64>>,
     status_of: impl Fn(f64, &[f64], &[f64]) -> u8 + Send + Sync + 'static,

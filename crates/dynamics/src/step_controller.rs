@@ -4,8 +4,8 @@
 //! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
 //! II.4 and their code DOPRI5). If a step has the error ratio `e` and its predecessor had `e'`, the step
 //! is multiplied by `0.9 e^-a e'^b`, limited to 0.2 to 5, with `a = 0.17` and `b = 0.04` for pairs of
-//! order 5(4) ([`MethodTraits`](super::error_control::MethodTraits)). A small change of the step is not applied, because an unchanged step lets the
-//! exponential methods reuse their tables.
+//! order 5(4) ([`MethodTraits`](super::error_control::MethodTraits)). A small change of the step is not applied, because
+//! an unchanged step lets the exponential methods reuse their tables.
 
 use super::auto::Steppers;
 use super::error_control::{Accuracy, StateNorm};

@@ -336,10 +336,13 @@ mod tests {
             let sum = |weight: &dyn Fn(&[f64; 2]) -> f64| -> f64 {
                 let terms = rule
                     .iter()
-                    .map(|g| weight(g) * (1.0 - g[0].powi(2)).powi(j));
+                    .map(|point| weight(point) * (1.0 - point[0].powi(2)).powi(j));
                 terms.sum()
             };
-            let (uniform, hertz) = (sum(&|g| g[1]), sum(&|g| 1.5 * g[0] * g[1]));
+            let (uniform, hertz) = (
+                sum(&|[_, area]| *area),
+                sum(&|[pressure, area]| 1.5 * pressure * area),
+            );
             assert!(
                 (uniform - 1.0 / f64::from(j + 1)).abs() < 1e-14,
                 "degree {j}"

@@ -149,12 +149,12 @@ impl ScheduleKeys {
                 document.table(self.knots.table).get(key)?,
             ))
         } else if path == steps {
-            Schedule::through(self.steps.points(document)?, true)
+            Schedule::steps(self.steps.points(document)?)
         } else if path == sine {
             Schedule::sine(self.read_sine(document.table(path))?)
         } else {
             // A file has been replaced by its knots.
-            Schedule::through(self.knots.points(document)?, false)
+            Schedule::piecewise_linear(self.knots.points(document)?)
         };
         let schedule = schedule.expect("finite numbers, and times in order");
         Ok(Some((schedule, constant.is_none())))

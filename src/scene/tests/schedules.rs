@@ -266,7 +266,7 @@ fn knots_are_read_from_csv_files() {
     let scene = scene.expect("valid");
     let knots = [[0.0, 0.1], [2.5, 3.0], [4.0, -1.0]];
     let si = knots.map(|[ms, deg]: [f64; 2]| [ms / 1e3, deg.to_radians()]);
-    let tilt = Schedule::through(si.to_vec(), false).expect("rising times");
+    let tilt = Schedule::piecewise_linear(si.to_vec()).expect("rising times");
     assert_eq!(scene.joint().expect("a joint").tilt, tilt);
 
     // The text is self-contained and parses without the file.

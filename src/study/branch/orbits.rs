@@ -19,7 +19,7 @@ use crate::study::response::{ResponsePlan, SLOWEST, SettledResponse, response};
 use crate::study::sweep::SweepPoint;
 #[cfg(feature = "table")]
 use crate::study::sweep::{HysteresisEnd, SweepPlan};
-use crate::study::{OnProgress, StudyError};
+use crate::study::{OnProgress, StudyError, Trial};
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
 const HOPF_SHARE: f64 = 0.02;
@@ -200,7 +200,11 @@ impl Study<'_> {
         let name = self.plan.name();
         let task = format!("settling at {name} = {value}");
         (self.progress)(0.0, &task)?;
-        let trial = self.family.trial(&[value])?;
+        // The linear modes of its scene are not needed, and their error would be no reason against an orbit.
+        let trial = Trial {
+            scene: None,
+            ..self.family.trial(&[value])?
+        };
         let plan = ResponsePlan {
             min_transient_s: 0.02,
             measurement_s: 0.05,

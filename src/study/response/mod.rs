@@ -98,7 +98,7 @@ const PERIODIC_PERIODS: f64 = 250.0;
 /// names as far as possible.
 ///
 /// # Errors
-/// [`StudyError::Stopped`]; if the integration or an analysis fails.
+/// [`StudyError::Stopped`]; if the linear modes cannot be computed, or the integration or an analysis fails.
 pub fn response(
     mut trial: Trial,
     earlier: Option<&SettledResponse>,

@@ -98,16 +98,14 @@ impl TransientDetector {
             let (first, second) = channel.split_at(channel.len() / 2);
             [first, second].map(mean_with_error)
         });
-        let total = halves.clone().next_back();
-        halves
-            .zip(total.into_iter().cycle())
-            .any(|(halves, total)| {
-                let share = [0, 1].map(|half| halves[half][0] - total[half][0]);
-                let takes_part = share.into_iter().any(|share| share > MIN_SHARE.ln());
-                let [before, after] = halves;
-                let change = (after[0] - before[0]).abs();
-                takes_part && change > (MIN_ERRORS * before[1].hypot(after[1])).max(MIN_CHANGE)
-            })
+        let halves: Vec<[[f64; 2]; 2]> = halves.collect();
+        let total = halves[halves.len() - 1];
+        halves.into_iter().any(|[before, after]| {
+            let part = |mean: [f64; 2], of: [f64; 2]| mean[0] - of[0] > MIN_SHARE.ln();
+            let takes_part = part(before, total[0]) || part(after, total[1]);
+            let change = (after[0] - before[0]).abs();
+            takes_part && change > (MIN_ERRORS * before[1].hypot(after[1])).max(MIN_CHANGE)
+        })
     }
 
     /// Number of complete blocks.

@@ -64,7 +64,8 @@ impl RecurrenceImage {
         let recurrences = Recurrences::of(&states, &criterion)?;
         let measures = recurrences.counts().measures(2, 2, RateBase::Counted);
         let row = |i| distances(criterion.norm, &states, 0..size, states.vector(i));
-        let unrooted: Vec<f64> = (0..size).flat_map(row).collect();
+        let mut unrooted: Vec<f64> = Vec::with_capacity(size * size);
+        unrooted.extend((0..size).flat_map(row));
         let rows = unrooted.chunks(size);
         let pairs = rows.flat_map(|row| row.iter().zip(&recurrences.limits));
         let pixel = |(distance, limit)| if distance <= limit { 255 } else { 0 };

@@ -210,7 +210,7 @@ impl<'a, 'f> BranchState<'a, 'f> {
             shot = guess_at(step);
             shot.parameter = bound;
         }
-        if shot.period <= 0.0 {
+        if shot.period.is_nan() || shot.period <= 0.0 {
             shot.period = now.shot.period;
         }
         Some(Prediction {

@@ -50,17 +50,25 @@ fn driven(
     steps: usize,
     velocity: impl Fn(f64) -> f64,
 ) -> Vec<f64> {
-    let at = |t: f64, s: f64| law.response([velocity(t), 0.0, 0.0], [s, 0.0, 0.0]);
+    // Coefficient, and rate of the state, along the first axis.
+    let at = |t: f64, s: f64| {
+        let response = law.response([velocity(t), 0.0, 0.0], [s, 0.0, 0.0]);
+        response.map(|vector| vector[0])
+    };
     let mut all = Vec::new();
     for k in 0..steps {
         let t = k as f64 * h;
-        let slope = |t: f64, s: f64| at(t, s)[1][0];
+        let slope = |t: f64, s: f64| {
+            let [_, rate] = at(t, s);
+            rate
+        };
         let a = slope(t, state);
         let b = slope(t + 0.5 * h, state + 0.5 * h * a);
         let c = slope(t + 0.5 * h, state + 0.5 * h * b);
         let d = slope(t + h, state + h * c);
         state += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
-        all.push(at(t + h, state)[0][0]);
+        let [coefficient, _] = at(t + h, state);
+        all.push(coefficient);
     }
     all
 }
@@ -80,16 +88,16 @@ fn steady_sliding_has_the_closed_form() {
             ),
         ];
         for (law, exact) in cases {
-            let response = law.response([speed, 0.0, 0.0], law.steady_state(speed));
+            let [coefficient, rate] = law.response([speed, 0.0, 0.0], law.steady_state(speed));
             assert!(
-                (response[0][0] / exact - 1.0).abs() < 1e-12,
+                (coefficient[0] / exact - 1.0).abs() < 1e-12,
                 "{law:?} {speed}"
             );
-            let rate = match law {
+            let scale = match law {
                 DynamicFriction::LuGre(law) => law.stiffness * speed,
                 DynamicFriction::RateAndState(law) => speed / law.distance,
             };
-            assert!(response[1][0].abs() < 1e-14 * rate, "{law:?} {speed}");
+            assert!(rate[0].abs() < 1e-14 * scale, "{law:?} {speed}");
         }
     }
 }
@@ -115,22 +123,24 @@ fn slopes_are_the_derivatives() {
                         of
                     };
                     let h = 1e-5 * norm(velocity);
-                    let [a, b] = [-h, h].map(|h| law.response(moved(velocity, h), state));
+                    let [[low, low_rate], [high, high_rate]] =
+                        [-h, h].map(|h| law.response(moved(velocity, h), state));
                     let size = slopes.coefficient_by_velocity.as_flattened();
                     let size = size.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                     let fast = slopes.rate_by_velocity.as_flattened();
                     let fast = fast.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                     for i in 0..3 {
-                        let exact = (b[0][i] - a[0][i]) / (2.0 * h);
+                        let exact = (high[i] - low[i]) / (2.0 * h);
                         differs(slopes.coefficient_by_velocity[i][j], exact, size);
-                        let exact = (b[1][i] - a[1][i]) / (2.0 * h);
+                        let exact = (high_rate[i] - low_rate[i]) / (2.0 * h);
                         differs(slopes.rate_by_velocity[i][j], exact, fast);
                     }
-                    let [a, b] = [-1e-5, 1e-5].map(|h| law.response(velocity, moved(state, h)));
+                    let [[low, low_rate], [high, high_rate]] =
+                        [-1e-5, 1e-5].map(|h| law.response(velocity, moved(state, h)));
                     for i in 0..3 {
-                        let exact = (b[0][i] - a[0][i]) / 2e-5;
+                        let exact = (high[i] - low[i]) / 2e-5;
                         differs(slopes.coefficient_by_state[i][j], exact, 1.0);
-                        let exact = (b[1][i] - a[1][i]) / 2e-5;
+                        let exact = (high_rate[i] - low_rate[i]) / 2e-5;
                         let scale = 1.0 + slopes.rate_by_state[i][i].abs();
                         differs(slopes.rate_by_state[i][j], exact, scale);
                     }
@@ -158,8 +168,8 @@ fn bristles_are_springs_before_they_slide() {
     let exact = law.steady(1e-4) * -(-share).exp_m1();
     assert!((pushed[999] / exact - 1.0).abs() < 1e-9, "{}", pushed[999]);
     assert!((pushed[999] / springs - 1.0).abs() < 2e-3);
-    let response = DynamicFriction::LuGre(BRISTLES).response([1e-4, 0.0, 0.0], [0.0; 3]);
-    assert!((response[0][0] / ((3.0 + 0.2) * 1e-4) - 1.0).abs() < 1e-12);
+    let [coefficient, _] = DynamicFriction::LuGre(BRISTLES).response([1e-4, 0.0, 0.0], [0.0; 3]);
+    assert!((coefficient[0] / ((3.0 + 0.2) * 1e-4) - 1.0).abs() < 1e-12);
 }
 
 /// A force that increases slowly breaks the contact away at `mu_s`, one that increases fast at less: the bristles
@@ -202,10 +212,10 @@ fn bristles_are_passive_up_to_the_stated_speed() {
         let part = |alpha: f64| 2.0 * (f64::from(k) * alpha).fract() - 1.0;
         let velocity = [part(0.8192), part(0.6711), part(0.5497)].map(|v| 0.7 * v);
         let state = [part(0.4503), part(0.3689), part(0.3022)].map(|s| 0.6 * s);
-        let response = DynamicFriction::LuGre(BRISTLES).response(velocity, state);
+        let [coefficient, rate] = DynamicFriction::LuGre(BRISTLES).response(velocity, state);
         let dot = |a: [f64; 3], b: [f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let stored = dot(state, response[1]) / BRISTLES.stiffness;
-        let lost = dot(response[0], velocity) - stored;
+        let stored = dot(state, rate) / BRISTLES.stiffness;
+        let lost = dot(coefficient, velocity) - stored;
         let speed = norm(velocity);
         let holds = BRISTLES.damping * speed <= 4.0 * BRISTLES.steady(speed);
         assert!(!holds || lost >= -1e-12, "{velocity:?} {state:?}: {lost}");
@@ -239,8 +249,10 @@ fn bristles_dissipate_over_a_loop() {
 fn a_step_of_the_speed_has_a_direct_and_an_evolved_effect() {
     let law = DynamicFriction::RateAndState(AGEING);
     let [slow, fast]: [f64; 2] = [1e-3, 3e-3];
-    let before = law.response([slow, 0.0, 0.0], law.steady_state(slow))[0][0];
-    let at_once = law.response([fast, 0.0, 0.0], law.steady_state(slow))[0][0];
+    let [before, at_once] = [slow, fast].map(|speed| {
+        let [coefficient, _] = law.response([speed, 0.0, 0.0], law.steady_state(slow));
+        coefficient[0]
+    });
     let ln = (fast / slow).ln();
     assert!((at_once - before - 0.01 * ln).abs() < 1e-12);
     let h = 1e-3 * AGEING.distance / fast;
@@ -328,8 +340,12 @@ fn a_contact_at_rest_ages() {
     let h = 1e-3 * theta;
     let mut state = start;
     for _ in 0..100_000 {
-        let half = state + 0.5 * h * law.response([0.0; 3], [state, 0.0, 0.0])[1][0];
-        state += h * law.response([0.0; 3], [half, 0.0, 0.0])[1][0];
+        let slope = |state: f64| {
+            let [_, rate] = law.response([0.0; 3], [state, 0.0, 0.0]);
+            rate[0]
+        };
+        let half = state + 0.5 * h * slope(state);
+        state += h * slope(half);
     }
     let exact = (AGEING.reference_speed * 101.0 * theta / AGEING.distance).ln();
     assert!((state - exact).abs() < 1e-5, "{state} {exact}");
@@ -359,6 +375,7 @@ fn extreme_arguments_give_finite_numbers() {
                 assert!(all.all(|x| x.is_finite()), "{law:?} {speed} {state}");
             }
         }
-        assert_eq!(law.response([0.0; 3], [0.0; 3])[0], [0.0; 3]);
+        let [coefficient, _] = law.response([0.0; 3], [0.0; 3]);
+        assert_eq!(coefficient, [0.0; 3]);
     }
 }
