@@ -2,7 +2,6 @@
 
 use std::sync::LazyLock;
 
-use regex::{Captures, Regex};
 use ttf_parser::Face;
 
 /// Font family.
@@ -58,24 +57,60 @@ pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
 /// A text as it is shown: control characters escaped, a minus sign for a hyphen before a number or a frequency, and `2.5e-4` as
 /// `2.5 × 10⁻⁴`.
 pub fn shown(text: &str) -> String {
-    static PATTERNS: LazyLock<[Regex; 3]> = LazyLock::new(|| {
-        [POWER, SIGN, DIFFERENCE].map(|pattern| Regex::new(pattern).expect("a valid pattern"))
-    });
-    let [power, sign, difference] = &*PATTERNS;
     let text = crate::escape::lines(text);
-    let text = power.replace_all(&text, |found: &Captures<'_>| {
-        let factor = format!("{} × ", &found[2]);
-        let factor = if &found[2] == "1" { "" } else { &factor };
-        format!("{}{factor}{}", &found[1], power_of_ten(&found[3]))
-    });
-    let text = sign.replace_all(&text, "${1}−${2}");
-    difference.replace_all(&text, " − ${1}").into_owned()
+    let mut shown = String::with_capacity(text.len());
+    let mut left = &text[..];
+    while let Some(c) = left.chars().next() {
+        left = &left[c.len_utf8()..];
+        let is_in_word = shown.ends_with(char::is_alphanumeric);
+        if c == 'e'
+            && let Some(power) = exponent(left)
+            && let Some(before) = number_before(&shown)
+        {
+            match &shown[before..] {
+                "1" => shown.truncate(before),
+                _ => shown += " × ",
+            }
+            shown += &power_of_ten(power);
+            left = &left[power.len()..];
+        } else if c == '-'
+            && (starts_with_digit(left) && !is_in_word || is_difference(&shown, left))
+        {
+            shown.push('−');
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }
 
-/// A number with an exponent and what is before it, the sign of a number, and the minus of `2 f1 - f2`; not in words.
-const POWER: &str = r"(^|[^\p{Alphabetic}\p{N}.])([0-9.]*[0-9])e(-?[0-9]+)\b{end-half}";
-const SIGN: &str = r"(^|[^\p{Alphabetic}\p{N}])-([0-9])";
-const DIFFERENCE: &str = " - (f?[0-9])";
+/// Whether a number follows, as after a sign.
+fn starts_with_digit(after: &str) -> bool {
+    after.starts_with(|next: char| next.is_ascii_digit())
+}
+
+/// Whether a text ends and the next one begins as at the minus of `2 f1 - f2`.
+fn is_difference(before: &str, after: &str) -> bool {
+    let next = after.strip_prefix(' ').unwrap_or_default();
+    before.ends_with(' ')
+        && (starts_with_digit(next)
+            || starts_with_digit(next.strip_prefix('f').unwrap_or_default()))
+}
+
+/// The exponent with which a text starts, unless it belongs to a word.
+fn exponent(text: &str) -> Option<&str> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let after = digits.trim_start_matches(|c: char| c.is_ascii_digit());
+    let is_number = after.len() < digits.len() && !after.starts_with(char::is_alphanumeric);
+    is_number.then(|| &text[..text.len() - after.len()])
+}
+
+/// Start of the number with which a text ends.
+fn number_before(text: &str) -> Option<usize> {
+    let before = text.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let is_number = text.ends_with(|c: char| c.is_ascii_digit());
+    (is_number && !before.ends_with(char::is_alphanumeric)).then_some(before.len())
+}
 
 /// A power of ten with its exponent raised: `10⁻³`.
 pub fn power_of_ten(exponent: &str) -> String {

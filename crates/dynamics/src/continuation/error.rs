@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::FamilyError;
+use super::{FamilyError, StepLimits};
 use crate::DynamicsError;
 
 /// A periodic orbit that cannot be found.
@@ -64,6 +64,12 @@ pub enum ContinuationError {
         /// The upper bound minus the lower one.
         width: f64,
     },
+    /// The limits of the steps along the branch are not in order.
+    #[error(
+        "the first step along the branch is {}: it must lie between the minimum {}, which is positive, and the maximum {}",
+        .0.initial, .0.min, .0.max
+    )]
+    Steps(StepLimits),
     /// A bifurcation has no branch of twice the period.
     #[error("there is no branch of periodic orbits to switch to: {why}")]
     NoSwitch {

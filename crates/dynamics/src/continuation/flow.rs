@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::shooting::ShootingPoint;
-use super::{ContinuationError, ContinuationOptions, Family};
+use super::{ContinuationError, ContinuationOptions, Family, StepLimits};
 use crate::stepper::Law;
 use crate::{DynamicsError, Integrator, System};
 
@@ -42,10 +42,15 @@ impl<'a> Flow<'a> {
             options: *options,
             newton_iterations: 0,
         };
-        match flow.width() {
-            width if width > 0.0 && width.is_finite() => Ok(flow),
-            width => Err(ContinuationError::Bounds { width }),
+        let width = flow.width();
+        if !(width > 0.0 && width.is_finite()) {
+            return Err(ContinuationError::Bounds { width });
         }
+        let StepLimits { initial, min, max } = options.steps;
+        if !(min > 0.0 && min <= initial && initial <= max && max.is_finite()) {
+            return Err(ContinuationError::Steps(options.steps));
+        }
+        Ok(flow)
     }
 
     /// The distance of the bounds of the parameter.

@@ -65,6 +65,32 @@ fn van_der_pol_has_the_published_periods_and_multipliers() {
     }
 }
 
+#[test]
+fn bounds_and_steps_out_of_order_are_refused() {
+    let family = van_der_pol();
+    let search = ReturnSearch {
+        settle_s: 100.0,
+        max_period_s: 100.0,
+        tolerance: 0.02,
+    };
+    let refused = |options: ContinuationOptions| {
+        let orbit = settled_orbit(&family, 1.0, &[2.0, 0.0], &search, &options);
+        orbit.expect_err("refused").to_string()
+    };
+    for bounds in [[2.0, 0.5], [0.5, f64::NAN]] {
+        let fault = refused(precise(bounds, 0.5));
+        assert!(fault.contains("the parameter's bounds"), "{fault}");
+    }
+    for [initial, min, max] in [[0.1, 1e-6, 0.05], [1e-7, 1e-6, 0.05], [0.01, 0.0, 0.05]] {
+        let steps = StepLimits { initial, min, max };
+        let fault = refused(ContinuationOptions {
+            steps,
+            ..precise([0.05, 12.0], 0.5)
+        });
+        assert!(fault.contains("the first step along the branch"), "{fault}");
+    }
+}
+
 /// The multiplier over mu from 0.1 to 10 on one branch: the integral of the trace by quadrature along the orbit.
 #[test]
 fn van_der_pol_follows_its_branch_to_multipliers_of_any_size() {
