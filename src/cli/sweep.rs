@@ -20,8 +20,8 @@ use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, Shard, SweepPlan, SweepPoint, SweepResult, TableError, TableWriter, read_table, sweep,
-    write_table,
+    Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
+    read_table, sweep, write_table,
 };
 use crate::study::threads;
 
@@ -101,17 +101,19 @@ pub(super) fn compute_points(
 /// Bad input: a table that cannot be read, belongs to another sweep, or has a different result at the same
 /// point; failure while writing.
 pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError> {
-    let Some(first) = args.tables.first() else {
+    let mut tables = args.tables.iter().map(|path| (path, read_table(path)));
+    let Some((path, first)) = tables.next() else {
         return Ok(());
     };
-    let plan = SweepPlan::from_identity(&read_table(first)?.identity)
-        .map_err(|reason| TableError::invalid(first, reason))?;
+    let first = first?;
+    let plan = SweepPlan::from_identity(&first.identity)
+        .map_err(|reason| TableError::invalid(path, reason))?;
     check_timeline(&plan, &args.outputs)?;
     let files = outputs(None, &args.outputs, None, &stems(&plan))?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
-    for path in &args.tables {
-        for point in points_of(&plan, path)? {
+    for (path, table) in std::iter::once((path, Ok(first))).chain(tables) {
+        for point in points_of(&plan, path, table?)? {
             let index = point.place.index;
             let existing = merged.entry(index).or_insert_with(|| point.clone());
             if *existing != point {
@@ -214,13 +216,18 @@ pub(super) fn record(
 fn known_points(plan: &SweepPlan, tables: [&Path; 2]) -> Result<Vec<SweepPoint>, CliError> {
     // An empty file: the sweep was killed before its first point.
     let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
-    let path = tables.into_iter().find(has_points);
-    path.map_or_else(|| Ok(Vec::new()), |path| points_of(plan, path))
+    match tables.into_iter().find(has_points) {
+        Some(path) => points_of(plan, path, read_table(path)?),
+        None => Ok(Vec::new()),
+    }
 }
 
-/// The points of a table that belongs to a plan; warns if the table is truncated.
-fn points_of(plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
-    let table = read_table(path)?;
+/// The points of the table of this path, which belongs to a plan; warns if the table is truncated.
+fn points_of(
+    plan: &SweepPlan,
+    path: &Path,
+    table: SweepTable,
+) -> Result<Vec<SweepPoint>, CliError> {
     table.check(plan, path)?;
     if table.truncated {
         console::print_warning(&format!(
