@@ -203,9 +203,9 @@ fn audio_arrives_and_is_not_silent() {
     let mut sound = live.socket("/sound");
     let (mut samples, mut loud, mut time_stretch) = (0, 0.0_f32, None);
     let began = Instant::now();
-    // After the first 40 ms the squeak has its full amplitude.
-    while samples < 48_000 {
-        assert!(began.elapsed() < DEADLINE);
+    // After the first 40 ms the squeak has its full amplitude. Where the machine stalls, the sound is silent for a while.
+    while samples < 48_000 || loud <= 0.5 {
+        assert!(began.elapsed() < DEADLINE, "{samples} samples, {loud}");
         match sound.next() {
             Message::Binary(piece) => {
                 assert_eq!(piece.len() % 4, 0);
@@ -224,7 +224,6 @@ fn audio_arrives_and_is_not_silent() {
             _ => {}
         }
     }
-    assert!(loud > 0.5, "{loud}");
     // A factor of ten, or more on a machine that does not keep up.
     assert!(time_stretch.expect("received") > 9.0, "{time_stretch:?}");
 }
