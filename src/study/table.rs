@@ -11,11 +11,14 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_ipc::writer::FileWriter;
-use arrow_schema::{ArrowError, DataType, FieldRef, SchemaRef};
+use arrow_schema::{ArrowError, DataType, FieldRef, Schema, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use serde::Serialize;
 
 use crate::export::{OutputError, replace_file};
+
+/// Number of rows in a batch of a finished table.
+const BATCH: usize = 1024;
 
 /// Key of the unit in the metadata of a field.
 const UNIT: &str = "unit";
@@ -52,64 +55,65 @@ fn is_single(field: &FieldRef) -> bool {
     !field.data_type().is_nested()
 }
 
-/// Writes a finished table; an existing file is replaced.
+/// The schema of a table with some columns.
+pub(super) fn schema(fields: Result<Vec<FieldRef>, serde_arrow::Error>) -> io::Result<SchemaRef> {
+    let fields = fields.map_err(io::Error::other)?;
+    Ok(Arc::new(Schema::new(columns(fields))))
+}
+
+/// Rows as a record batch with the columns of a schema.
+pub(super) fn batch<R: Serialize>(schema: &SchemaRef, rows: &[R]) -> io::Result<RecordBatch> {
+    let batch = serde_arrow::to_record_batch(schema.fields(), &rows).map_err(io::Error::other)?;
+    let batch = batch.with_schema(Arc::clone(schema));
+    batch.map_err(io::Error::other)
+}
+
+/// Writes a finished table: Parquet or CSV if the name ends so, otherwise an Arrow file. An existing file is replaced.
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
-pub(super) fn write(
+pub(super) fn write<R: Serialize>(
     path: &Path,
-    schema: &SchemaRef,
-    batches: &[RecordBatch],
+    schema: io::Result<SchemaRef>,
+    rows: &[R],
 ) -> Result<(), OutputError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    replace_file(path, |out| match ending.to_str() {
-        Some("parquet") => write_parquet(out, schema, batches),
-        Some("csv") => write_csv(out, schema, batches),
-        _ => write_arrow(out, schema, batches),
+    replace_file(path, |out| {
+        let schema = schema?;
+        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, rows));
+        match ending.to_str() {
+            Some("parquet") => {
+                let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
+                let mut file = file.map_err(io::Error::other)?;
+                for batch in batches {
+                    file.write(&batch?).map_err(io::Error::other)?;
+                }
+                file.close().map(drop).map_err(io::Error::other)
+            }
+            Some("csv") => write_csv(out, &schema, batches),
+            _ => {
+                let mut file = FileWriter::try_new(out, &schema).map_err(unwrapped)?;
+                for batch in batches {
+                    file.write(&batch?).map_err(unwrapped)?;
+                }
+                file.finish().map_err(unwrapped)
+            }
+        }
     })
 }
 
-/// Writes rows with some columns, as [`write()`].
-pub(super) fn write_rows<R: Serialize>(
-    path: &Path,
-    fields: Result<Vec<FieldRef>, serde_arrow::Error>,
-    rows: &[R],
-) -> Result<(), OutputError> {
-    let batch = fields.and_then(|fields| serde_arrow::to_record_batch(&columns(fields), &rows));
-    let batch = batch.map_err(|error| OutputError {
-        path: path.to_owned(),
-        source: io::Error::other(error),
-    })?;
-    write(path, &batch.schema(), &[batch])
-}
-
-fn write_arrow(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {
-    let mut file = FileWriter::try_new(out, schema).map_err(unwrapped)?;
-    for batch in batches {
-        file.write(batch).map_err(unwrapped)?;
-    }
-    file.finish().map_err(unwrapped)
-}
-
-fn write_parquet(
-    out: impl Write + Send,
+fn write_csv(
+    out: impl Write,
     schema: &SchemaRef,
-    batches: &[RecordBatch],
+    batches: impl Iterator<Item = io::Result<RecordBatch>>,
 ) -> io::Result<()> {
-    let mut file = ArrowWriter::try_new(out, schema.clone(), None).map_err(io::Error::other)?;
-    for batch in batches {
-        file.write(batch).map_err(io::Error::other)?;
-    }
-    file.close().map(drop).map_err(io::Error::other)
-}
-
-fn write_csv(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {
     let fields = schema.fields().iter().enumerate();
     let single = fields.filter(|(_, field)| is_single(field));
     let single: Vec<usize> = single.map(|(k, _)| k).collect();
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(single.iter().map(|&k| schema.field(k).name()))?;
     for batch in batches {
+        let batch = batch?;
         for row in 0..batch.num_rows() {
             let cells = single.iter().map(|&k| cell(batch.column(k), row));
             csv.write_record(cells.collect::<io::Result<Vec<_>>>()?)?;

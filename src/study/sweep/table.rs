@@ -33,9 +33,6 @@ use crate::number::degrees;
 use crate::study::response::SettledResponse;
 use crate::study::{StudyError, table};
 
-/// Number of points in a batch of a finished table.
-const BATCH: usize = 1024;
-
 /// Error when reading or writing a table.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
@@ -104,7 +101,7 @@ impl TableWriter {
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
                 stream
-                    .write(&batch(&schema, &[point])?)
+                    .write(&table::batch(&schema, &[Row::new(point)])?)
                     .map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
@@ -125,7 +122,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.schema, &[point]).and_then(|batch| {
+        let written = table::batch(&self.schema, &[Row::new(point)]).and_then(|batch| {
             self.stream.write(&batch).map_err(table::unwrapped)?;
             self.stream.flush().map_err(table::unwrapped)
         });
@@ -143,15 +140,10 @@ impl TableWriter {
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
-    let mut points: Vec<&SweepPoint> = points.iter().collect();
-    points.sort_by_key(|point| point.place.index);
-    let write = || {
-        let schema = schema(plan)?;
-        let batches = points.chunks(BATCH).map(|points| batch(&schema, points));
-        let batches = batches.collect::<io::Result<Vec<_>>>()?;
-        table::write(path, &schema, &batches).map_err(|error| error.source)
-    };
-    write().map_err(|source| TableError::Write(path.to_owned(), source))
+    let mut rows: Vec<Row<'_>> = points.iter().map(Row::new).collect();
+    rows.sort_by_key(|row| row.place.index);
+    let written = table::write(path, schema(plan), &rows);
+    written.map_err(|OutputError { path, source }| TableError::Write(path, source))
 }
 
 /// Reads a table: an Arrow stream, an Arrow file or Parquet. A truncated stream, from a process that was killed, yields
@@ -251,15 +243,15 @@ const IDENTITY: &str = "squeakscope sweep 3";
 
 /// A point; missing values are null.
 #[derive(Serialize, JsonSchema)]
-pub struct Row {
+pub struct Row<'a> {
     #[serde(flatten)]
-    place: Place,
+    place: &'a Place,
     /// Error message of a point without a response.
-    error: Option<String>,
+    error: Option<&'a str>,
     #[serde(flatten)]
     leading: Leading,
     #[serde(flatten)]
-    found: Option<SettledResponse>,
+    found: Option<&'a SettledResponse>,
 }
 
 /// What is read of a row of a table, except the values of the axes.
@@ -351,17 +343,14 @@ impl Leading {
     }
 }
 
-impl Row {
+impl<'a> Row<'a> {
     /// The row of a point.
-    fn new(point: SweepPoint) -> Self {
-        let (found, error) = match point.outcome {
-            Ok(found) => (Some(found), None),
-            Err(error) => (None, Some(error)),
-        };
+    fn new(point: &'a SweepPoint) -> Self {
+        let found = point.found();
         Self {
-            place: point.place,
-            error,
-            leading: found.as_ref().map(Leading::of).unwrap_or_default(),
+            place: &point.place,
+            error: point.outcome.as_ref().err().map(String::as_str),
+            leading: found.map(Leading::of).unwrap_or_default(),
             found,
         }
     }
@@ -402,7 +391,7 @@ impl Serialize for SweepPoint {
             found.portrait = None;
             found.state.clear();
         }
-        Row::new(point).serialize(to)
+        Row::new(&point).serialize(to)
     }
 }
 
@@ -417,16 +406,6 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
     fields.splice(2..2, parameters);
     let identity = HashMap::from([(IDENTITY.to_owned(), plan.identity())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, identity)))
-}
-
-/// Points as a record batch with the columns of a plan.
-fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
-    let rows = points.iter().map(|point| Row::new((*point).clone()));
-    let batch = serde_arrow::to_record_batch(schema.fields(), &rows.collect::<Vec<_>>());
-    let batch = batch.map_err(io::Error::other)?;
-    batch
-        .with_schema(Arc::clone(schema))
-        .map_err(io::Error::other)
 }
 
 /// The points of a record batch of a plan, or the reason why it has none.
