@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::family::{SteadyState, SubjectFamily};
 use super::result::{At, Branch, BranchBifurcation, name_of};
 use crate::chain_of_causes;
+use crate::dynamics::RootBracket;
 use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
 use crate::joint::NamedMode;
@@ -298,8 +299,6 @@ fn fastest_alike(modes: Vec<Eigenmode>, to: &Eigenmode) -> Option<Eigenmode> {
     alike.max_by(|a, b| a.value.re.total_cmp(&b.value.re))
 }
 
-/// Iterations of the search for a root; bisection alone needs 60.
-const MAX_ITERATIONS: usize = 100;
 /// Relative width of the last bracket.
 const WIDTH: f64 = 1e-13;
 /// Rounding errors of a growth rate relative to the size of the eigenvalue.
@@ -470,48 +469,21 @@ fn locate(
     }))
 }
 
-/// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
-/// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
+/// The zero of the growth rate and the width of the last bracket.
 fn root(family: &SubjectFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
-    let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
-    let level = bracket.level;
-    let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
-    let (mut c, mut fc);
-    let mut share = 0.5;
-    for _ in 0..MAX_ITERATIONS {
-        let x = a + share * (b - a);
-        let (_, mode) = followed(family, bracket, x)?;
-        let Some(mode) = mode else {
+    let growth = |mode: &Eigenmode| mode.value.re - bracket.level;
+    let [low, high] = &bracket.ends;
+    let mut growths = [growth(&low.1), growth(&high.1)];
+    let mut search = RootBracket::new([low.0, high.0], WIDTH * low.0.abs().max(high.0.abs()));
+    while let Some(value) = search.guess(growths[0] / (growths[0] - growths[1])) {
+        let (_, Some(mode)) = followed(family, bracket, value)? else {
             return Ok(None);
         };
-        let f = mode.value.re - level;
-        if (f > 0.0) == (fa > 0.0) {
-            (c, fc) = (a, fa);
-        } else {
-            (c, fc, b, fb) = (b, fb, a, fa);
-        }
-        (a, fa) = (x, f);
-        let (best, f_best) = if fa.abs() < fb.abs() {
-            (a, fa)
-        } else {
-            (b, fb)
-        };
-        let width = (b - a).abs();
-        let tolerance = WIDTH * a.abs().max(b.abs());
-        if width <= tolerance || f_best == 0.0 {
-            return Ok(Some((best, width.min(tolerance))));
-        }
-        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
-        let interpolates = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
-        share = if interpolates {
-            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        } else {
-            0.5
-        };
-        let least = 0.5 * tolerance / width;
-        share = share.clamp(least, 1.0 - least);
+        let end = usize::from((growth(&mode) > 0.0) == (growths[1] > 0.0));
+        (search.ends[end], growths[end]) = (value, growth(&mode));
     }
-    Ok(Some((a, (b - a).abs())))
+    let best = usize::from(growths[1].abs() < growths[0].abs());
+    Ok(Some((search.ends[best], search.ends[1] - search.ends[0])))
 }
 
 /// The steady state at a value within a bracket, and its mode most similar to those at the ends.
