@@ -60,7 +60,7 @@ pub struct BranchArgs {
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities).
+    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; lists as JSON).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a
