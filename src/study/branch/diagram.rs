@@ -131,16 +131,10 @@ impl TiltDiagram {
     /// The bifurcations of settled motions that a change of the tilt (degrees) passes or reaches, in the order in which it
     /// does.
     pub fn passed(&self, from: f64, to: f64) -> Vec<&DiagramBifurcation> {
-        let lies_between = |found: &&DiagramBifurcation| {
-            let at = found.tilt_deg;
-            found.attracts
-                && if from <= to {
-                    from < at && at <= to
-                } else {
-                    to <= at && at < from
-                }
-        };
-        let mut passed: Vec<_> = self.bifurcations.iter().filter(lies_between).collect();
+        let is_passed = |at: f64| (from < at && at <= to) || (to <= at && at < from);
+        let all = self.bifurcations.iter();
+        let passed = all.filter(|found| found.attracts && is_passed(found.tilt_deg));
+        let mut passed: Vec<_> = passed.collect();
         if to < from {
             passed.reverse();
         }
@@ -175,20 +169,33 @@ pub fn tilt_diagram(
 /// If no thread can be started.
 pub(super) fn settled_responses(
     scene: &Scene,
-    interval: [f64; 2],
+    [from, to]: [f64; 2],
     threads: usize,
     progress: OnProgress<'_>,
 ) -> Result<Vec<SweepPoint>, StudyError> {
-    let own = scene.start_tilt().unwrap_or(0.0);
-    let all = f64::NEG_INFINITY;
+    let step = (to - from) / f64::from(RESPONSES - 1);
+    let tilts = (0..RESPONSES).map(|k| from + f64::from(k) * step);
+    // With a tolerance for the conversion of the angle.
+    let own = scene.start_tilt().unwrap_or(0.0).to_degrees().min(to) - 1e-9;
     let parts = [
-        (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
-        (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
+        (vec![Start::Fresh, Start::Downward], from, [0.0, 0.7]),
+        (vec![Start::Upward], own, [0.7, 0.3]),
     ];
     let mut settled = Vec::new();
     for (starts, lowest, [before, part]) in parts {
+        let tilts = tilts.clone().filter(|tilt| *tilt >= lowest);
+        let plan = SweepPlan {
+            subject: scene.clone(),
+            axes: vec![Axis::new(Parameter::tilt(), tilts)],
+            starts,
+            response: ResponsePlan {
+                exponents: 0,
+                orbits: false,
+                portrait: false,
+                ..ResponsePlan::default()
+            },
+        };
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
-        let plan = sweep_plan(scene, interval, starts, lowest);
         let keep = |_: &SweepPoint| Ok::<_, StudyError>(());
         let (shard, known) = (Shard::WHOLE, Vec::new());
         let points = sweep(&plan, shard, known, threads, &mut progress, keep)?;
@@ -199,28 +206,6 @@ pub(super) fn settled_responses(
         }
     }
     Ok(settled)
-}
-
-/// The sweep for the responses of a diagram from a lowest tilt (degrees) on.
-fn sweep_plan(scene: &Scene, [from, to]: [f64; 2], starts: Vec<Start>, lowest: f64) -> SweepPlan {
-    let step = (to - from) / f64::from(RESPONSES - 1);
-    let values = (0..RESPONSES).map(|k| from + f64::from(k) * step);
-    // With a tolerance for the conversion of the angle.
-    let lowest = lowest.min(to) - 1e-9;
-    SweepPlan {
-        subject: scene.clone(),
-        axes: vec![Axis::new(
-            Parameter::tilt(),
-            values.filter(|value| *value >= lowest),
-        )],
-        starts,
-        response: ResponsePlan {
-            exponents: 0,
-            orbits: false,
-            portrait: false,
-            ..ResponsePlan::default()
-        },
-    }
 }
 
 fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
@@ -402,8 +387,15 @@ mod tests {
         let interval = [0.0, 10.0];
         let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
         let responses = SweepPlan {
+            subject: scene.clone(),
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
-            ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
+            starts: vec![Start::Fresh],
+            response: ResponsePlan {
+                exponents: 0,
+                orbits: false,
+                portrait: false,
+                ..ResponsePlan::default()
+            },
         };
         let points = run(&responses, Shard::WHOLE, Vec::new(), 1);
         let mut branch = Branch::new(&plan);

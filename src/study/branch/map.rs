@@ -109,27 +109,21 @@ pub fn stability_map(
     progress: OnProgress<'_>,
 ) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
-    let mut rows: Vec<(usize, Vec<Solved>)> = Vec::new();
-    let job = |row: usize, emit: Emit<'_, _>| {
-        let family = plan.family();
-        let points = xs.iter().map_while(|&x| {
-            emit(None).ok()?;
-            Some(solve(&family, [x, ys[row]]))
-        });
-        let points: Vec<Solved> = points.collect();
-        if points.len() == xs.len() {
-            // A stop is seen before the next row.
-            let _ = emit(Some((row, points)));
-        }
+    let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
+    let count = xs.len() * ys.len();
+    let mut points: Vec<(usize, Solved)> = Vec::new();
+    let job = |k: usize, emit: Emit<'_, _>| {
+        // A stop is seen before the next point.
+        let _ = emit(Some((k, solve(&plan.family(), place(k)))));
     };
-    run_jobs(ys.len(), threads, job, |row| {
-        rows.extend(row);
+    run_jobs(count, threads, job, |point| {
+        points.extend(point);
         // Tracing the curves takes about as long as the grid.
-        let share = 0.5 * rows.len() as f64 / ys.len() as f64;
+        let share = 0.5 * points.len() as f64 / count as f64;
         Ok::<_, StudyError>(progress(share, TASK)?)
     })?;
-    rows.sort_by_key(|(row, _)| *row);
-    let mut solved: Vec<Solved> = rows.into_iter().flat_map(|(_, points)| points).collect();
+    points.sort_by_key(|(k, _)| *k);
+    let mut solved: Vec<Solved> = points.into_iter().map(|(_, point)| point).collect();
     if solved.iter().all(Result::is_err)
         && let Some(Err(error)) = solved.drain(..).next()
     {
@@ -146,7 +140,6 @@ pub fn stability_map(
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
             continue;
         };
-        let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
         let along = usize::from(to - from > 1);
         for (seed, label) in seeds([place(*from), place(*to)], one, other, names) {
             let is_known = |curve: &Curve| plan.passes(&curve.points, &seed.0, cell);

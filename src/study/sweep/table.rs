@@ -91,25 +91,20 @@ impl TableWriter {
         let failed = |source| TableError::Write(path.to_owned(), source);
         let schema = schema(plan).map_err(failed)?;
         // The old file is replaced only once the new one holds all its points.
-        let mut kept = None;
-        replace_file(path, |out: &mut BufWriter<&File>| {
+        let stream = replace_file(path, |out: &mut BufWriter<&File>| {
             let file = out.get_ref().try_clone()?;
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
-                stream
-                    .write(&table::batch(&schema, &[Row::new(point)])?)
-                    .map_err(io::Error::other)?;
+                let batch = table::batch(&schema, &[Row::new(point)])?;
+                stream.write(&batch).map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
-            kept = Some(stream);
-            Ok(())
-        })
-        .map_err(|OutputError { source, .. }| failed(source))?;
-        let stream = kept.ok_or_else(|| failed(io::Error::other("no file was made")))?;
+            Ok(stream)
+        });
         Ok(Self {
             path: path.to_owned(),
+            stream: stream.map_err(|OutputError { source, .. }| failed(source))?,
             schema,
-            stream,
         })
     }
 
