@@ -10,7 +10,9 @@ use super::result::{At, Branch, BranchBifurcation, name_of};
 use crate::chain_of_causes;
 use crate::dynamics::RootBracket;
 use crate::dynamics::continuation::Criticality;
-use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
+use crate::dynamics::equilibrium::{
+    Eigenmode, FirstLyapunov, ModeTracks, TrackedMode, eigenvalue_derivative,
+};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::subject::Subject;
@@ -123,7 +125,7 @@ pub fn add_equilibria(
     let [from, to] = plan.interval;
     let name = plan.name();
     let family = plan.family();
-    let mut tracks = Tracks::default();
+    let mut tracks = ModeTracks::default();
     let (first, mut tracked) = solve(&family, &mut tracks, At::new(name, from), &[])?;
     let (mut points, mut last) = (vec![first], from);
     let mut brackets = Vec::new();
@@ -147,7 +149,7 @@ pub fn add_equilibria(
                     break 'branch;
                 }
             };
-            if trial.worst < MIN_CORRELATION && halvings < MAX_HALVINGS {
+            if trial.worst_correlation < MIN_CORRELATION && halvings < MAX_HALVINGS {
                 halvings += 1;
                 next = 0.5 * (last + next);
                 continue;
@@ -181,7 +183,7 @@ pub fn add_equilibria(
 }
 
 /// Whether a mode is undamped that was not at the point before.
-fn is_undamped_after(before: &[Tracked], here: &[Tracked]) -> bool {
+fn is_undamped_after(before: &[TrackedMode], here: &[TrackedMode]) -> bool {
     here.iter().any(|tracked| {
         let old = before.iter().find(|old| old.number == tracked.number);
         sign(&tracked.mode) == 0 && old.is_some_and(|old| sign(&old.mode) != 0)
@@ -191,10 +193,10 @@ fn is_undamped_after(before: &[Tracked], here: &[Tracked]) -> bool {
 /// Solves for the equilibrium at a value and continues the tracks of its modes.
 fn solve(
     family: &SubjectFamily,
-    tracks: &mut Tracks,
+    tracks: &mut ModeTracks,
     at: At,
-    before: &[Tracked],
-) -> Result<(EquilibriumPoint, Vec<Tracked>), StudyError> {
+    before: &[TrackedMode],
+) -> Result<(EquilibriumPoint, Vec<TrackedMode>), StudyError> {
     let state = family.at(&[at.value])?;
     let tracked = tracks.follow(before, state.linearised.modes()?);
     let modes = tracked.iter().map(|tracked| BranchMode {
@@ -208,95 +210,6 @@ fn solve(
         at,
     };
     Ok((point, tracked))
-}
-
-/// Correlation from which on two shapes are similar.
-const SIMILAR: f64 = 0.3;
-
-/// A mode with the number under which it is followed.
-#[derive(Clone, Debug)]
-struct Tracked {
-    /// Number of the mode.
-    number: usize,
-    mode: Eigenmode,
-}
-
-/// The numbers given so far.
-#[derive(Clone, Debug, Default)]
-struct Tracks {
-    next: usize,
-    /// Smallest correlation of an oscillating mode with itself in the last step.
-    worst: f64,
-}
-
-impl Tracks {
-    /// Gives each mode the number of the mode before it with the most similar shape. Modes without one get new
-    /// numbers: at the start by ascending frequency, later where a pair of complex eigenvalues becomes two real ones
-    /// or the reverse.
-    fn follow(&mut self, before: &[Tracked], mut modes: Vec<Eigenmode>) -> Vec<Tracked> {
-        modes.sort_by(|a, b| {
-            let by_frequency = a.value.im.total_cmp(&b.value.im);
-            by_frequency.then(a.value.re.total_cmp(&b.value.re))
-        });
-        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        for (i, old) in before.iter().enumerate() {
-            for (j, new) in modes.iter().enumerate() {
-                if old.mode.oscillates() == new.oscillates() {
-                    pairs.push((likeness(&old.mode, new), i, j));
-                }
-            }
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut numbers: Vec<Option<usize>> = vec![None; modes.len()];
-        let mut is_taken = vec![false; before.len()];
-        self.worst = 1.0;
-        for (_, i, j) in pairs {
-            if !is_taken[i] && numbers[j].is_none() {
-                is_taken[i] = true;
-                numbers[j] = Some(before[i].number);
-                if modes[j].oscillates() {
-                    let correlation = before[i].mode.correlation(&modes[j]);
-                    self.worst = self.worst.min(correlation);
-                }
-            }
-        }
-        let tracked = modes
-            .into_iter()
-            .zip(numbers)
-            .map(|(mode, number)| Tracked {
-                number: number.unwrap_or_else(|| {
-                    self.next += 1;
-                    self.next - 1
-                }),
-                mode,
-            });
-        let mut tracked: Vec<Tracked> = tracked.collect();
-        tracked.sort_by_key(|tracked| tracked.number);
-        tracked
-    }
-}
-
-/// Similarity of two modes: the correlation of their shapes, less the relative distance of their eigenvalues, which
-/// decides between modes of similar shape.
-fn likeness(one: &Eigenmode, other: &Eigenmode) -> f64 {
-    let size = one.value.norm().max(other.value.norm()).max(1e-300);
-    one.correlation(other) - (one.value - other.value).norm() / size
-}
-
-/// The mode most similar to another.
-pub(super) fn most_alike(modes: Vec<Eigenmode>, to: &Eigenmode) -> Option<Eigenmode> {
-    let alike = modes
-        .into_iter()
-        .filter(|mode| mode.oscillates() == to.oscillates());
-    alike.max_by(|a, b| likeness(a, to).total_cmp(&likeness(b, to)))
-}
-
-/// The mode with the largest growth rate among those with a similar shape.
-fn fastest_alike(modes: Vec<Eigenmode>, to: &Eigenmode) -> Option<Eigenmode> {
-    let alike = modes
-        .into_iter()
-        .filter(|mode| mode.oscillates() && mode.correlation(to) > SIMILAR);
-    alike.max_by(|a, b| a.value.re.total_cmp(&b.value.re))
 }
 
 /// Relative width of the last bracket.
@@ -394,8 +307,8 @@ struct Bracket {
 impl Bracket {
     /// The brackets of all modes between two points.
     fn between<'a>(
-        low: (f64, &'a [Tracked]),
-        high: (f64, &'a [Tracked]),
+        low: (f64, &'a [TrackedMode]),
+        high: (f64, &'a [TrackedMode]),
     ) -> impl Iterator<Item = Self> + 'a {
         low.1.iter().filter_map(move |one| {
             let other = high.1.iter().find(|other| other.number == one.number)?;
@@ -495,13 +408,15 @@ fn followed(
     let state = family.at(&[value])?;
     let [(low, _), (high, _)] = bracket.ends;
     let nearest = usize::from((value - low).abs() > (high - value).abs());
+    let near = &bracket.ends[nearest].1;
+    let modes = state.linearised.modes()?;
     // Next to the point where two modes meet, their shapes are equal: the growing one counts.
-    let alike = if bracket.level > 0.0 {
-        fastest_alike
+    let mode = if bracket.level > 0.0 {
+        near.fastest_alike(&modes)
     } else {
-        most_alike
+        near.most_alike(&modes)
     };
-    let mode = alike(state.linearised.modes()?, &bracket.ends[nearest].1);
+    let mode = mode.cloned();
     Ok((state, mode))
 }
 

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::equilibria::{BranchPlan, most_alike};
+use super::equilibria::BranchPlan;
 use super::family::SubjectFamily;
 use super::orbits::{OrbitStarts, add_orbits};
 use super::result::Branch;
@@ -195,9 +195,9 @@ fn seeds<'a>(
     names: &'a [NamedMode],
 ) -> Vec<(PointOf<Eigenmode>, &'a str)> {
     let seeds = one.iter().zip(names).filter_map(|(from, name)| {
-        let to = most_alike(other.to_vec(), from)?;
+        let to = from.most_alike(other)?;
         // A mode that ceases to oscillate has no partner.
-        most_alike(one.to_vec(), &to).filter(|back| back.value == from.value)?;
+        to.most_alike(one).filter(|back| back.value == from.value)?;
         let growths = [from.value.re, to.value.re];
         let crosses = growths[0] * growths[1] < 0.0 && from.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
@@ -464,7 +464,8 @@ fn hopf_curve(
 
 /// The mode next to another one at some values of the parameters.
 fn mode_at(family: &SubjectFamily, values: [f64; 2], near: &Eigenmode) -> Option<Eigenmode> {
-    most_alike(family.at(&values).ok()?.linearised.modes().ok()?, near)
+    let modes = family.at(&values).ok()?.linearised.modes().ok()?;
+    near.most_alike(&modes).cloned()
 }
 
 /// Values that differ by [`DIFFERENCE`] in one parameter, towards the middle of its interval.
