@@ -5,11 +5,9 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::equilibria::BranchPlan;
-use super::result::Branch;
+use crate::dynamics::System;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
 use crate::dynamics::equilibrium::{Eigenmode, Linearised, derivative};
-use crate::dynamics::{Integrator, System};
 use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
 use crate::study::StudyError;
@@ -17,8 +15,6 @@ use crate::study::subject::{Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
 const STEP: f64 = 0.02;
-/// Points of a phase portrait.
-const PORTRAIT: usize = 240;
 
 /// Systems over some parameters, for example those of a scene.
 pub struct SubjectFamily {
@@ -164,30 +160,6 @@ impl SteadyState {
         let sum: faer::c64 = parts.map(|((probe, scale), x)| *x * (probe / scale)).sum();
         2.0 * sum.norm()
     }
-}
-
-/// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of a result.
-///
-/// # Errors
-/// If a system cannot be built, or an integration fails.
-pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, StudyError> {
-    let family = plan.family();
-    let options = family.options(plan.interval)?;
-    let portraits = result.points.iter().map(|point| {
-        let orbit = &point.orbit;
-        let prepared = family.trial(&[orbit.parameter])?.prepared;
-        let system = prepared.integrator.system();
-        let (mut integrator, mut z) = Integrator::started(options.method, system, &orbit.state)?;
-        let modes = system.modes();
-        let samples = (0..=PORTRAIT).map(|k| {
-            let time = orbit.period_s * k as f64 / PORTRAIT as f64;
-            integrator.sample(time, &mut z)?;
-            let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
-            Ok([row(&z[..modes]), row(&z[modes..])])
-        });
-        samples.collect::<Result<Vec<_>, StudyError>>()
-    });
-    portraits.collect()
 }
 
 /// Step of the first difference with respect to a parameter with a value; `scale` is the size on which it changes.
