@@ -113,15 +113,14 @@ fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::
 
 /// A value as text; null is empty.
 fn cell(value: &Value) -> String {
-    match value {
+    let text = match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
-        other => {
-            let text = Some(other.to_string());
-            text.filter(|text| text.len() <= LONGEST)
-                .unwrap_or_default()
-        }
-    }
+        other => other.to_string(),
+    };
+    Some(text)
+        .filter(|text| text.len() <= LONGEST)
+        .unwrap_or_default()
 }
 
 /// The I/O error within an Arrow error, if there is one.

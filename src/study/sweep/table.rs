@@ -88,24 +88,26 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`].
     pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
-        let failed = |source| TableError::Write(path.to_owned(), source);
-        let schema = schema(plan).map_err(failed)?;
         // The old file is replaced only once the new one holds all its points.
-        let stream = replace_file(path, |out: &mut BufWriter<&File>| {
-            let file = out.get_ref().try_clone()?;
-            let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
+        let begun = replace_file(path, |out: &mut BufWriter<&File>| {
+            let (file, schema) = (out.get_ref().try_clone()?, schema(plan)?);
+            let mut growing = Self {
+                path: path.to_owned(),
+                stream: StreamWriter::try_new(file, &schema).map_err(table::unwrapped)?,
+                schema,
+            };
             for point in known {
-                let batch = table::batch(&schema, &[Row::new(point)])?;
-                stream.write(&batch).map_err(io::Error::other)?;
+                growing.write(point)?;
             }
-            stream.flush().map_err(io::Error::other)?;
-            Ok(stream)
+            Ok(growing)
         });
-        Ok(Self {
-            path: path.to_owned(),
-            stream: stream.map_err(|OutputError { source, .. }| failed(source))?,
-            schema,
-        })
+        begun.map_err(|OutputError { path, source }| TableError::Write(path, source))
+    }
+
+    fn write(&mut self, point: &SweepPoint) -> io::Result<()> {
+        let batch = table::batch(&self.schema, &[Row::new(point)])?;
+        self.stream.write(&batch).map_err(table::unwrapped)?;
+        self.stream.flush().map_err(table::unwrapped)
     }
 
     /// Adds a point and flushes it to the operating system.
@@ -113,10 +115,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = table::batch(&self.schema, &[Row::new(point)]).and_then(|batch| {
-            self.stream.write(&batch).map_err(table::unwrapped)?;
-            self.stream.flush().map_err(table::unwrapped)
-        });
+        let written = self.write(point);
         written.map_err(|source| TableError::Write(self.path.clone(), source))?;
         // Writes to a removed file succeed, but the data are lost.
         let file = self.path.symlink_metadata();
