@@ -30,8 +30,6 @@ const DIGITS: [usize; 2] = [5, 8];
 /// A branch diagram over the tilt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TiltDiagram {
-    /// Name of the parameter: `tilt_deg`.
-    pub parameter: String,
     /// The branches of periodic motions.
     pub branches: Vec<DiagramBranch>,
     /// The bifurcations of steady sliding and of the periodic motions, in ascending order of the tilt.
@@ -74,8 +72,6 @@ pub struct DiagramBifurcation {
     pub tilt_deg: f64,
     /// Frequency of the motion, or of the mode that becomes unstable, Hz.
     pub frequency_hz: f64,
-    /// Second base frequency of the torus at a Neimark-Sacker point, Hz.
-    pub second_hz: Option<f64>,
     /// Whether the motion attracts on one side. Otherwise a settled motion does not change at this tilt.
     pub attracts: bool,
     /// What happens when the tilt passes it, as one sentence of text.
@@ -115,7 +111,6 @@ impl TiltDiagram {
         responses.retain(|row| !row.tilt_deg.is_empty());
         let modes = branch.unstable_intervals().into_iter();
         Self {
-            parameter: branch.name().to_owned(),
             branches: branches.collect(),
             bifurcations,
             responses,
@@ -142,23 +137,21 @@ impl TiltDiagram {
     }
 }
 
-/// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch. If `progress`
-/// stops the study, the rest is missing.
+/// The diagram of a scene over an interval of the tilt (degrees), on one thread. `on_part` receives the diagram so far, after
+/// steady sliding, the settled responses, and each branch. If `progress` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
-    threads: usize,
     progress: OnProgress<'_>,
     mut on_part: impl FnMut(TiltDiagram),
 ) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
     let mut on_branch = |branch: &Branch| on_part(TiltDiagram::new(branch));
-    let starts = OrbitStarts::Sweep(scene, threads);
-    let branch = plan.follow(Some(starts), progress, &mut on_branch)?;
+    let starts = Some(OrbitStarts::Sweep(scene, 1));
+    let branch = plan.follow(starts, progress, &mut on_branch)?;
     Ok(TiltDiagram::new(&branch))
 }
 
@@ -229,7 +222,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
             kind: DiagramBifurcationKind::Orbit(bifurcation.kind),
             tilt_deg: bifurcation.parameter,
             frequency_hz: bifurcation.frequency_hz,
-            second_hz: bifurcation.torus_frequency_hz,
             attracts: bifurcation.has_stable_side(),
             text: orbit_sentence(bifurcation),
         },
@@ -237,7 +229,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
             kind: DiagramBifurcationKind::Steady(steady.kind),
             tilt_deg: steady.at.value,
             frequency_hz: steady.frequency_hz,
-            second_hz: None,
             attracts: branch.slides_stably_beside(steady.at.value),
             text: steady_sentence(steady),
         },
@@ -245,7 +236,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
     DiagramBifurcation {
         tilt_deg: to_digits(exact.tilt_deg, DIGITS[1]),
         frequency_hz: to_digits(exact.frequency_hz, DIGITS[1]),
-        second_hz: exact.second_hz.map(|hz| to_digits(hz, DIGITS[0])),
         ..exact
     }
 }
@@ -494,7 +484,6 @@ mod tests {
             assert_eq!(shipped_diagram(&scene), Some(text), "{name}");
             assert!(text.len() < 40_000, "{name}: {} bytes", text.len());
             let diagram: TiltDiagram = serde_json::from_str(text).unwrap();
-            assert_eq!(diagram.parameter, "tilt_deg");
             assert_eq!(diagram.responses.len(), 3, "{name}");
             assert!(!diagram.unstable_modes.is_empty(), "{name}");
             for branch in &diagram.branches {
@@ -512,7 +501,6 @@ mod tests {
             kind: DiagramBifurcationKind::Orbit(BifurcationKind::Fold),
             tilt_deg,
             frequency_hz: 1e3,
-            second_hz: None,
             attracts: true,
             text: String::new(),
         };
