@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args as Arguments, value_parser};
@@ -18,11 +18,10 @@ use super::run::command_line;
 use super::steps::{Interval, Keyed, parameters};
 use crate::export::replace_file;
 use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
-use crate::record::branch::{BranchStudy, save_branch};
+use crate::record::branch::save_branch;
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
-    Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_tori, portraits, stability_map,
-    write_branch,
+    Branch, BranchPlan, MapPlan, OrbitStarts, TiltDiagram, add_tori, stability_map, write_branch,
 };
 use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
 use crate::study::{StudyError, threads};
@@ -60,7 +59,7 @@ pub struct BranchArgs {
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities).
+    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; lists as JSON).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a
@@ -166,7 +165,10 @@ fn branch(
             figures
         });
         if !result.points.is_empty() {
-            files.write("--save", |path| record(path, &scene, &plan, &result))?;
+            files.write("--save", |path| {
+                let saved = save_branch(path, &scene, &result, &command_line());
+                saved.map_err(CliError::during("recording"))
+            })?;
         }
         drawn
     })
@@ -209,18 +211,6 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
             parameter.path()
         ))),
     }
-}
-
-/// Saves the recording.
-fn record(path: &Path, scene: &Scene, plan: &BranchPlan, result: &Branch) -> Result<(), CliError> {
-    let portraits = portraits(plan, result).map_err(failed)?;
-    let study = BranchStudy {
-        scene,
-        branch: result,
-        portraits: &portraits,
-        command: &command_line(),
-    };
-    save_branch(path, &study).map_err(CliError::during("recording"))
 }
 
 /// The stability map over two parameters.

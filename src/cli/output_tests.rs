@@ -43,7 +43,7 @@ fn checks_change_nothing_and_writing_replaces_complete_files() {
     replace_file(&file, |out| out.write_all(b"first")).expect("written");
     let failed = replace_file(&file, |out| {
         out.write_all(b"half")?;
-        Err(io::Error::other("disk full"))
+        Err::<(), _>(io::Error::other("disk full"))
     });
     assert_eq!(CliError::from(failed.expect_err("failed")).exit_code(), 1);
     assert_eq!(fs::read(&path).expect("there"), b"first");

@@ -83,7 +83,9 @@ fn a_sweep_writes_tables_figures_and_json() {
     assert_eq!(report["points"][4]["values"][0], 1.5);
     let start = serde_json::to_value(Start::Downward).unwrap();
     assert_eq!(report["points"][4]["start"], start);
-    assert_eq!(report["points"][0]["unstable_modes"], 4);
+    let modes = report["points"][0]["linear"]["modes"].as_array().unwrap();
+    let unstable = modes.iter().filter(|mode| mode["unstable"] == true);
+    assert_eq!(unstable.count(), 4);
     assert_eq!(report["files"].as_array().unwrap().len(), 3);
     // The table that grew is gone.
     assert!(test.path("a.arrow").exists() && !test.path("a.arrows").exists());

@@ -15,15 +15,15 @@ pub struct OutputError {
 }
 
 /// Writes a temporary file in the same folder and renames it at the end. An existing file of that name stays
-/// until the new one is complete.
+/// until the new one is complete. Returns what `write` does.
 ///
 /// # Errors
 /// If the folder or the file cannot be written, or the existing file is write-protected; it is then
 /// unchanged.
-pub fn replace_file(
+pub fn replace_file<T>(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-) -> Result<(), OutputError> {
+    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<T>,
+) -> Result<T, OutputError> {
     let attempt = || {
         if path.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -33,11 +33,11 @@ pub fn replace_file(
         }
         let file = temporary_file_near(path)?;
         let mut writer = BufWriter::new(file.as_file());
-        write(&mut writer)?;
+        let written = write(&mut writer)?;
         writer.flush()?;
         drop(writer);
         file.persist(path).map_err(|fault| fault.error)?;
-        Ok(())
+        Ok(written)
     };
     attempt().map_err(|source| output_error(path, source))
 }
@@ -123,7 +123,7 @@ mod tests {
         replace_file(&path, |f| f.write_all(b"old")).unwrap();
         let fault = replace_file(&path, |f| {
             f.write_all(b"half of the new")?;
-            Err(io::Error::other("disk full"))
+            Err::<(), _>(io::Error::other("disk full"))
         });
         assert!(fault.unwrap_err().to_string().contains("result.json"));
         assert_eq!(std::fs::read(&path).unwrap(), b"old");

@@ -21,19 +21,27 @@ use crate::text::branch as words;
 /// Application id, different from those of other recordings because the layout differs.
 pub const APPLICATION: &str = "squeakscope-branch";
 
-/// Saves a recording of branches. The file appears under its name only when it is complete.
+/// Saves a recording of the branches of a scene, with the command line that made them. The file appears under its name only
+/// when it is complete.
 ///
 /// # Errors
 /// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is then
 /// unchanged.
-pub fn save_branch(path: &Path, study: &BranchStudy<'_>) -> Result<(), RecordError> {
-    file::save(path, APPLICATION, |rec| draw(rec, study))
+pub fn save_branch(
+    path: &Path,
+    scene: &Scene,
+    branch: &Branch,
+    command: &str,
+) -> Result<(), RecordError> {
+    file::save(path, APPLICATION, |rec| draw(rec, scene, branch, command))
 }
 
 /// Logs all branches.
-fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
-    let courses = courses(study);
-    let diagram = courses.first().map(|_| ("branch-diagram", diagram(study)));
+fn draw(rec: &RecordingStream, scene: &Scene, branch: &Branch, command: &str) {
+    let courses = courses(branch);
+    let diagram = courses
+        .first()
+        .map(|_| ("branch-diagram", diagram(&scene.name, branch)));
     let series = courses.iter().map(|course| {
         let titles = SeriesTitles {
             tab: format!("Branch {}", course.number),
@@ -48,13 +56,12 @@ fn draw(rec: &RecordingStream, study: &BranchStudy<'_>) {
     let all: Vec<&PointSeries> = series.iter().collect();
     let playback = courses.first().map(|first| (&first.timeline, PLAYS));
     series::send(rec, &all, tabs, None, playback);
-    let scene = study.scene;
-    let name = format!("{} over {}", scene.name, study.branch.parameter);
-    text::send_properties(rec, &name, [&scene.name, &scene.text, study.command]);
-    let about = words::about(study.branch) + &text::study_about(scene, study.command);
+    let name = format!("{} over {}", scene.name, branch.parameter);
+    text::send_properties(rec, &name, [&scene.name, &scene.text, command]);
+    let about = words::about(branch) + &text::study_about(scene, command);
     rec.log_static(paths::ABOUT, &text::document(about));
     for (course, series) in courses.iter().zip(&mut series) {
-        course.draw(rec, study.branch, series);
+        course.draw(rec, branch, series);
     }
 }
 
@@ -63,36 +70,21 @@ const PLAYS: f64 = 8.0;
 /// Number of ticks over the interval of the parameter, at least.
 const TICKS: f64 = 1e3;
 
-/// A study of branches to record.
-#[derive(Clone, Copy, Debug)]
-pub struct BranchStudy<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The result.
-    pub branch: &'a Branch,
-    /// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of the result.
-    pub portraits: &'a [Vec<[f64; 2]>],
-    /// The command line.
-    pub command: &'a str,
-}
-
 /// A branch with the ticks of its orbits.
 struct Course<'a> {
     number: usize,
-    orbits: Vec<(&'a OrbitPoint, &'a [[f64; 2]])>,
+    orbits: Vec<&'a OrbitPoint>,
     timeline: TimelineTicks,
 }
 
 /// The branches with their timelines.
-fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
-    let branch = study.branch;
+fn courses(branch: &Branch) -> Vec<Course<'_>> {
     let [from, to] = branch.interval;
     let unit = 10f64.powf(((to - from) / TICKS).log10().floor());
     let courses = (0..branch.orbit_branches()).map(|number| {
-        let orbits = branch.points.iter().zip(study.portraits);
-        let orbits = orbits.filter(|(point, _)| point.branch == number);
-        let mut orbits: Vec<_> = orbits.map(|(point, trail)| (point, &trail[..])).collect();
-        let values = orbits.iter().map(|(point, _)| point.at.value);
+        let orbits = branch.points.iter();
+        let mut orbits: Vec<_> = orbits.filter(|point| point.branch == number).collect();
+        let values = orbits.iter().map(|point| point.at.value);
         let mut values: Vec<f64> = values.map(|value| (value / unit).round() * unit).collect();
         if !values.is_sorted() && values.is_sorted_by(|a, b| a >= b) {
             orbits.reverse();
@@ -123,7 +115,7 @@ impl Course<'_> {
         let Some(timeline) = rec.check(TimelineName::try_new(&self.timeline.name)) else {
             return;
         };
-        for (&(point, trail), &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
+        for (&point, &tick) in self.orbits.iter().zip(&self.timeline.ticks) {
             let color = if point.orbit.stable {
                 Color::Series(0)
             } else {
@@ -132,7 +124,7 @@ impl Course<'_> {
             let panels = [
                 (
                     "portrait",
-                    response::phase_portrait(trail, Some(reach), color),
+                    response::phase_portrait(&point.orbit.portrait, Some(reach), color),
                 ),
                 ("multipliers", multipliers_panel(branch, Some(point))),
             ];
@@ -144,7 +136,7 @@ impl Course<'_> {
 
     /// Largest displacement (m) and speed (m/s) of all orbits of the branch, with a margin.
     fn reach(&self) -> [f64; 2] {
-        let all = || self.orbits.iter().flat_map(|(_, trail)| trail.iter());
+        let all = || self.orbits.iter().flat_map(|point| &point.orbit.portrait);
         [0, 1].map(|k| {
             let sizes = all().map(|at| at[k].abs());
             1.05 * sizes.fold(f64::MIN_POSITIVE, f64::max)
@@ -153,8 +145,7 @@ impl Course<'_> {
 }
 
 /// The branch diagram: the first panel of its figure.
-fn diagram(study: &BranchStudy<'_>) -> Panel {
-    let figure = branch_figure(&study.scene.name, study.branch);
-    let mut panels = figure.rows.into_iter().flatten();
+fn diagram(scene: &str, branch: &Branch) -> Panel {
+    let mut panels = branch_figure(scene, branch).rows.into_iter().flatten();
     panels.next().expect("the figure has panels")
 }

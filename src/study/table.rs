@@ -1,21 +1,26 @@
 //! Tables on disk: an Arrow file, Parquet or CSV, by the ending of the name.
 //!
 //! Each column has its unit in its name and in the metadata of its field (`unit`). Columns of one value come first,
-//! lists and structs after them; a CSV table has the columns of one value only.
+//! lists and structs after them. In a CSV table these are JSON, and empty if too long for a cell.
 
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
-use arrow_array::{Array, RecordBatch};
+use arrow_array::RecordBatch;
 use arrow_ipc::writer::FileWriter;
-use arrow_schema::{ArrowError, DataType, FieldRef, SchemaRef};
+use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::export::{OutputError, replace_file};
+
+/// Number of rows in a batch of a finished table.
+const BATCH: usize = 1024;
+
+/// Largest number of characters in a cell of a CSV table: more than spreadsheets read.
+const LONGEST: usize = 32_767;
 
 /// Key of the unit in the metadata of a field.
 const UNIT: &str = "unit";
@@ -32,6 +37,7 @@ const UNITS: [(&str, &str); 6] = [
 
 /// The columns in the order of a table, with their units.
 pub(super) fn columns(fields: Vec<FieldRef>) -> Vec<FieldRef> {
+    let is_single = |field: &FieldRef| !field.data_type().is_nested();
     let (single, lists): (Vec<_>, Vec<_>) = fields.into_iter().partition(is_single);
     let with_unit = |field: FieldRef| {
         let unit = UNITS.iter().find(|(end, _)| field.name().ends_with(end));
@@ -47,90 +53,74 @@ pub(super) fn measured_in(field: &FieldRef, unit: &str) -> FieldRef {
     Arc::new(field.as_ref().clone().with_metadata(metadata))
 }
 
-/// Whether a column has one value per row.
-fn is_single(field: &FieldRef) -> bool {
-    !field.data_type().is_nested()
+/// The schema of a table with some columns.
+pub(super) fn schema(fields: Result<Vec<FieldRef>, serde_arrow::Error>) -> io::Result<SchemaRef> {
+    let fields = fields.map_err(io::Error::other)?;
+    Ok(Arc::new(Schema::new(columns(fields))))
 }
 
-/// Writes a finished table; an existing file is replaced.
+/// Rows as a record batch with the columns of a schema.
+pub(super) fn batch<R: Serialize>(schema: &SchemaRef, rows: &[R]) -> io::Result<RecordBatch> {
+    let batch = serde_arrow::to_record_batch(schema.fields(), &rows).map_err(io::Error::other)?;
+    let batch = batch.with_schema(Arc::clone(schema));
+    batch.map_err(io::Error::other)
+}
+
+/// Writes a finished table: Parquet or CSV if the name ends so, otherwise an Arrow file. An existing file is replaced.
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
-pub(super) fn write(
+pub(super) fn write<R: Serialize>(
     path: &Path,
-    schema: &SchemaRef,
-    batches: &[RecordBatch],
+    schema: io::Result<SchemaRef>,
+    rows: &[R],
 ) -> Result<(), OutputError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    replace_file(path, |out| match ending.to_str() {
-        Some("parquet") => write_parquet(out, schema, batches),
-        Some("csv") => write_csv(out, schema, batches),
-        _ => write_arrow(out, schema, batches),
+    replace_file(path, |out| {
+        let schema = schema?;
+        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, rows));
+        match ending.to_str() {
+            Some("parquet") => {
+                let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
+                let mut file = file.map_err(io::Error::other)?;
+                for batch in batches {
+                    file.write(&batch?).map_err(io::Error::other)?;
+                }
+                file.close().map(drop).map_err(io::Error::other)
+            }
+            Some("csv") => write_csv(out, &schema, rows),
+            _ => {
+                let mut file = FileWriter::try_new(out, &schema).map_err(unwrapped)?;
+                for batch in batches {
+                    file.write(&batch?).map_err(unwrapped)?;
+                }
+                file.finish().map_err(unwrapped)
+            }
+        }
     })
 }
 
-/// Writes rows with some columns, as [`write()`].
-pub(super) fn write_rows<R: Serialize>(
-    path: &Path,
-    fields: Result<Vec<FieldRef>, serde_arrow::Error>,
-    rows: &[R],
-) -> Result<(), OutputError> {
-    let batch = fields.and_then(|fields| serde_arrow::to_record_batch(&columns(fields), &rows));
-    let batch = batch.map_err(|error| OutputError {
-        path: path.to_owned(),
-        source: io::Error::other(error),
-    })?;
-    write(path, &batch.schema(), &[batch])
-}
-
-fn write_arrow(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {
-    let mut file = FileWriter::try_new(out, schema).map_err(unwrapped)?;
-    for batch in batches {
-        file.write(batch).map_err(unwrapped)?;
-    }
-    file.finish().map_err(unwrapped)
-}
-
-fn write_parquet(
-    out: impl Write + Send,
-    schema: &SchemaRef,
-    batches: &[RecordBatch],
-) -> io::Result<()> {
-    let mut file = ArrowWriter::try_new(out, schema.clone(), None).map_err(io::Error::other)?;
-    for batch in batches {
-        file.write(batch).map_err(io::Error::other)?;
-    }
-    file.close().map(drop).map_err(io::Error::other)
-}
-
-fn write_csv(out: impl Write, schema: &SchemaRef, batches: &[RecordBatch]) -> io::Result<()> {
-    let fields = schema.fields().iter().enumerate();
-    let single = fields.filter(|(_, field)| is_single(field));
-    let single: Vec<usize> = single.map(|(k, _)| k).collect();
+fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::Result<()> {
+    let names = || schema.fields().iter().map(|field| field.name());
     let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(single.iter().map(|&k| schema.field(k).name()))?;
-    for batch in batches {
-        for row in 0..batch.num_rows() {
-            let cells = single.iter().map(|&k| cell(batch.column(k), row));
-            csv.write_record(cells.collect::<io::Result<Vec<_>>>()?)?;
-        }
+    csv.write_record(names())?;
+    for row in rows {
+        let row = serde_json::to_value(row)?;
+        csv.write_record(names().map(|name| cell(&row[name])))?;
     }
     csv.flush()
 }
 
 /// A value as text; null is empty.
-fn cell(column: &dyn Array, row: usize) -> io::Result<String> {
-    if column.is_null(row) {
-        return Ok(String::new());
-    }
-    Ok(match column.data_type() {
-        DataType::Float64 => column.as_primitive::<Float64Type>().value(row).to_string(),
-        DataType::UInt64 => column.as_primitive::<UInt64Type>().value(row).to_string(),
-        DataType::UInt32 => column.as_primitive::<UInt32Type>().value(row).to_string(),
-        DataType::Boolean => column.as_boolean().value(row).to_string(),
-        DataType::LargeUtf8 => column.as_string::<i64>().value(row).to_owned(),
-        other => return Err(io::Error::other(format!("a column of {other} has no text"))),
-    })
+fn cell(value: &Value) -> String {
+    let text = match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    Some(text)
+        .filter(|text| text.len() <= LONGEST)
+        .unwrap_or_default()
 }
 
 /// The I/O error within an Arrow error, if there is one.

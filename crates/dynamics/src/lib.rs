@@ -102,6 +102,7 @@ mod integrator;
 mod lyapunov;
 mod normal_form;
 mod own;
+mod root_bracket;
 mod rosenbrock;
 mod runge_kutta;
 mod simd;
@@ -121,6 +122,7 @@ pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, student,
 };
 pub use own::{OwnSystem, piecewise_system, system};
+pub use root_bracket::RootBracket;
 pub use simd::vectorised;
 pub use stats::{ErrorEstimate, SolverStats};
 pub use switching::Switching;

@@ -30,8 +30,6 @@ const DIGITS: [usize; 2] = [5, 8];
 /// A branch diagram over the tilt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TiltDiagram {
-    /// Name of the parameter: `tilt_deg`.
-    pub parameter: String,
     /// The branches of periodic motions.
     pub branches: Vec<DiagramBranch>,
     /// The bifurcations of steady sliding and of the periodic motions, in ascending order of the tilt.
@@ -74,8 +72,6 @@ pub struct DiagramBifurcation {
     pub tilt_deg: f64,
     /// Frequency of the motion, or of the mode that becomes unstable, Hz.
     pub frequency_hz: f64,
-    /// Second base frequency of the torus at a Neimark-Sacker point, Hz.
-    pub second_hz: Option<f64>,
     /// Whether the motion attracts on one side. Otherwise a settled motion does not change at this tilt.
     pub attracts: bool,
     /// What happens when the tilt passes it, as one sentence of text.
@@ -115,7 +111,6 @@ impl TiltDiagram {
         responses.retain(|row| !row.tilt_deg.is_empty());
         let modes = branch.unstable_intervals().into_iter();
         Self {
-            parameter: branch.name().to_owned(),
             branches: branches.collect(),
             bifurcations,
             responses,
@@ -131,16 +126,10 @@ impl TiltDiagram {
     /// The bifurcations of settled motions that a change of the tilt (degrees) passes or reaches, in the order in which it
     /// does.
     pub fn passed(&self, from: f64, to: f64) -> Vec<&DiagramBifurcation> {
-        let lies_between = |found: &&DiagramBifurcation| {
-            let at = found.tilt_deg;
-            found.attracts
-                && if from <= to {
-                    from < at && at <= to
-                } else {
-                    to <= at && at < from
-                }
-        };
-        let mut passed: Vec<_> = self.bifurcations.iter().filter(lies_between).collect();
+        let is_passed = |at: f64| (from < at && at <= to) || (to <= at && at < from);
+        let all = self.bifurcations.iter();
+        let passed = all.filter(|found| found.attracts && is_passed(found.tilt_deg));
+        let mut passed: Vec<_> = passed.collect();
         if to < from {
             passed.reverse();
         }
@@ -148,23 +137,21 @@ impl TiltDiagram {
     }
 }
 
-/// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
-/// number. `on_part` receives the diagram so far, after steady sliding, the settled responses, and each branch. If `progress`
-/// stops the study, the rest is missing.
+/// The diagram of a scene over an interval of the tilt (degrees), on one thread. `on_part` receives the diagram so far, after
+/// steady sliding, the settled responses, and each branch. If `progress` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If the joint cannot be built, or has no steady sliding, or no thread can be started.
 pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
-    threads: usize,
     progress: OnProgress<'_>,
     mut on_part: impl FnMut(TiltDiagram),
 ) -> Result<TiltDiagram, StudyError> {
     let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
     let mut on_branch = |branch: &Branch| on_part(TiltDiagram::new(branch));
-    let starts = OrbitStarts::Sweep(scene, threads);
-    let branch = plan.follow(Some(starts), progress, &mut on_branch)?;
+    let starts = Some(OrbitStarts::Sweep(scene, 1));
+    let branch = plan.follow(starts, progress, &mut on_branch)?;
     Ok(TiltDiagram::new(&branch))
 }
 
@@ -175,20 +162,33 @@ pub fn tilt_diagram(
 /// If no thread can be started.
 pub(super) fn settled_responses(
     scene: &Scene,
-    interval: [f64; 2],
+    [from, to]: [f64; 2],
     threads: usize,
     progress: OnProgress<'_>,
 ) -> Result<Vec<SweepPoint>, StudyError> {
-    let own = scene.start_tilt().unwrap_or(0.0);
-    let all = f64::NEG_INFINITY;
+    let step = (to - from) / f64::from(RESPONSES - 1);
+    let tilts = (0..RESPONSES).map(|k| from + f64::from(k) * step);
+    // With a tolerance for the conversion of the angle.
+    let own = scene.start_tilt().unwrap_or(0.0).to_degrees().min(to) - 1e-9;
     let parts = [
-        (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
-        (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
+        (vec![Start::Fresh, Start::Downward], from, [0.0, 0.7]),
+        (vec![Start::Upward], own, [0.7, 0.3]),
     ];
     let mut settled = Vec::new();
     for (starts, lowest, [before, part]) in parts {
+        let tilts = tilts.clone().filter(|tilt| *tilt >= lowest);
+        let plan = SweepPlan {
+            subject: scene.clone(),
+            axes: vec![Axis::new(Parameter::tilt(), tilts)],
+            starts,
+            response: ResponsePlan {
+                exponents: 0,
+                orbits: false,
+                portrait: false,
+                ..ResponsePlan::default()
+            },
+        };
         let mut progress = |share: f64, _: &str| progress(before + part * share, "settled motions");
-        let plan = sweep_plan(scene, interval, starts, lowest);
         let keep = |_: &SweepPoint| Ok::<_, StudyError>(());
         let (shard, known) = (Shard::WHOLE, Vec::new());
         let points = sweep(&plan, shard, known, threads, &mut progress, keep)?;
@@ -199,28 +199,6 @@ pub(super) fn settled_responses(
         }
     }
     Ok(settled)
-}
-
-/// The sweep for the responses of a diagram from a lowest tilt (degrees) on.
-fn sweep_plan(scene: &Scene, [from, to]: [f64; 2], starts: Vec<Start>, lowest: f64) -> SweepPlan {
-    let step = (to - from) / f64::from(RESPONSES - 1);
-    let values = (0..RESPONSES).map(|k| from + f64::from(k) * step);
-    // With a tolerance for the conversion of the angle.
-    let lowest = lowest.min(to) - 1e-9;
-    SweepPlan {
-        subject: scene.clone(),
-        axes: vec![Axis::new(
-            Parameter::tilt(),
-            values.filter(|value| *value >= lowest),
-        )],
-        starts,
-        response: ResponsePlan {
-            exponents: 0,
-            orbits: false,
-            portrait: false,
-            ..ResponsePlan::default()
-        },
-    }
 }
 
 fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
@@ -244,7 +222,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
             kind: DiagramBifurcationKind::Orbit(bifurcation.kind),
             tilt_deg: bifurcation.parameter,
             frequency_hz: bifurcation.frequency_hz,
-            second_hz: bifurcation.torus_frequency_hz,
             attracts: bifurcation.has_stable_side(),
             text: orbit_sentence(bifurcation),
         },
@@ -252,7 +229,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
             kind: DiagramBifurcationKind::Steady(steady.kind),
             tilt_deg: steady.at.value,
             frequency_hz: steady.frequency_hz,
-            second_hz: None,
             attracts: branch.slides_stably_beside(steady.at.value),
             text: steady_sentence(steady),
         },
@@ -260,7 +236,6 @@ fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation
     DiagramBifurcation {
         tilt_deg: to_digits(exact.tilt_deg, DIGITS[1]),
         frequency_hz: to_digits(exact.frequency_hz, DIGITS[1]),
-        second_hz: exact.second_hz.map(|hz| to_digits(hz, DIGITS[0])),
         ..exact
     }
 }
@@ -402,8 +377,15 @@ mod tests {
         let interval = [0.0, 10.0];
         let plan = BranchPlan::new(scene.clone(), Parameter::tilt(), interval, EQUILIBRIA);
         let responses = SweepPlan {
+            subject: scene.clone(),
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
-            ..sweep_plan(scene, interval, vec![Start::Fresh], 0.0)
+            starts: vec![Start::Fresh],
+            response: ResponsePlan {
+                exponents: 0,
+                orbits: false,
+                portrait: false,
+                ..ResponsePlan::default()
+            },
         };
         let points = run(&responses, Shard::WHOLE, Vec::new(), 1);
         let mut branch = Branch::new(&plan);
@@ -502,7 +484,6 @@ mod tests {
             assert_eq!(shipped_diagram(&scene), Some(text), "{name}");
             assert!(text.len() < 40_000, "{name}: {} bytes", text.len());
             let diagram: TiltDiagram = serde_json::from_str(text).unwrap();
-            assert_eq!(diagram.parameter, "tilt_deg");
             assert_eq!(diagram.responses.len(), 3, "{name}");
             assert!(!diagram.unstable_modes.is_empty(), "{name}");
             for branch in &diagram.branches {
@@ -520,7 +501,6 @@ mod tests {
             kind: DiagramBifurcationKind::Orbit(BifurcationKind::Fold),
             tilt_deg,
             frequency_hz: 1e3,
-            second_hz: None,
             attracts: true,
             text: String::new(),
         };

@@ -8,8 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::family::{SteadyState, SubjectFamily};
 use super::result::{At, Branch, BranchBifurcation, name_of};
 use crate::chain_of_causes;
+use crate::dynamics::RootBracket;
 use crate::dynamics::continuation::Criticality;
-use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
+use crate::dynamics::equilibrium::{
+    Eigenmode, FirstLyapunov, ModeTracks, TrackedMode, eigenvalue_derivative,
+};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::subject::Subject;
@@ -122,7 +125,7 @@ pub fn add_equilibria(
     let [from, to] = plan.interval;
     let name = plan.name();
     let family = plan.family();
-    let mut tracks = Tracks::default();
+    let mut tracks = ModeTracks::default();
     let (first, mut tracked) = solve(&family, &mut tracks, At::new(name, from), &[])?;
     let (mut points, mut last) = (vec![first], from);
     let mut brackets = Vec::new();
@@ -146,7 +149,7 @@ pub fn add_equilibria(
                     break 'branch;
                 }
             };
-            if trial.worst < MIN_CORRELATION && halvings < MAX_HALVINGS {
+            if trial.worst_correlation < MIN_CORRELATION && halvings < MAX_HALVINGS {
                 halvings += 1;
                 next = 0.5 * (last + next);
                 continue;
@@ -180,7 +183,7 @@ pub fn add_equilibria(
 }
 
 /// Whether a mode is undamped that was not at the point before.
-fn is_undamped_after(before: &[Tracked], here: &[Tracked]) -> bool {
+fn is_undamped_after(before: &[TrackedMode], here: &[TrackedMode]) -> bool {
     here.iter().any(|tracked| {
         let old = before.iter().find(|old| old.number == tracked.number);
         sign(&tracked.mode) == 0 && old.is_some_and(|old| sign(&old.mode) != 0)
@@ -190,10 +193,10 @@ fn is_undamped_after(before: &[Tracked], here: &[Tracked]) -> bool {
 /// Solves for the equilibrium at a value and continues the tracks of its modes.
 fn solve(
     family: &SubjectFamily,
-    tracks: &mut Tracks,
+    tracks: &mut ModeTracks,
     at: At,
-    before: &[Tracked],
-) -> Result<(EquilibriumPoint, Vec<Tracked>), StudyError> {
+    before: &[TrackedMode],
+) -> Result<(EquilibriumPoint, Vec<TrackedMode>), StudyError> {
     let state = family.at(&[at.value])?;
     let tracked = tracks.follow(before, state.linearised.modes()?);
     let modes = tracked.iter().map(|tracked| BranchMode {
@@ -209,97 +212,6 @@ fn solve(
     Ok((point, tracked))
 }
 
-/// Correlation from which on two shapes are similar.
-const SIMILAR: f64 = 0.3;
-
-/// A mode with the number under which it is followed.
-#[derive(Clone, Debug)]
-struct Tracked {
-    /// Number of the mode.
-    number: usize,
-    mode: Eigenmode,
-}
-
-/// The numbers given so far.
-#[derive(Clone, Debug, Default)]
-struct Tracks {
-    next: usize,
-    /// Smallest correlation of an oscillating mode with itself in the last step.
-    worst: f64,
-}
-
-impl Tracks {
-    /// Gives each mode the number of the mode before it with the most similar shape. Modes without one get new
-    /// numbers: at the start by ascending frequency, later where a pair of complex eigenvalues becomes two real ones
-    /// or the reverse.
-    fn follow(&mut self, before: &[Tracked], mut modes: Vec<Eigenmode>) -> Vec<Tracked> {
-        modes.sort_by(|a, b| {
-            let by_frequency = a.value.im.total_cmp(&b.value.im);
-            by_frequency.then(a.value.re.total_cmp(&b.value.re))
-        });
-        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        for (i, old) in before.iter().enumerate() {
-            for (j, new) in modes.iter().enumerate() {
-                if old.mode.oscillates() == new.oscillates() {
-                    pairs.push((likeness(&old.mode, new), i, j));
-                }
-            }
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut numbers: Vec<Option<usize>> = vec![None; modes.len()];
-        let mut is_taken = vec![false; before.len()];
-        self.worst = 1.0;
-        for (_, i, j) in pairs {
-            if !is_taken[i] && numbers[j].is_none() {
-                is_taken[i] = true;
-                numbers[j] = Some(before[i].number);
-                if modes[j].oscillates() {
-                    let correlation = before[i].mode.correlation(&modes[j]);
-                    self.worst = self.worst.min(correlation);
-                }
-            }
-        }
-        let tracked = modes
-            .into_iter()
-            .zip(numbers)
-            .map(|(mode, number)| Tracked {
-                number: number.unwrap_or_else(|| {
-                    self.next += 1;
-                    self.next - 1
-                }),
-                mode,
-            });
-        let mut tracked: Vec<Tracked> = tracked.collect();
-        tracked.sort_by_key(|tracked| tracked.number);
-        tracked
-    }
-}
-
-/// Similarity of two modes: the correlation of their shapes, less the relative distance of their eigenvalues, which
-/// decides between modes of similar shape.
-fn likeness(one: &Eigenmode, other: &Eigenmode) -> f64 {
-    let size = one.value.norm().max(other.value.norm()).max(1e-300);
-    one.correlation(other) - (one.value - other.value).norm() / size
-}
-
-/// The mode most similar to another.
-pub(super) fn most_alike(modes: Vec<Eigenmode>, to: &Eigenmode) -> Option<Eigenmode> {
-    let alike = modes
-        .into_iter()
-        .filter(|mode| mode.oscillates() == to.oscillates());
-    alike.max_by(|a, b| likeness(a, to).total_cmp(&likeness(b, to)))
-}
-
-/// The mode with the largest growth rate among those with a similar shape.
-fn fastest_alike(modes: Vec<Eigenmode>, to: &Eigenmode) -> Option<Eigenmode> {
-    let alike = modes
-        .into_iter()
-        .filter(|mode| mode.oscillates() && mode.correlation(to) > SIMILAR);
-    alike.max_by(|a, b| a.value.re.total_cmp(&b.value.re))
-}
-
-/// Iterations of the search for a root; bisection alone needs 60.
-const MAX_ITERATIONS: usize = 100;
 /// Relative width of the last bracket.
 const WIDTH: f64 = 1e-13;
 /// Rounding errors of a growth rate relative to the size of the eigenvalue.
@@ -395,8 +307,8 @@ struct Bracket {
 impl Bracket {
     /// The brackets of all modes between two points.
     fn between<'a>(
-        low: (f64, &'a [Tracked]),
-        high: (f64, &'a [Tracked]),
+        low: (f64, &'a [TrackedMode]),
+        high: (f64, &'a [TrackedMode]),
     ) -> impl Iterator<Item = Self> + 'a {
         low.1.iter().filter_map(move |one| {
             let other = high.1.iter().find(|other| other.number == one.number)?;
@@ -470,48 +382,21 @@ fn locate(
     }))
 }
 
-/// The zero of the growth rate and the width of the last bracket, by the method of Chandrupatla (Adv. Eng. Software 28
-/// (1997) 145): inverse quadratic interpolation where it converges, bisection elsewhere.
+/// The zero of the growth rate and the width of the last bracket.
 fn root(family: &SubjectFamily, bracket: &Bracket) -> Result<Option<(f64, f64)>, StudyError> {
-    let [(mut b, mode_b), (mut a, mode_a)] = bracket.ends.clone();
-    let level = bracket.level;
-    let (mut fb, mut fa) = (mode_b.value.re - level, mode_a.value.re - level);
-    let (mut c, mut fc);
-    let mut share = 0.5;
-    for _ in 0..MAX_ITERATIONS {
-        let x = a + share * (b - a);
-        let (_, mode) = followed(family, bracket, x)?;
-        let Some(mode) = mode else {
+    let growth = |mode: &Eigenmode| mode.value.re - bracket.level;
+    let [low, high] = &bracket.ends;
+    let mut growths = [growth(&low.1), growth(&high.1)];
+    let mut search = RootBracket::new([low.0, high.0], WIDTH * low.0.abs().max(high.0.abs()));
+    while let Some(value) = search.guess(growths[0] / (growths[0] - growths[1])) {
+        let (_, Some(mode)) = followed(family, bracket, value)? else {
             return Ok(None);
         };
-        let f = mode.value.re - level;
-        if (f > 0.0) == (fa > 0.0) {
-            (c, fc) = (a, fa);
-        } else {
-            (c, fc, b, fb) = (b, fb, a, fa);
-        }
-        (a, fa) = (x, f);
-        let (best, f_best) = if fa.abs() < fb.abs() {
-            (a, fa)
-        } else {
-            (b, fb)
-        };
-        let width = (b - a).abs();
-        let tolerance = WIDTH * a.abs().max(b.abs());
-        if width <= tolerance || f_best == 0.0 {
-            return Ok(Some((best, width.min(tolerance))));
-        }
-        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
-        let interpolates = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
-        share = if interpolates {
-            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        } else {
-            0.5
-        };
-        let least = 0.5 * tolerance / width;
-        share = share.clamp(least, 1.0 - least);
+        let end = usize::from((growth(&mode) > 0.0) == (growths[1] > 0.0));
+        (search.ends[end], growths[end]) = (value, growth(&mode));
     }
-    Ok(Some((a, (b - a).abs())))
+    let best = usize::from(growths[1].abs() < growths[0].abs());
+    Ok(Some((search.ends[best], search.ends[1] - search.ends[0])))
 }
 
 /// The steady state at a value within a bracket, and its mode most similar to those at the ends.
@@ -523,13 +408,15 @@ fn followed(
     let state = family.at(&[value])?;
     let [(low, _), (high, _)] = bracket.ends;
     let nearest = usize::from((value - low).abs() > (high - value).abs());
+    let near = &bracket.ends[nearest].1;
+    let modes = state.linearised.modes()?;
     // Next to the point where two modes meet, their shapes are equal: the growing one counts.
-    let alike = if bracket.level > 0.0 {
-        fastest_alike
+    let mode = if bracket.level > 0.0 {
+        near.fastest_alike(&modes)
     } else {
-        most_alike
+        near.most_alike(&modes)
     };
-    let mode = alike(state.linearised.modes()?, &bracket.ends[nearest].1);
+    let mode = mode.cloned();
     Ok((state, mode))
 }
 

@@ -3,13 +3,11 @@
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
-use faer::{Mat, Scale};
+use faer::Mat;
 
-use super::equilibria::BranchPlan;
-use super::result::Branch;
+use crate::dynamics::System;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
-use crate::dynamics::equilibrium::{Eigenmode, Linearised};
-use crate::dynamics::{Integrator, System};
+use crate::dynamics::equilibrium::{Eigenmode, Linearised, derivative};
 use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
 use crate::study::StudyError;
@@ -17,8 +15,6 @@ use crate::study::subject::{Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
 const STEP: f64 = 0.02;
-/// Points of a phase portrait.
-const PORTRAIT: usize = 240;
 
 /// Systems over some parameters, for example those of a scene.
 pub struct SubjectFamily {
@@ -105,7 +101,7 @@ impl SubjectFamily {
     /// # Errors
     /// If the matrix cannot be computed on either side of the value.
     pub fn slope(&self, value: f64, scale: f64) -> Result<Mat<f64>, StudyError> {
-        let (slope, _) = difference(first_step(value, scale), |step| {
+        let (slope, _) = derivative(first_step(value, scale), |step| {
             self.at(&[value + step])
                 .map(|state| state.linearised.matrix)
         })?;
@@ -166,111 +162,10 @@ impl SteadyState {
     }
 }
 
-/// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of a result.
-///
-/// # Errors
-/// If a system cannot be built, or an integration fails.
-pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, StudyError> {
-    let family = plan.family();
-    let options = family.options(plan.interval)?;
-    let portraits = result.points.iter().map(|point| {
-        let orbit = &point.orbit;
-        let prepared = family.trial(&[orbit.parameter])?.prepared;
-        let system = prepared.integrator.system();
-        let (mut integrator, mut z) = Integrator::started(options.method, system, &orbit.state)?;
-        let modes = system.modes();
-        let samples = (0..=PORTRAIT).map(|k| {
-            let time = orbit.period_s * k as f64 / PORTRAIT as f64;
-            integrator.sample(time, &mut z)?;
-            let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
-            Ok([row(&z[..modes]), row(&z[modes..])])
-        });
-        samples.collect::<Result<Vec<_>, StudyError>>()
-    });
-    portraits.collect()
-}
-
 /// Step of the first difference with respect to a parameter with a value; `scale` is the size on which it changes.
 pub(super) fn first_step(value: f64, scale: f64) -> f64 {
     STEP * match value.abs() {
         0.0 => scale,
         size => size.min(scale),
-    }
-}
-
-/// Number of step sizes.
-const LEVELS: usize = 6;
-/// Ratio of successive steps.
-const RATIO: f64 = 2.0;
-
-/// The derivative of a matrix at zero, and its error: the largest change of an entry between the two best
-/// extrapolations. The steps halve from `first` on, and the differences are extrapolated to step zero (Ridders, Adv.
-/// Eng. Software 4 (1982) 75); the extrapolation with the smallest error estimate is the result.
-/// Where `of` fails on one side only, at the end of a range, one-sided differences take over.
-///
-/// # Errors
-/// The error of `of`, if it fails at zero or on both sides.
-pub(super) fn difference<E>(
-    first: f64,
-    mut of: impl FnMut(f64) -> Result<Mat<f64>, E>,
-) -> Result<(Mat<f64>, f64), E> {
-    let here = of(0.0)?;
-    let mut table: Vec<Mat<f64>> = Vec::new();
-    let mut best: Option<(Mat<f64>, f64)> = None;
-    for level in 0..LEVELS {
-        let step = first / RATIO.powi(level as i32);
-        let (start, order) = match (of(step), of(-step)) {
-            (Ok(up), Ok(down)) => (Scale(0.5 / step) * (up - down), 2),
-            (Ok(up), Err(_)) => (Scale(1.0 / step) * (up - &here), 1),
-            (Err(_), Ok(down)) => (Scale(1.0 / step) * (&here - down), 1),
-            (Err(error), Err(_)) => return Err(error),
-        };
-        // One row of the extrapolation table; differences of central steps have even powers only.
-        let mut row = vec![start];
-        for (k, coarser) in table.iter().enumerate() {
-            let weight = RATIO.powi(order * (k as i32 + 1));
-            let next = Mat::from_fn(here.nrows(), here.ncols(), |i, j| {
-                (weight * row[k][(i, j)] - coarser[(i, j)]) / (weight - 1.0)
-            });
-            row.push(next);
-        }
-        for k in 1..row.len() {
-            let change = |other: &Mat<f64>| (&row[k] - other).norm_max();
-            let error = change(&row[k - 1]).max(change(&table[k - 1]));
-            if best.as_ref().is_none_or(|(_, least)| error < *least) {
-                best = Some((row[k].clone(), error));
-            }
-        }
-        table = row;
-    }
-    Ok(best.unwrap_or_else(|| (table.remove(0), f64::INFINITY)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_derivative_of_smooth_entries_has_ten_digits() {
-        let of = |x: f64| Ok::<_, ()>(Mat::from_fn(1, 2, |_, j| [(3.0 + x).exp(), x.sin()][j]));
-        let (found, error) = difference(0.1, of).unwrap();
-        let exact = 3.0_f64.exp();
-        assert!((found[(0, 0)] - exact).abs() < 1e-10 * exact, "{found:?}");
-        assert!((found[(0, 1)] - 1.0).abs() < 1e-10);
-        assert!(error < 1e-8 * exact);
-    }
-
-    #[test]
-    fn the_end_of_a_range_has_one_sided_differences() {
-        let of = |x: f64| {
-            if x < 0.0 {
-                Err("out of range")
-            } else {
-                Ok(Mat::from_fn(1, 1, |_, _| (1.0 + x).powi(3)))
-            }
-        };
-        let (found, _) = difference(0.1, of).unwrap();
-        assert!((found[(0, 0)] - 3.0).abs() < 1e-9, "{found:?}");
-        assert!(difference(0.1, |_| Err::<Mat<f64>, _>("nowhere")).is_err());
     }
 }

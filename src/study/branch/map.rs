@@ -16,7 +16,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::equilibria::{BranchPlan, most_alike};
+use super::equilibria::BranchPlan;
 use super::family::SubjectFamily;
 use super::orbits::{OrbitStarts, add_orbits};
 use super::result::Branch;
@@ -109,27 +109,21 @@ pub fn stability_map(
     progress: OnProgress<'_>,
 ) -> Result<StabilityMap, StudyError> {
     let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
-    let mut rows: Vec<(usize, Vec<Solved>)> = Vec::new();
-    let job = |row: usize, emit: Emit<'_, _>| {
-        let family = plan.family();
-        let points = xs.iter().map_while(|&x| {
-            emit(None).ok()?;
-            Some(solve(&family, [x, ys[row]]))
-        });
-        let points: Vec<Solved> = points.collect();
-        if points.len() == xs.len() {
-            // A stop is seen before the next row.
-            let _ = emit(Some((row, points)));
-        }
+    let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
+    let count = xs.len() * ys.len();
+    let mut points: Vec<(usize, Solved)> = Vec::new();
+    let job = |k: usize, emit: Emit<'_, _>| {
+        // A stop is seen before the next point.
+        let _ = emit(Some((k, solve(&plan.family(), place(k)))));
     };
-    run_jobs(ys.len(), threads, job, |row| {
-        rows.extend(row);
+    run_jobs(count, threads, job, |point| {
+        points.extend(point);
         // Tracing the curves takes about as long as the grid.
-        let share = 0.5 * rows.len() as f64 / ys.len() as f64;
+        let share = 0.5 * points.len() as f64 / count as f64;
         Ok::<_, StudyError>(progress(share, TASK)?)
     })?;
-    rows.sort_by_key(|(row, _)| *row);
-    let mut solved: Vec<Solved> = rows.into_iter().flat_map(|(_, points)| points).collect();
+    points.sort_by_key(|(k, _)| *k);
+    let mut solved: Vec<Solved> = points.into_iter().map(|(_, point)| point).collect();
     if solved.iter().all(Result::is_err)
         && let Some(Err(error)) = solved.drain(..).next()
     {
@@ -146,7 +140,6 @@ pub fn stability_map(
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
             continue;
         };
-        let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
         let along = usize::from(to - from > 1);
         for (seed, label) in seeds([place(*from), place(*to)], one, other, names) {
             let is_known = |curve: &Curve| plan.passes(&curve.points, &seed.0, cell);
@@ -202,9 +195,9 @@ fn seeds<'a>(
     names: &'a [NamedMode],
 ) -> Vec<(PointOf<Eigenmode>, &'a str)> {
     let seeds = one.iter().zip(names).filter_map(|(from, name)| {
-        let to = most_alike(other.to_vec(), from)?;
+        let to = from.most_alike(other)?;
         // A mode that ceases to oscillate has no partner.
-        most_alike(one.to_vec(), &to).filter(|back| back.value == from.value)?;
+        to.most_alike(one).filter(|back| back.value == from.value)?;
         let growths = [from.value.re, to.value.re];
         let crosses = growths[0] * growths[1] < 0.0 && from.oscillates();
         let share = growths[0] / (growths[0] - growths[1]);
@@ -471,7 +464,8 @@ fn hopf_curve(
 
 /// The mode next to another one at some values of the parameters.
 fn mode_at(family: &SubjectFamily, values: [f64; 2], near: &Eigenmode) -> Option<Eigenmode> {
-    most_alike(family.at(&values).ok()?.linearised.modes().ok()?, near)
+    let modes = family.at(&values).ok()?.linearised.modes().ok()?;
+    near.most_alike(&modes).cloned()
 }
 
 /// Values that differ by [`DIFFERENCE`] in one parameter, towards the middle of its interval.

@@ -21,7 +21,7 @@ pub use equilibria::{
     BranchMode, BranchPlan, CriticalityMethod, CycleBirth, EquilibriumPoint, SteadyBifurcation,
     SteadyBifurcationKind,
 };
-pub use family::{SteadyState, SubjectFamily, portraits};
+pub use family::{SteadyState, SubjectFamily};
 pub use map::{Curve, CurvePoint, MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
 pub use orbits::OrbitStarts;
 #[cfg(feature = "table")]

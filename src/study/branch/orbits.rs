@@ -9,11 +9,10 @@ use super::result::{At, Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
-    BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, HopfPoint,
-    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, doubled_orbit, hopf_orbit,
-    settled_orbit,
+    BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, OrbitBranch,
+    PeriodicOrbit, ReturnSearch, continue_orbits, doubled_orbit, hopf_orbit, settled_orbit,
 };
-use crate::dynamics::equilibrium::EquilibriumError;
+use crate::dynamics::equilibrium::{Eigenmode, EquilibriumError};
 use crate::scene::Scene;
 use crate::study::response::{ResponsePlan, SLOWEST, SettledResponse, response};
 use crate::study::sweep::SweepPoint;
@@ -301,27 +300,15 @@ impl Study<'_> {
     fn born(&mut self, found: &SteadyBifurcation) -> Result<BranchStart, StudyError> {
         let value = found.at.value;
         let state = self.family.at(&[value])?;
+        let linearised = &state.linearised;
         let omega = std::f64::consts::TAU * found.frequency_hz;
-        let modes = state.linearised.modes()?;
-        let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
-            (mode.value - faer::c64::new(0.0, omega)).norm()
-        };
+        let modes = linearised.modes()?;
+        let apart = |mode: &Eigenmode| (mode.value - faer::c64::new(0.0, omega)).norm();
         let mode = modes.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
-        let Some(mode) = mode else {
-            return Err(StudyError::NoOrbit("the mode is lost".to_owned()));
-        };
-        let parts = mode.vector.iter().zip(&state.linearised.scale);
-        let (real, imaginary) = parts.map(|(x, scale)| (x.re / scale, x.im / scale)).unzip();
-        let point = HopfPoint {
-            parameter: value,
-            state: state.linearised.state.clone(),
-            omega,
-            real,
-            imaginary,
-        };
-        let size = self.plan.subject.hopf_size(omega, &point.state);
-        let amplitude = HOPF_SHARE * size;
-        hopf_orbit(&self.family, &point, amplitude, &self.options)
+        let mode = mode.ok_or_else(|| StudyError::NoOrbit("the mode is lost".to_owned()))?;
+        let size = self.plan.subject.hopf_size(omega, &linearised.state);
+        let point = (value, linearised, mode);
+        hopf_orbit(&self.family, point, HOPF_SHARE * size, &self.options)
             .map_err(|error| StudyError::NoOrbit(chain_of_causes(&error)))
     }
 

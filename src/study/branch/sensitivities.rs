@@ -9,8 +9,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::family::{SubjectFamily, difference, first_step};
-use crate::dynamics::equilibrium::eigenvalue_derivative;
+use super::family::{SubjectFamily, first_step};
+use crate::dynamics::equilibrium::{derivative, eigenvalue_derivative};
 use crate::joint::{BallJoint, BodySpec, Friction, NamedMode};
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::{OnProgress, StudyError, Trial};
@@ -154,7 +154,7 @@ pub fn sensitivities(
     let mut found: Vec<ModeSensitivities> = found.collect();
     for (which, number) in numbers.iter().enumerate() {
         progress(which as f64 / numbers.len() as f64, "sensitivities")?;
-        let (slope, error) = difference(first_step(number.value, 1.0), |step| {
+        let (slope, error) = derivative(first_step(number.value, 1.0), |step| {
             let state = family.linearised(Trial::of_scene((number.changed)(step)?)?)?;
             Ok::<_, StudyError>(state.linearised.matrix)
         })?;

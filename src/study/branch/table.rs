@@ -59,7 +59,7 @@ pub fn write_branch(path: &Path, branch: &Branch) -> Result<(), OutputError> {
         fields.push(Field::new(branch.name(), DataType::Float64, false).into());
         fields
     });
-    table::write_rows(path, fields, &rows(branch))
+    table::write(path, table::schema(fields), &rows(branch))
 }
 
 fn rows(branch: &Branch) -> Vec<RowAt<'_>> {

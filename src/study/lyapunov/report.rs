@@ -193,7 +193,7 @@ impl Report for LyapunovResult {
         if study.segments.len() > 1 {
             blocks.push(segments(&study.segments));
         }
-        if let Some(dimension) = &self.classification.kaplan_yorke {
+        if let Some(dimension) = &study.spectrum.kaplan_yorke {
             let dimension = Measured::from(dimension);
             blocks.push(Block::text(format!("Kaplan-Yorke dimension {dimension}")));
         }
@@ -294,7 +294,7 @@ impl Report for Classified<&Exponents> {
         let since = earlier.map_or(String::new(), |earlier| {
             format!(", after a change of the motion ({earlier})")
         });
-        let dimension = match &self.classification.kaplan_yorke {
+        let dimension = match &spectrum.kaplan_yorke {
             Some(dimension) => Tone::Strong.cell(Measured::from(dimension)),
             None => "not defined by these exponents".into(),
         };
@@ -330,7 +330,7 @@ impl Classified<&Exponents> {
         } else {
             ""
         };
-        let dimension = self.classification.kaplan_yorke.as_ref();
+        let dimension = spectrum.kaplan_yorke.as_ref();
         let dimension = dimension.map_or(String::new(), |dimension| {
             format!(", Kaplan-Yorke dimension {}", Measured::from(dimension))
         });
@@ -358,8 +358,6 @@ pub struct Classification {
     /// system without modes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exponents_over_omega_1: Vec<Exponent>,
-    /// Kaplan-Yorke dimension; `null` if it is unknown, and for an equilibrium.
-    pub kaplan_yorke: Option<Exponent>,
 }
 
 impl Classification {
@@ -376,7 +374,6 @@ impl Classification {
             description: attractor.to_string(),
             signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
             exponents_over_omega_1: scaled.collect(),
-            kaplan_yorke: spectrum.kaplan_yorke,
         }
     }
 }

@@ -48,7 +48,7 @@ pub fn write_events<'a>(
 ) -> Result<(), OutputError> {
     let rows: Vec<Row> = files.into_iter().flat_map(rows).collect();
     let fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default());
-    table::write_rows(path, fields, &rows)
+    table::write(path, table::schema(fields), &rows)
 }
 
 fn rows(report: &SignalAnalysis) -> impl Iterator<Item = Row> {

@@ -33,7 +33,10 @@ pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 #[cfg_attr(feature = "table", derive(JsonSchema))]
 #[cfg_attr(
     feature = "table",
-    schemars(with = "table::Row", description = "A point; missing values are null.")
+    schemars(
+        with = "table::Row<'static>",
+        description = "A point; missing values are null."
+    )
 )]
 pub struct SweepPoint {
     /// Place of the point: index, start and axis values.

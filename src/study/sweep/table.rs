@@ -3,8 +3,7 @@
 //!
 //! A stream that ends early can be read up to its last complete batch, also by any other reader of Arrow's streaming
 //! format. Each parameter has a column of the name of its key, in the unit of the scene file; all other columns are
-//! in SI units, and the tilt in degrees. A failed point has its message in the column `error`; its other results are
-//! null.
+//! in SI units. A failed point has its message in the column `error`; its other results are null.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -24,17 +23,11 @@ use serde_json::{Value, json};
 
 use super::plan::PlanRecord;
 use super::{Place, Start, SweepPlan, SweepPoint};
-use crate::analysis::recurrence::RecurrenceKind;
-use crate::dynamics::Exponent;
 use crate::export::{OutputError, replace_file};
 use crate::foreign::table::read_batches;
 use crate::foreign::{one_line, open_file, without_panic};
-use crate::number::degrees;
 use crate::study::response::SettledResponse;
 use crate::study::{StudyError, table};
-
-/// Number of points in a batch of a finished table.
-const BATCH: usize = 1024;
 
 /// Error when reading or writing a table.
 #[derive(Debug, thiserror::Error)]
@@ -95,29 +88,26 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`].
     pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
-        let failed = |source| TableError::Write(path.to_owned(), source);
-        let schema = schema(plan).map_err(failed)?;
         // The old file is replaced only once the new one holds all its points.
-        let mut kept = None;
-        replace_file(path, |out: &mut BufWriter<&File>| {
-            let file = out.get_ref().try_clone()?;
-            let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
+        let begun = replace_file(path, |out: &mut BufWriter<&File>| {
+            let (file, schema) = (out.get_ref().try_clone()?, schema(plan)?);
+            let mut growing = Self {
+                path: path.to_owned(),
+                stream: StreamWriter::try_new(file, &schema).map_err(table::unwrapped)?,
+                schema,
+            };
             for point in known {
-                stream
-                    .write(&batch(&schema, &[point])?)
-                    .map_err(io::Error::other)?;
+                growing.write(point)?;
             }
-            stream.flush().map_err(io::Error::other)?;
-            kept = Some(stream);
-            Ok(())
-        })
-        .map_err(|OutputError { source, .. }| failed(source))?;
-        let stream = kept.ok_or_else(|| failed(io::Error::other("no file was made")))?;
-        Ok(Self {
-            path: path.to_owned(),
-            schema,
-            stream,
-        })
+            Ok(growing)
+        });
+        begun.map_err(|OutputError { path, source }| TableError::Write(path, source))
+    }
+
+    fn write(&mut self, point: &SweepPoint) -> io::Result<()> {
+        let batch = table::batch(&self.schema, &[Row::new(point)])?;
+        self.stream.write(&batch).map_err(table::unwrapped)?;
+        self.stream.flush().map_err(table::unwrapped)
     }
 
     /// Adds a point and flushes it to the operating system.
@@ -125,10 +115,7 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.schema, &[point]).and_then(|batch| {
-            self.stream.write(&batch).map_err(table::unwrapped)?;
-            self.stream.flush().map_err(table::unwrapped)
-        });
+        let written = self.write(point);
         written.map_err(|source| TableError::Write(self.path.clone(), source))?;
         // Writes to a removed file succeed, but the data are lost.
         let file = self.path.symlink_metadata();
@@ -143,15 +130,10 @@ impl TableWriter {
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
-    let mut points: Vec<&SweepPoint> = points.iter().collect();
-    points.sort_by_key(|point| point.place.index);
-    let write = || {
-        let schema = schema(plan)?;
-        let batches = points.chunks(BATCH).map(|points| batch(&schema, points));
-        let batches = batches.collect::<io::Result<Vec<_>>>()?;
-        table::write(path, &schema, &batches).map_err(|error| error.source)
-    };
-    write().map_err(|source| TableError::Write(path.to_owned(), source))
+    let mut rows: Vec<Row<'_>> = points.iter().map(Row::new).collect();
+    rows.sort_by_key(|row| row.place.index);
+    let written = table::write(path, schema(plan), &rows);
+    written.map_err(|OutputError { path, source }| TableError::Write(path, source))
 }
 
 /// Reads a table: an Arrow stream, an Arrow file or Parquet. A truncated stream, from a process that was killed, yields
@@ -247,19 +229,17 @@ fn entries(key: &str, value: &Value) -> Vec<String> {
 
 /// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]). It ends with the version of the
 /// format.
-const IDENTITY: &str = "squeakscope sweep 3";
+const IDENTITY: &str = "squeakscope sweep 4";
 
 /// A point; missing values are null.
 #[derive(Serialize, JsonSchema)]
-pub struct Row {
+pub struct Row<'a> {
     #[serde(flatten)]
-    place: Place,
+    place: &'a Place,
     /// Error message of a point without a response.
-    error: Option<String>,
+    error: Option<&'a str>,
     #[serde(flatten)]
-    leading: Leading,
-    #[serde(flatten)]
-    found: Option<SettledResponse>,
+    found: Option<&'a SettledResponse>,
 }
 
 /// What is read of a row of a table, except the values of the axes.
@@ -268,101 +248,17 @@ struct StoredRow {
     index: usize,
     start: Start,
     error: Option<String>,
-    kaplan_yorke: Option<f64>,
-    kaplan_yorke_half_width: Option<f64>,
     #[serde(flatten)]
     found: Option<SettledResponse>,
 }
 
-/// The first entries of the lists of a response, and numbers that follow from them: for readers that have no lists.
-#[derive(Default, Serialize, Deserialize, JsonSchema)]
-struct Leading {
-    /// Frequency of line 1, the strongest, Hz.
-    line_1_hz: Option<f64>,
-    /// Amplitude of line 1, m.
-    line_1_amplitude_m: Option<f64>,
-    /// Name of line 1.
-    line_1_name: Option<String>,
-    /// Frequency of line 2, the second strongest, Hz.
-    line_2_hz: Option<f64>,
-    /// Amplitude of line 2, m.
-    line_2_amplitude_m: Option<f64>,
-    /// Name of line 2.
-    line_2_name: Option<String>,
-    /// Exponent 1, the largest, 1/s.
-    exponent_1_per_s: Option<f64>,
-    /// Half-width of the 95 % interval of exponent 1, 1/s.
-    exponent_1_half_width_per_s: Option<f64>,
-    /// Exponent 2, 1/s.
-    exponent_2_per_s: Option<f64>,
-    /// Half-width of the 95 % interval of exponent 2, 1/s.
-    exponent_2_half_width_per_s: Option<f64>,
-    /// Exponent 3, 1/s.
-    exponent_3_per_s: Option<f64>,
-    /// Half-width of the 95 % interval of exponent 3, 1/s.
-    exponent_3_half_width_per_s: Option<f64>,
-    /// Finest recurrence period, s.
-    recurrence_period_finest_s: Option<f64>,
-    /// Recurrence period of the beat, s.
-    recurrence_period_beat_s: Option<f64>,
-    /// Doubled recurrence period, s.
-    recurrence_period_doubled_s: Option<f64>,
-    /// Kaplan-Yorke dimension; `null` if too few exponents are known.
-    kaplan_yorke: Option<f64>,
-    /// Half-width of the 95 % interval of the Kaplan-Yorke dimension.
-    kaplan_yorke_half_width: Option<f64>,
-    /// Tilt of the load, degrees.
-    tilt_deg: Option<f64>,
-    /// Number of unstable linear modes.
-    unstable_modes: Option<u64>,
-}
-
-impl Leading {
-    fn of(found: &SettledResponse) -> Self {
-        let line = |k: usize| found.lines.get(k);
-        let exponent = |k: usize| found.exponents.as_ref()?.exponents.get(k);
-        let period = |kind| {
-            let longest = found.recurrence_periods.last(kind)?;
-            Some(longest.period)
-        };
-        let dimension = found.exponents.as_ref().and_then(|all| all.kaplan_yorke);
-        let linear = found.linear.as_ref();
-        Self {
-            line_1_hz: line(0).map(|line| line.frequency),
-            line_1_amplitude_m: line(0).map(|line| line.amplitude),
-            line_1_name: line(0).map(|line| line.label.clone()),
-            line_2_hz: line(1).map(|line| line.frequency),
-            line_2_amplitude_m: line(1).map(|line| line.amplitude),
-            line_2_name: line(1).map(|line| line.label.clone()),
-            exponent_1_per_s: exponent(0).map(|e| e.value),
-            exponent_1_half_width_per_s: exponent(0).map(|e| e.half_width),
-            exponent_2_per_s: exponent(1).map(|e| e.value),
-            exponent_2_half_width_per_s: exponent(1).map(|e| e.half_width),
-            exponent_3_per_s: exponent(2).map(|e| e.value),
-            exponent_3_half_width_per_s: exponent(2).map(|e| e.half_width),
-            recurrence_period_finest_s: period(RecurrenceKind::Finest),
-            recurrence_period_beat_s: period(RecurrenceKind::Beat),
-            recurrence_period_doubled_s: period(RecurrenceKind::Doubled),
-            kaplan_yorke: dimension.map(|d| d.value),
-            kaplan_yorke_half_width: dimension.map(|d| d.half_width),
-            tilt_deg: linear.map(|linear| degrees(linear.tilt)),
-            unstable_modes: linear.map(|linear| linear.unstable().count() as u64),
-        }
-    }
-}
-
-impl Row {
+impl<'a> Row<'a> {
     /// The row of a point.
-    fn new(point: SweepPoint) -> Self {
-        let (found, error) = match point.outcome {
-            Ok(found) => (Some(found), None),
-            Err(error) => (None, Some(error)),
-        };
+    fn new(point: &'a SweepPoint) -> Self {
         Self {
-            place: point.place,
-            error,
-            leading: found.as_ref().map(Leading::of).unwrap_or_default(),
-            found,
+            place: &point.place,
+            error: point.outcome.as_ref().err().map(String::as_str),
+            found: point.found(),
         }
     }
 
@@ -386,9 +282,6 @@ impl Row {
             Arc::new(Field::new("start", DataType::LargeUtf8, false)),
             Arc::new(Field::new("error", DataType::LargeUtf8, true)),
         ];
-        fields.extend(Vec::<FieldRef>::from_type::<Leading>(
-            TracingOptions::default(),
-        )?);
         fields.extend(found.into_iter().map(nullable));
         Ok(fields)
     }
@@ -402,7 +295,7 @@ impl Serialize for SweepPoint {
             found.portrait = None;
             found.state.clear();
         }
-        Row::new(point).serialize(to)
+        Row::new(&point).serialize(to)
     }
 }
 
@@ -417,16 +310,6 @@ pub(super) fn schema(plan: &SweepPlan) -> io::Result<SchemaRef> {
     fields.splice(2..2, parameters);
     let identity = HashMap::from([(IDENTITY.to_owned(), plan.identity())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, identity)))
-}
-
-/// Points as a record batch with the columns of a plan.
-fn batch(schema: &SchemaRef, points: &[&SweepPoint]) -> io::Result<RecordBatch> {
-    let rows = points.iter().map(|point| Row::new((*point).clone()));
-    let batch = serde_arrow::to_record_batch(schema.fields(), &rows.collect::<Vec<_>>());
-    let batch = batch.map_err(io::Error::other)?;
-    batch
-        .with_schema(Arc::clone(schema))
-        .map_err(io::Error::other)
 }
 
 /// The points of a record batch of a plan, or the reason why it has none.
@@ -446,14 +329,7 @@ fn points(batch: &RecordBatch, plan: &SweepPlan<()>) -> Result<Vec<SweepPoint>, 
         let place = place.ok_or_else(|| format!("its point {index} does not match the plan"))?;
         let outcome = match (row.error, row.found) {
             (Some(error), _) => Err(error),
-            (None, Some(mut found)) => {
-                let dimension = row.kaplan_yorke.zip(row.kaplan_yorke_half_width);
-                if let Some(exponents) = &mut found.exponents {
-                    exponents.kaplan_yorke =
-                        dimension.map(|(value, half_width)| Exponent { value, half_width });
-                }
-                Ok(found)
-            }
+            (None, Some(found)) => Ok(found),
             (None, None) => return Err(format!("the response of point {index} is incomplete")),
         };
         Ok(SweepPoint { place, outcome })

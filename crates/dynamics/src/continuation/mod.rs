@@ -63,4 +63,4 @@ pub use family::{Family, FamilyError};
 pub use follow::{OnOrbit, continue_orbits};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
-pub use start::{BranchStart, HopfPoint, ReturnSearch, doubled_orbit, hopf_orbit, settled_orbit};
+pub use start::{BranchStart, ReturnSearch, doubled_orbit, hopf_orbit, settled_orbit};

@@ -118,6 +118,9 @@ pub struct PeriodicOrbit {
     pub trivial_multiplier_error: Option<f64>,
     /// Half the range of the observable ([`Family::observable`](super::Family::observable)) over the period.
     pub amplitude: f64,
+    /// The observable and its rate at equal times over the period, the first ones again at the end.
+    #[serde(skip)]
+    pub portrait: Vec<[f64; 2]>,
     /// Half the range of each component of the state over the period.
     pub component_amplitudes: Vec<f64>,
     /// Standard deviation of each component of the state over the period. Unlike the range of samples it does not depend on

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::cyclic;
 use super::flow::Flow;
 use super::newton::{Corrected, Precision, residual};
-use super::shape::{GuardDistances, SAMPLES, sizes};
+use super::shape::{GuardDistances, SAMPLES, portrait, sizes};
 use super::shooting::{Direction, Scale, ShootingPoint};
 use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
 
@@ -70,11 +70,8 @@ impl Flow<'_> {
         let sys = sys.as_ref();
         let (samples, ends) = self.samples(sys, &shot, true)?;
         let states = DMatrix::from_fn(SAMPLES, sys.tangent_dim(), |k, i| samples[k].z[i]);
-        let factors = self.family.observable(parameter);
-        let observed = DVector::from_fn(SAMPLES, |k, _| {
-            let terms = factors.iter().zip(&samples[k].z);
-            terms.map(|(a, z)| a * z).sum::<f64>()
-        });
+        let portrait = portrait(sys, &self.family.observable(parameter), &samples);
+        let observed = DVector::from_iterator(portrait.len(), portrait.iter().map(|at| at[0]));
         let half_range = |max: f64, min: f64| 0.5 * (max - min);
         let residual = residual(&shot, &ends, scale);
         let sizes = sizes(sys, &samples);
@@ -93,6 +90,7 @@ impl Flow<'_> {
             unstable_multipliers: 0,
             trivial_multiplier_error: None,
             amplitude: half_range(observed.max(), observed.min()),
+            portrait,
             component_amplitudes: states
                 .column_iter()
                 .map(|component| half_range(component.max(), component.min()))

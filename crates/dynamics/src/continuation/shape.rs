@@ -96,6 +96,20 @@ impl Flow<'_> {
     }
 }
 
+/// The observable of these factors and its rate at the samples of an orbit, the first one again at the end.
+pub(super) fn portrait(
+    sys: &dyn System,
+    factors: &[f64],
+    samples: &[OrbitSample],
+) -> Vec<[f64; 2]> {
+    let observe = |z: &[f64]| factors.iter().zip(z).map(|(a, z)| a * z).sum::<f64>();
+    let points = samples.iter().chain(samples.first()).map(|sample| {
+        let slope = slope_in(sys, &sample.status, sample.time_s, &sample.z);
+        [observe(&sample.z), observe(slope.as_slice())]
+    });
+    points.collect()
+}
+
 /// The largest distances of the vibration and of the first-order components from their means.
 pub(super) fn sizes(sys: &dyn System, samples: &[OrbitSample]) -> [f64; 2] {
     let n = sys.tangent_dim();

@@ -11,6 +11,7 @@ use super::shooting::{Direction, Scale, ShootingPoint, direction};
 use super::{
     Bifurcation, BifurcationKind, ContinuationError, ContinuationOptions, Family, PeriodicOrbit,
 };
+use crate::equilibrium::{Eigenmode, Linearised};
 use crate::{Integrator, System};
 
 /// Segments of a small orbit at a Hopf point: enough for the phase condition.
@@ -44,21 +45,6 @@ pub struct ReturnSearch {
     pub max_period_s: f64,
     /// Distance from the start below which the motion has returned, relative to its size.
     pub tolerance: f64,
-}
-
-/// A Hopf point: an equilibrium with a pair of imaginary eigenvalues.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HopfPoint {
-    /// Value of the parameter.
-    pub parameter: f64,
-    /// The equilibrium, without quadratures.
-    pub state: Vec<f64>,
-    /// Circular frequency, rad/s.
-    pub omega: f64,
-    /// Real part of the eigenvector for the eigenvalue `i omega`.
-    pub real: Vec<f64>,
-    /// Imaginary part of that eigenvector.
-    pub imaginary: Vec<f64>,
 }
 
 /// The orbit near a settled motion.
@@ -162,25 +148,27 @@ fn find_return(
     })
 }
 
-/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of
-/// [`Family::observable`]. The parameter follows from the amplitude.
+/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of [`Family::observable`].
+/// The Hopf point is an equilibrium at a value of the parameter, with the mode whose eigenvalue is imaginary. The parameter
+/// of the orbit follows from the amplitude.
 ///
 /// # Errors
 /// Those of Newton's method.
 pub fn hopf_orbit(
     family: &dyn Family,
-    hopf: &HopfPoint,
+    (parameter, linearised, mode): (f64, &Linearised, &Eigenmode),
     amplitude: f64,
     options: &ContinuationOptions,
 ) -> Result<BranchStart, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
-    let column = |values: &Vec<f64>| DVector::from_column_slice(values);
-    let [equilibrium, real, imaginary] = [&hopf.state, &hopf.real, &hopf.imaginary].map(column);
+    let equilibrium = DVector::from_column_slice(&linearised.state);
+    let parts = mode.vector.iter().zip(&linearised.scale);
+    let vector = DVector::from_iterator(equilibrium.len(), parts.map(|(x, scale)| x / *scale));
     let turn = |phase: f64| {
         let (sin, cos) = (TAU * phase).sin_cos();
-        &real * cos - &imaginary * sin
+        vector.map(|x| x.re * cos - x.im * sin)
     };
-    let factors = family.observable(hopf.parameter);
+    let factors = family.observable(parameter);
     let observed = DVector::from_fn(64, |k, _| {
         let z = &equilibrium + turn(k as f64 / 64.0);
         let terms = factors.iter().zip(z.as_slice());
@@ -191,8 +179,8 @@ pub fn hopf_orbit(
         .map(|k| k as f64 / HOPF_SEGMENTS as f64)
         .collect();
     let at_rest = ShootingPoint {
-        parameter: hopf.parameter,
-        period: TAU / hopf.omega,
+        parameter,
+        period: TAU / mode.value.im,
         drive_periods: None,
         states: vec![equilibrium.clone(); HOPF_SEGMENTS],
         statuses: Vec::new(),

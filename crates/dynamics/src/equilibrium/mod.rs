@@ -1,12 +1,14 @@
-//! Equilibria of a system: Newton iteration, linearisation with complex eigenvalues, and the normal form of a Hopf
-//! bifurcation.
+//! Equilibria of a system: Newton iteration, linearisation with complex eigenvalues, modes that are followed over a
+//! parameter, and the normal form of a Hopf bifurcation.
 //!
 //! All derivatives are exact products of the tangent flow ([`Differentiable::product`]) within the status of the
 //! equilibrium, so that kinks next to it do not disturb them. Eigenvectors refer to the state in the scaled
 //! coordinates `[omega q | dq/dt | w]`, whose first two parts have the same unit.
 
+mod derivative;
 mod multilinear;
 mod normal_form;
+mod tracks;
 
 use faer::prelude::Solve;
 use faer::{Mat, c64};
@@ -14,7 +16,9 @@ use faer::{Mat, c64};
 use super::system::{add_linear, energy_units};
 use super::{Differentiable, System};
 
+pub use derivative::derivative;
 pub use normal_form::FirstLyapunov;
+pub use tracks::{ModeTracks, TrackedMode};
 
 /// Iterations of Newton's method.
 const MAX_ITERATIONS: usize = 50;

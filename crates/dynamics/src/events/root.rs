@@ -1,58 +1,29 @@
 //! Location of the first zero of the guards in a bracket.
 
 use super::{Events, SearchedStep};
+use crate::root_bracket::RootBracket;
 
 impl Events {
     /// Locates the first zero of a guard between `low` and `high` (s). All guards are positive or zero
     /// at `low` (`above`), and some are negative at `high` (`below`). Returns the time immediately after
     /// the zero, to the rounding of the time; `below` then holds the guards at that time.
     ///
-    /// The method is that of I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection
-    /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021) 5: a
-    /// secant step shifted slightly towards the middle, at most one evaluation slower than bisection.
     /// The secant is that of the guard with the earliest predicted zero.
-    pub(super) fn locate(
-        &mut self,
-        searched: &mut SearchedStep<'_>,
-        mut low: f64,
-        mut high: f64,
-    ) -> f64 {
+    pub(super) fn locate(&mut self, searched: &mut SearchedStep<'_>, low: f64, high: f64) -> f64 {
         let start = searched.stepper.step().start_time;
         let resolution = 2.0 * f64::EPSILON * high.abs().max(start.abs());
-        let first_width = high - low;
-        // Permitted width of the bracket, as if it were halved from here on.
-        let mut allowed = first_width.max(resolution);
-        while high - low > resolution {
-            let width = high - low;
-            let secant = low + width * self.first_zero();
-            let middle = low + 0.5 * width;
-            let towards = (middle - secant).signum();
-            let shift = (0.01 * width * (width / first_width)).max(0.5 * resolution);
-            let moved = if shift <= (middle - secant).abs() {
-                secant + towards * shift
-            } else {
-                middle
-            };
-            let reach = allowed - 0.5 * width;
-            let guess = if (moved - middle).abs() <= reach {
-                moved
-            } else {
-                middle - towards * reach
-            };
-            allowed *= 0.5;
-            if guess <= low || guess >= high {
-                break;
-            }
+        let mut bracket = RootBracket::new([low, high], resolution);
+        while let Some(guess) = bracket.guess(self.first_zero()) {
             self.sample_at(searched, guess);
             if self.between.iter().any(|&h| h < 0.0) {
-                high = guess;
+                bracket.ends[1] = guess;
                 std::mem::swap(&mut self.below, &mut self.between);
             } else {
-                low = guess;
+                bracket.ends[0] = guess;
                 std::mem::swap(&mut self.above, &mut self.between);
             }
         }
-        self.merge_simultaneous(searched, high)
+        self.merge_simultaneous(searched, bracket.ends[1])
     }
 
     /// The earliest zero of the secants of all falling guards, as a fraction of the bracket from 0 to 1.

@@ -80,8 +80,6 @@ pub struct LyapunovSpectrum {
     /// exponents whose sum is not negative. Exponents that count as zero are taken as zero. `None` for an
     /// equilibrium, if too few exponents are known, or if it depends on an undetermined one. (J. L. Kaplan
     /// and J. A. Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
-    // Not serialised here: a result states it with its classification.
-    #[serde(skip)]
     pub kaplan_yorke: Option<Exponent>,
 }
 

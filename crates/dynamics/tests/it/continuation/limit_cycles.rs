@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::systems::{Smooth, autonomous};
 use super::*;
 use squeakscope_dynamics::System;
+use squeakscope_dynamics::equilibrium::Linearised;
 
 fn van_der_pol() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     autonomous(
@@ -197,15 +198,10 @@ fn the_hopf_normal_form_is_exact_from_its_birth_on() {
             out[3] = mu - r2 - 2.0 * w[1] * w[1];
         },
     );
-    let hopf = HopfPoint {
-        parameter: 0.0,
-        state: vec![0.0; 2],
-        omega: 1.0,
-        real: vec![1.0, 0.0],
-        imaginary: vec![0.0, -1.0],
-    };
+    let linearised = Linearised::new(&*family.system(0.0).unwrap(), &[0.0; 2]).unwrap();
+    let modes = linearised.modes().unwrap();
     let options = precise([-0.5, 1.0], 0.5);
-    let start = hopf_orbit(&family, &hopf, 0.01, &options).unwrap();
+    let start = hopf_orbit(&family, (0.0, &linearised, &modes[0]), 0.01, &options).unwrap();
     assert!((start.orbit.parameter - 1e-4).abs() < 1e-9, "{start:?}");
     let branch = follow(&family, start.clone(), &options);
     assert_eq!(branch.ends, [None, Some(BranchEnd::ParameterBound)]);

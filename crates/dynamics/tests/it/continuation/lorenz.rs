@@ -1,11 +1,10 @@
 //! The Lorenz system: from the subcritical Hopf point to the homoclinic orbit, and its symmetry breaking.
 
-use nalgebra::{Complex, Matrix3, Vector3};
-
 use super::systems::Smooth;
 use super::*;
 use crate::known::Lorenz;
 use squeakscope_dynamics::System;
+use squeakscope_dynamics::equilibrium::Linearised;
 
 const SIGMA: f64 = 10.0;
 const BETA: f64 = 8.0 / 3.0;
@@ -23,41 +22,25 @@ fn family() -> Smooth<impl Fn(f64) -> Box<dyn System>> {
     }
 }
 
-/// The Hopf point of an equilibrium off the origin.
-fn hopf() -> HopfPoint {
-    let rho = SIGMA * (SIGMA + BETA + 3.0) / (SIGMA - BETA - 1.0);
-    let x = (BETA * (rho - 1.0)).sqrt();
-    let omega = (BETA * (SIGMA + rho)).sqrt();
-    let jacobian = Matrix3::new(
-        -SIGMA, SIGMA, 0.0, //
-        1.0, -1.0, -x, //
-        x, x, -BETA,
-    );
-    let shifted =
-        jacobian.map(|a| Complex::new(a, 0.0)) - Matrix3::identity() * Complex::new(0.0, omega);
-    let svd = shifted.svd(false, true);
-    assert!(svd.singular_values[2] < 1e-10, "imaginary eigenvalue");
-    let vector: Vector3<Complex<f64>> = svd.v_t.unwrap().row(2).adjoint();
-    HopfPoint {
-        parameter: rho,
-        state: vec![x, x, rho - 1.0],
-        omega,
-        real: vector.iter().map(|z| z.re).collect(),
-        imaginary: vector.iter().map(|z| z.im).collect(),
-    }
-}
-
 /// The orbit born at rho = 24.7368 is unstable, exists below it, and its period grows without limit towards the homoclinic
 /// orbit at rho = 13.926 (C. Sparrow, The Lorenz Equations, Springer 1982).
 #[test]
 fn the_orbit_of_the_subcritical_hopf_point_approaches_the_homoclinic_orbit() {
     let family = family();
-    let hopf = hopf();
-    assert!((hopf.parameter - 24.736_842_1).abs() < 1e-7);
+    // The Hopf point of an equilibrium off the origin.
+    let rho = SIGMA * (SIGMA + BETA + 3.0) / (SIGMA - BETA - 1.0);
+    assert!((rho - 24.736_842_1).abs() < 1e-7);
+    let x = (BETA * (rho - 1.0)).sqrt();
+    let omega = (BETA * (SIGMA + rho)).sqrt();
+    let system = family.system(rho).unwrap();
+    let linearised = Linearised::new(&*system, &[x, x, rho - 1.0]).unwrap();
+    let modes = linearised.modes().unwrap();
+    let mode = modes.iter().find(|mode| mode.oscillates()).unwrap();
+    assert!(mode.value.re.abs() < 1e-10 && (mode.value.im / omega - 1.0).abs() < 1e-10);
     // Near the origin the motion is slow, and only the maximum step resolves the contraction.
     let options = precise([13.926_64, 30.0], 0.02);
-    let start = hopf_orbit(&family, &hopf, 0.3, &options).unwrap();
-    assert!(start.orbit.parameter < hopf.parameter);
+    let start = hopf_orbit(&family, (rho, &linearised, mode), 0.3, &options).unwrap();
+    assert!(start.orbit.parameter < rho);
     let branch = follow(&family, start, &options);
     let last = branch.points.last().unwrap();
     eprintln!(
@@ -109,9 +92,9 @@ fn the_orbit_of_the_subcritical_hopf_point_approaches_the_homoclinic_orbit() {
             _ => None,
         })
         .unwrap_or_else(|| panic!("{:?}", back.ends));
-    eprintln!("Hopf error {:e}", end.0 - hopf.parameter);
-    assert!((end.0 - hopf.parameter).abs() < 1e-5, "{end:?}");
-    assert!((end.1 * std::f64::consts::TAU / hopf.omega - 1.0).abs() < 1e-5);
+    eprintln!("Hopf error {:e}", end.0 - rho);
+    assert!((end.0 - rho).abs() < 1e-5, "{end:?}");
+    assert!((end.1 * std::f64::consts::TAU / omega - 1.0).abs() < 1e-5);
 }
 
 /// For large rho the attractor is a symmetric orbit. It breaks its symmetry as rho decreases through 312.97 (Sparrow 1982).
