@@ -1,13 +1,14 @@
 //! The settled response of a scene: the attractor that the simulation reaches, and its characteristics.
 //!
 //! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
-//! transient has ended. Then one window of the settled motion is sampled. All measures are computed from
+//! transient has ended ([`TransientDetector`]), or until its amplitude falls below the silence threshold. Then one window
+//! of the settled motion is sampled. All measures are computed from
 //! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
-//! the stable periodic orbit that the motion follows.
+//! the stable periodic orbit that the motion follows. A motion whose energies, or whose local exponents
+//! ([`ChangeDetector`]) change in the window is not settled.
 
 mod measure;
 mod orbit;
-mod transient;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -20,6 +21,7 @@ use crate::analysis::{
     recurrence::{Measures, RecurrencePeriods},
     regime::Regime,
     tones::{Bases, SpectralLine},
+    transient::TransientDetector,
 };
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
@@ -30,7 +32,6 @@ use super::{POLL, StabilityAt, StopCheck, StudyError};
 use measure::Samples;
 pub use measure::section_lag;
 pub(super) use measure::{recurrence_periods, thinned};
-use transient::TransientDetector;
 
 /// Plan of one response: transient limits, measurement time, optional analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
