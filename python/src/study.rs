@@ -8,7 +8,7 @@ use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figur
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{self as branches, Branch, BranchPlan, OrbitStarts};
 use squeakscope::study::cost as cost_study;
-use squeakscope::study::lyapunov::{Goal, LyapunovRequest, LyapunovResult, scene_lyapunov};
+use squeakscope::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
 use squeakscope::study::{StudyError, Subject, stability as linear_modes};
 
 use crate::array::{optional, vector, whole};
@@ -239,9 +239,8 @@ pub fn lyapunov<'py>(
     let found = long_call(py, progress.as_ref(), |watch| {
         scene_lyapunov(&scene, &request, &mut |share, _| watch.report(share))
     })?;
-    let found = LyapunovResult::new(request.goal, found);
     Fields::of(py, &found)?
-        .drawn(move || vec![lyapunov_figure(&scene.name, &found.found)])?
+        .drawn(move || vec![lyapunov_figure(&scene.name, &found)])?
         .finish::<SceneExponents>()
 }
 

@@ -15,9 +15,7 @@ use crate::dynamics::DynamicsError;
 use crate::export::replace_file;
 use crate::plot::lyapunov_figure;
 use crate::scene::Scene;
-use crate::study::lyapunov::{
-    Goal, LyapunovRequest, LyapunovResult, RunningExponents, scene_lyapunov, title,
-};
+use crate::study::lyapunov::{Goal, LyapunovRequest, RunningExponents, scene_lyapunov, title};
 
 /// Runs the command.
 ///
@@ -36,21 +34,19 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
         .file("--csv", Kind::CSV, csv_path.filter(|_| !is_csv_printed))?
         .figures(&args.figures, PIXELS, ["lyapunov"])?;
     files.prints_report = !is_csv_printed;
-    let request = request(args);
     let watch = Watch::new(stop);
-    let found = scene_lyapunov(&scene, &request, &mut watch.progress());
-    let found = found.map_err(|fault| failure(fault.into()))?;
-    let result = LyapunovResult::new(request.goal, found);
+    let result = scene_lyapunov(&scene, &request(args), &mut watch.progress());
+    let result = result.map_err(|fault| failure(fault.into()))?;
     files.finish(watch, Some(&scene.name), &result, |files| {
-        let csv = csv(&result.found.study.running);
+        let csv = csv(&result.study.running);
         if is_csv_printed {
             console::print(&csv)?;
         }
         files.write("--csv", |path| {
             replace_file(path, |out| out.write_all(csv.as_bytes()))
         })?;
-        let title = title(&scene.name, result.found.tilt_rad);
-        files.draw(|| vec![lyapunov_figure(&title, &result.found)])
+        let title = title(&scene.name, result.tilt_rad);
+        files.draw(|| vec![lyapunov_figure(&title, &result)])
     })
 }
 

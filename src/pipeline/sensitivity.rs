@@ -34,7 +34,6 @@ impl SensitivityTracker {
     /// Sets up the analyses that a scene requests.
     pub fn new(scene: &Scene) -> Self {
         let rate = scene.sample_rate;
-        let seed = scene.start.seed;
         let analysis = &scene.analysis;
         Self {
             exponents: analysis.exponents.map(|spec| {
@@ -46,7 +45,12 @@ impl SensitivityTracker {
             constant_since: 0.0,
             perturbed: analysis
                 .perturbed_trajectory
-                .map(|spec| PerturbedTrajectory::new(spec, seed)),
+                .map(|spec| PerturbedTrajectory {
+                    spec,
+                    seed: scene.start.seed,
+                    size: 0.0,
+                    z: Vec::new(),
+                }),
             floor: floor(scene),
         }
     }
@@ -119,6 +123,7 @@ impl SensitivityTracker {
 #[derive(Debug)]
 struct PerturbedTrajectory {
     spec: PerturbedTrajectorySpec,
+    /// Seed of the direction of the initial displacement.
     seed: u64,
     /// Largest norm of the simulated state so far, sqrt(J).
     size: f64,
@@ -127,16 +132,6 @@ struct PerturbedTrajectory {
 }
 
 impl PerturbedTrajectory {
-    /// Sets up a perturbed trajectory; `seed` determines the direction of the initial displacement.
-    fn new(spec: PerturbedTrajectorySpec, seed: u64) -> Self {
-        Self {
-            spec,
-            seed,
-            size: 0.0,
-            z: Vec::new(),
-        }
-    }
-
     /// Advances to the time (s) of a sample at which the simulation, integrated by `first`, has the state
     /// `z`. Returns its state and its distance from the simulated trajectory, relative to the largest norm of the latter;
     /// `None` before its start.

@@ -32,7 +32,7 @@ fn panel(setting: Setting, sets: &[&WorkPrecision], scatter: Option<f64>) -> Pan
     }
     for (k, set) in sets.iter().enumerate() {
         let places: Vec<_> = set.points.iter().filter_map(found).collect();
-        layers.push(Layer::line(places.clone(), Color::Series(k)).with_label(&set.method));
+        layers.push(Layer::line(places.clone(), Color::Series(k)).with_label(set.method));
         layers.push(Layer::points(places, 2.4, Color::Series(k)));
     }
     Panel::new(setting.name(), x, y, layers)

@@ -3,7 +3,7 @@
 use super::{Axis, Color, Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
 use crate::report::Measured;
-use crate::study::lyapunov::{LyapunovStudy, SceneLyapunov};
+use crate::study::lyapunov::{LyapunovResult, LyapunovStudy};
 
 /// Number of negative exponents shown besides the non-negative ones.
 const NEGATIVE: usize = 2;
@@ -12,7 +12,7 @@ const MOST: usize = 5;
 
 /// The running exponents over the averaging time with their intervals; below them all exponents in 1/s, and
 /// the largest ones over `omega_1`. `name` names the motion.
-pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
+pub fn lyapunov_figure(name: &str, found: &LyapunovResult) -> Figure {
     let spectrum = &found.study.spectrum;
     let below = vec![all(spectrum), largest(spectrum, found.omega_1_rad_per_s)];
     let title = format!("Lyapunov exponents of {name}");

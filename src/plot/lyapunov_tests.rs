@@ -6,7 +6,7 @@ use crate::plot::{FigureOptions, Format};
 use crate::study::lyapunov::{Ending, LyapunovStudy, RunningExponents};
 
 /// Synthetic exponents of a chaotic motion that converge to `values` with the averaging time.
-fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
+fn found(values: &[f64], dimension: usize) -> LyapunovResult {
     let at = |time: f64| -> Vec<Exponent> {
         let wave = |k: usize| (7.0 * time.ln() + k as f64).sin();
         let near = |(k, v): (usize, &f64)| Exponent {
@@ -30,7 +30,7 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
         resolution: 8.0,
         ..LyapunovSpectrum::default()
     };
-    SceneLyapunov {
+    LyapunovResult {
         study: LyapunovStudy {
             spectrum,
             motion: Motion::Free,
@@ -49,6 +49,7 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
         chaotic_transient_s: None,
         tolerance: Some(1e-5),
         omega_1_rad_per_s: 10_669.0,
+        ..LyapunovResult::default()
     }
 }
 

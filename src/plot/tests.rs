@@ -149,6 +149,8 @@ pub fn report(name: &str) -> SignalAnalysis {
             min_vertical_states: 2,
             line_of_identity: false,
             stride_samples: 1,
+            lag_states: 12,
+            dimension: 5,
             states: 1000,
             theiler_s: 1.0 / rate,
             recurrence_periods: RecurrencePeriods(vec![RecurrencePeriod {

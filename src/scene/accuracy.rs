@@ -9,39 +9,15 @@ pub const GAUSS_NODES: [usize; 6] = [16, 36, 64, 100, 300, 1000];
 /// Maximum step, s, at which the tolerance and not the maximum decides about the steps of a joint.
 pub const FREE_STEP: f64 = 1e-4;
 
-/// Numerical settings that follow from a required relative error of the settled motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AccuracySettings {
-    /// Relative tolerance of a step.
-    pub tolerance: f64,
-    /// Number of contact nodes of a Gauss rule.
-    pub nodes: usize,
-}
-
-impl AccuracySettings {
-    /// The rule: settings for a relative error of frequency, amplitude and rms velocity of the settled motion.
+impl Scene {
+    /// Returns the scene with the tolerance and the number of contact nodes for a relative error of frequency, amplitude and
+    /// rms velocity of its settled motion. A scene whose nodes are imported, or without contact nodes, keeps them.
     ///
-    /// It was read off from the shipped joints, each compared with a tolerance of 1e-8 and 300 nodes. With tolerances of
+    /// The rule was read off from the shipped joints, each compared with a tolerance of 1e-8 and 300 nodes. With tolerances of
     /// 1e-3, 1e-4 and 1e-5 the largest error of the integrator was 6e-3, 2e-4 and 3e-5, so that the tolerance is a tenth of
     /// the error. With 16 nodes the largest error of the patch was 6e-4 (`contact-age`, whose friction remembers, and
     /// `lift-off`, where nodes separate), with 64 nodes 9e-5. An ignored test, and `squeakscope cost`, compare the settings
     /// with the next finer level of everything.
-    pub fn for_error(error: f64) -> Self {
-        let nodes = match error {
-            1e-3.. => 16,
-            1e-4.. => 64,
-            _ => 300,
-        };
-        Self {
-            tolerance: (0.1 * error).clamp(1e-13, 1e-3),
-            nodes,
-        }
-    }
-}
-
-impl Scene {
-    /// Returns the scene with the tolerance and the number of contact nodes for a relative error of its settled motion
-    /// ([`AccuracySettings::for_error`]). A scene whose nodes are imported, or without contact nodes, keeps them.
     ///
     /// # Errors
     /// If the integration method of the scene has no tolerance.
@@ -55,8 +31,12 @@ impl Scene {
             let remedy = "choose another time.method, such as \"lawson54\"";
             return Err(SceneError::new("--accuracy".to_owned(), problem, remedy));
         }
-        let AccuracySettings { tolerance, nodes } = AccuracySettings::for_error(error);
-        self.with_numerics(tolerance, Some(nodes))
+        let nodes = match error {
+            1e-3.. => 16,
+            1e-4.. => 64,
+            _ => 300,
+        };
+        self.with_numerics((0.1 * error).clamp(1e-13, 1e-3), Some(nodes))
     }
 
     /// Returns the scene with a tolerance that alone decides about the steps and, if it has a ball on a beam, with a Gauss
@@ -86,12 +66,19 @@ mod tests {
 
     #[test]
     fn a_smaller_error_never_has_looser_settings() {
-        let errors = (0..60).map(|k| 10f64.powf(-0.1 * f64::from(k)));
-        let all: Vec<_> = errors.map(AccuracySettings::for_error).collect();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
+        let settings = (0..60).map(|k| {
+            let scene = scene
+                .with_accuracy(10f64.powf(-0.1 * f64::from(k)))
+                .unwrap();
+            let nodes = scene.joint().unwrap().spec.contact.nodes;
+            (scene.integrator.tolerance, nodes)
+        });
+        let all: Vec<_> = settings.collect();
         for pair in all.windows(2) {
-            assert!(pair[1].tolerance <= pair[0].tolerance && pair[1].nodes >= pair[0].nodes);
+            assert!(pair[1].0 <= pair[0].0 && pair[1].1 >= pair[0].1);
         }
-        assert!(all.iter().all(|s| GAUSS_NODES.contains(&s.nodes)));
+        assert!(all.iter().all(|(_, nodes)| GAUSS_NODES.contains(nodes)));
     }
 
     #[test]
@@ -102,9 +89,8 @@ mod tests {
             .unwrap();
         let again = Scene::parse("again.toml", scene.text.clone()).unwrap();
         for scene in [scene, again] {
-            let rule = AccuracySettings::for_error(1e-4);
-            assert_eq!(scene.integrator.tolerance, rule.tolerance);
-            assert_eq!(scene.joint().unwrap().spec.contact.nodes, rule.nodes);
+            assert_eq!(scene.integrator.tolerance, 1e-5);
+            assert_eq!(scene.joint().unwrap().spec.contact.nodes, 64);
         }
         // A small system has a tolerance only.
         let small = Scene::load("mass-on-belt")

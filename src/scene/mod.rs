@@ -20,7 +20,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use accuracy::{AccuracySettings, GAUSS_NODES};
+pub use accuracy::GAUSS_NODES;
 pub use compare::{KeyDifference, SceneComparison};
 pub use controls::Control;
 pub use error::SceneError;

@@ -6,12 +6,13 @@ use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
-    Appearance, Coupling, DivergenceFit, FrictionMemory, Growth, Kick, Measurements,
-    MechanismPrediction, NodeShares, OperatingPoint, SecondToneGrowth, SecondToneLevel,
-    SmallFrequency, SpectralLine, SqueakPass, StatusShares, TableReading, TiltDirection, TiltLoop,
-    TiltedTone, ToneChange, ToneGrowth, TorusBirth, TrajectoryDivergence, UnstablePass, Vibration,
+    Appearance, Coupling, DivergenceFit, FrictionMemory, Kick, Measurements, MechanismPrediction,
+    NodeShares, OperatingPoint, SecondToneGrowth, SecondToneLevel, SpectralLine, SqueakPass,
+    StatusShares, TableReading, TiltDirection, TiltLoop, TiltedTone, ToneChange, ToneGrowth,
+    TorusBirth, TrajectoryDivergence, UnstablePass, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
+use crate::report::Measured;
 use crate::scene::{AnalysisSpec, Scene, Start};
 
 fn lines() -> Vec<SpectralLine> {
@@ -267,10 +268,7 @@ fn computed(mechanism: Mechanism) -> MechanismPrediction {
 fn tone_growth(rate: f64) -> ToneGrowth {
     ToneGrowth {
         tilts: [0.01, 0.02],
-        growth: Growth {
-            rate,
-            half_width: 0.2,
-        },
+        growth: Measured::new(rate, 0.2),
         computed_per_s: 1.002 * rate,
     }
 }
@@ -299,15 +297,9 @@ fn measured() -> Measurements {
         saturated_s: Some(0.09),
     };
     Measurements {
-        growth: Some(Growth {
-            rate: 80.0,
-            half_width: 1.0,
-        }),
+        growth: Some(Measured::new(80.0, 1.0)),
         growth_ended: true,
-        small_frequency: Some(SmallFrequency {
-            frequency_hz: 700.4,
-            half_width_hz: 0.3,
-        }),
+        small_frequency: Some(Measured::new(700.4, 0.3)),
         peak_speed: Some(0.03),
         first_level: Some(1e-6),
         level: 0.01,

@@ -3,10 +3,10 @@
 use squeakscope::dynamics::{Attractor, Exponent, Motion, Sign};
 use squeakscope::scene::{Scene, Schedule};
 use squeakscope::study::lyapunov::{
-    FULL_SPECTRUM_TOLERANCE, Goal, LyapunovRequest, SceneLyapunov, scene_lyapunov,
+    FULL_SPECTRUM_TOLERANCE, Goal, LyapunovRequest, LyapunovResult, scene_lyapunov,
 };
 
-fn follow(scene: Scene, count: Option<usize>, goal: Goal) -> SceneLyapunov {
+fn follow(scene: Scene, count: Option<usize>, goal: Goal) -> LyapunovResult {
     let request = LyapunovRequest {
         count,
         settle: None,
@@ -21,7 +21,7 @@ fn scene(name: &str) -> Scene {
 }
 
 /// Signs of the computed exponents, with the exponents for assertion messages.
-fn signs(found: &SceneLyapunov) -> (Vec<Sign>, &[Exponent]) {
+fn signs(found: &LyapunovResult) -> (Vec<Sign>, &[Exponent]) {
     let spectrum = &found.study.spectrum;
     let signs = (0..spectrum.exponents.len()).map(|k| spectrum.sign(k));
     (signs.collect(), &spectrum.exponents)

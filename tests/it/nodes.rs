@@ -130,7 +130,7 @@ fn settled(scene: &Scene, nodes: usize, earlier: Option<&SettledResponse>) -> Se
         ..ResponsePlan::default()
     };
     let trial = Trial::of_scene(scene).unwrap();
-    response(trial, earlier, &plan, &mut |_, _| Ok(())).unwrap()
+    response(trial, earlier, &plan, &mut || Ok(())).unwrap()
 }
 
 /// The reference, and the scatter of its averages over one window: zero unless the motion is chaotic.

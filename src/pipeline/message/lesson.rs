@@ -9,6 +9,7 @@ use super::frame::Kick;
 use super::observation::{Exponents, TrajectoryDivergence};
 use crate::analysis::{regime::Regime, tones::SpectralLine};
 use crate::joint::NamedMode;
+use crate::report::Measured;
 use crate::scene::{Mechanism, Start};
 
 /// Linear prediction for the scene's mechanism, and the measurements so far.
@@ -26,12 +27,12 @@ pub struct Lesson {
 /// samples at fixed instants of simulated time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Measurements {
-    /// Growth rate of the velocity level while the vibration is small.
-    pub growth: Option<Growth>,
+    /// Growth rate of the velocity level while the vibration is small, 1/s.
+    pub growth: Option<Measured>,
     /// Whether the linear growth has ended: the vibration has become too large for the linear theory.
     pub growth_ended: bool,
-    /// Frequency while the vibration is small.
-    pub small_frequency: Option<SmallFrequency>,
+    /// Mean frequency while the vibration is small, Hz.
+    pub small_frequency: Option<Measured>,
     /// Peak speed: largest magnitude of the velocity in the last 25 ms, m/s.
     pub peak_speed: Option<f64>,
     /// First nonzero level, m/s.
@@ -73,24 +74,6 @@ pub struct Measurements {
     pub exponents: Option<Arc<Exponents>>,
 }
 
-/// A growth rate with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Growth {
-    /// Growth rate, 1/s.
-    pub rate: f64,
-    /// Half-width of its 95 % confidence interval, 1/s.
-    pub half_width: f64,
-}
-
-/// The frequency of a small vibration with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SmallFrequency {
-    /// Mean frequency, Hz.
-    pub frequency_hz: f64,
-    /// Half-width of its 95 % confidence interval, Hz.
-    pub half_width_hz: f64,
-}
-
 /// The squeak while a joint turns in one direction, from one reversal to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SqueakPass {
@@ -118,8 +101,8 @@ pub struct SecondToneLevel {
 pub struct ToneGrowth {
     /// Tilts at the first and at the last window, rad.
     pub tilts: [f64; 2],
-    /// Mean growth rate.
-    pub growth: Growth,
+    /// Mean growth rate, 1/s.
+    pub growth: Measured,
     /// Computed mean growth rate by the Floquet multipliers at these tilts, 1/s.
     pub computed_per_s: f64,
 }

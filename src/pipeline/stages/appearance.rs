@@ -54,37 +54,28 @@ const TONE_TIME: f64 = 20e-3;
 
 /// Natural logarithm of the ratio of the RMS values of two consecutive segments. Above the first threshold
 /// the vibration is growing (or decaying), until the logarithm falls below the second one.
-const GROWTH: Limits = Limits([0.69, 0.22]);
+const GROWTH: [f64; 2] = [0.69, 0.22];
 
 /// Ratio of peak velocity to sliding speed below which a vibration is silent. Silence starts below the
 /// smaller value and ends above the larger one.
-const SILENCE: Limits = Limits([SILENCE_RATIO, 2.0 * SILENCE_RATIO]);
+const SILENCE: [f64; 2] = [SILENCE_RATIO, 2.0 * SILENCE_RATIO];
 
 /// Ratio of peak velocity to [`Header::rest_speed`](crate::pipeline::message::Header::rest_speed) below which a
 /// vibration is at rest.
-const REST: Limits = Limits([1.0, 2.0]);
+const REST: [f64; 2] = [1.0, 2.0];
 
 /// Peak velocity, m/s, below which a vibration is silent at any sliding speed; needed for a joint at rest,
 /// whose sliding speed is zero.
 const MIN_SPEED: f64 = 1e-12;
 
 /// Broadband share of the power above which the appearance is broadband.
-const BROADBAND: Limits = Limits([3e-4, 6e-5]);
+const BROADBAND: [f64; 2] = [3e-4, 6e-5];
 
 /// Amplitude ratio of the second tone to the first above which there are two tones.
-const SECOND_TONE: Limits = Limits([0.05, 0.025]);
+const SECOND_TONE: [f64; 2] = [0.05, 0.025];
 
 /// Time after which an unchanged appearance is reported again with new numbers, s.
 const REFRESH: f64 = 50e-3;
-
-/// Two thresholds with hysteresis: that to enter a state, and that to leave it.
-struct Limits([f64; 2]);
-
-impl Limits {
-    fn now(&self, inside: bool) -> f64 {
-        self.0[usize::from(inside)]
-    }
-}
 
 /// Classifier of the appearance of a signal: decides whether a change is reported, and how.
 pub struct AppearanceClassifier {
@@ -216,21 +207,24 @@ impl AppearanceClassifier {
         due
     }
 
-    fn is(&self, appearance: Appearance) -> bool {
-        self.reported
-            .is_some_and(|(reported, _)| reported == appearance)
+    /// Of two thresholds with hysteresis that to enter an appearance, or that to leave it if it is reported.
+    fn limit(&self, [enter, leave]: [f64; 2], appearance: Appearance) -> f64 {
+        match self.reported {
+            Some((reported, _)) if reported == appearance => leave,
+            _ => enter,
+        }
     }
 
     /// The appearance of a vibration that is nonstationary or almost absent.
     fn change(&self, [growth, peak]: [f64; 2], sliding_speed: f64) -> Option<Appearance> {
-        let silence = (SILENCE.now(self.is(Appearance::Silent)) * sliding_speed).max(MIN_SPEED);
-        if peak < REST.now(self.is(Appearance::AtRest)) * self.rest {
+        let silence = (self.limit(SILENCE, Appearance::Silent) * sliding_speed).max(MIN_SPEED);
+        if peak < self.limit(REST, Appearance::AtRest) * self.rest {
             Some(Appearance::AtRest)
-        } else if growth > GROWTH.now(self.is(Appearance::Growing)) {
+        } else if growth > self.limit(GROWTH, Appearance::Growing) {
             Some(Appearance::Growing)
         } else if peak <= silence {
             Some(Appearance::Silent)
-        } else if -growth > GROWTH.now(self.is(Appearance::Fading)) {
+        } else if -growth > self.limit(GROWTH, Appearance::Fading) {
             Some(Appearance::Fading)
         } else {
             None
@@ -241,13 +235,13 @@ impl AppearanceClassifier {
     fn tones(&self, spectrum_lines: &NamedLines, count: usize) -> Appearance {
         // One sample of tolerance, as the window may be rounded.
         let lasts = |seconds: f64| count as f64 + 1.0 > seconds * self.rate;
-        let second = SECOND_TONE.now(self.is(Appearance::TwoTones));
+        let second = self.limit(SECOND_TONE, Appearance::TwoTones);
         let pure = match spectrum_lines.naming.bases {
             Bases::None => false,
             Bases::One { .. } => true,
             Bases::Two { .. } | Bases::Modulated { .. } => spectrum_lines.second_tone() <= second,
         };
-        if lasts(Self::MEMORY) && spectrum_lines.floor > BROADBAND.now(self.is(Appearance::Broad)) {
+        if lasts(Self::MEMORY) && spectrum_lines.floor > self.limit(BROADBAND, Appearance::Broad) {
             Appearance::Broad
         } else if lasts(TONE_TIME) && pure {
             Appearance::Tone

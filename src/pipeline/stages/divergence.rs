@@ -6,155 +6,130 @@
 //!
 //! [`PerturbedSamples::floor`]: crate::pipeline::message::PerturbedSamples::floor
 
-use super::stage::{Context, Stage, samples};
+use super::stage::{Stage, samples};
 use crate::analysis::stats::LineFit;
-use crate::pipeline::message::{DivergenceFit, Frame, Observation, Record, TrajectoryDivergence};
+use crate::pipeline::message::{DivergenceFit, Observation, Record, TrajectoryDivergence};
 use crate::scene::PerturbedTrajectorySpec;
 
 /// Distance relative to the norm of the motion at which exponential growth ends.
 const SATURATED: f64 = 0.1;
 
-/// The stage of the perturbed trajectory, for samples at `rate` (Hz).
+/// Emits [`Record::TrajectoryDivergence`] at regular intervals, and [`Record::Narration`] once the distance is saturated, for
+/// samples at `rate` (Hz).
 pub fn divergence(spec: PerturbedTrajectorySpec, rate: f64) -> Stage {
-    let mut stage = DivergenceStage::new(spec, rate);
+    let every = samples(spec.every, rate, 1);
+    // Sum of the squared distances since the last record, and their number.
+    let (mut squares, mut count) = (0.0, 0);
+    // Start time of the perturbed trajectory, and the time of its saturation, s.
+    let (mut start, mut saturated) = (None, None);
+    let mut line = LineFit::default();
     Box::new(move |frame, context| {
-        stage.push(frame, context);
+        let Some(perturbed) = &frame.perturbed else {
+            return Ok(());
+        };
+        let first = frame.len() - perturbed.distance.len();
+        for (k, distance) in perturbed.distance.iter().enumerate() {
+            let time_s = frame.time(first + k);
+            let start_s = *start.get_or_insert(time_s);
+            squares += distance * distance;
+            count += 1;
+            if count < every {
+                continue;
+            }
+            let distance = (squares / count as f64).sqrt();
+            (squares, count) = (0.0, 0);
+            let before = saturated;
+            if distance >= SATURATED {
+                saturated.get_or_insert(time_s);
+            }
+            if saturated.is_none() {
+                // The distance is zero for a joint at rest.
+                if distance > perturbed.floor {
+                    line.push(time_s - start_s, distance.ln());
+                } else {
+                    line.clear();
+                }
+            }
+            let divergence = TrajectoryDivergence {
+                time_s,
+                start_s,
+                distance,
+                line: line.fit().map(|fit| DivergenceFit {
+                    rate_per_s: fit.slope,
+                    half_width_per_s: fit.half_width,
+                    since_s: start_s + fit.from,
+                    intercept: fit.intercept,
+                }),
+                saturated_s: saturated,
+            };
+            let records = &mut context.records;
+            records.push(Record::TrajectoryDivergence(divergence));
+            if let (None, Some(saturated)) = (before, saturated) {
+                let line = divergence.line.filter(DivergenceFit::grows);
+                let observation = Observation::Separated {
+                    initial_distance: spec.distance,
+                    after: saturated - start_s,
+                    e_fold_time: line.map(|line| 1.0 / line.rate_per_s),
+                };
+                let time = time_s;
+                records.push(Record::Narration { time, observation });
+            }
+        }
         Ok(())
     })
 }
 
-/// Emits [`Record::TrajectoryDivergence`] at regular intervals, and [`Record::Narration`] once the distance is saturated.
-struct DivergenceStage {
-    /// Number of samples between two records.
-    every: usize,
-    spec: PerturbedTrajectorySpec,
-    /// Sum of the squared distances since the last record, and their number.
-    squares: f64,
-    count: usize,
-    /// Start time of the perturbed trajectory, s.
-    start: Option<f64>,
-    saturated: Option<f64>,
-    line: LineFit,
-}
-
-impl DivergenceStage {
-    /// Sets up the stage for samples at `rate` (Hz).
-    fn new(spec: PerturbedTrajectorySpec, rate: f64) -> Self {
-        Self {
-            every: samples(spec.every, rate, 1),
-            spec,
-            squares: 0.0,
-            count: 0,
-            start: None,
-            saturated: None,
-            line: LineFit::default(),
-        }
-    }
-
-    /// Evaluates the distances up to a time (s).
-    fn evaluate(&mut self, start: f64, time: f64, floor: f64) -> TrajectoryDivergence {
-        let distance = (self.squares / self.count as f64).sqrt();
-        (self.squares, self.count) = (0.0, 0);
-        if distance >= SATURATED {
-            self.saturated.get_or_insert(time);
-        }
-        if self.saturated.is_none() {
-            // The distance is zero for a joint at rest.
-            if distance > floor {
-                self.line.push(time - start, distance.ln());
-            } else {
-                self.line.clear();
-            }
-        }
-        TrajectoryDivergence {
-            time_s: time,
-            start_s: start,
-            distance,
-            line: self.line.fit().map(|fit| DivergenceFit {
-                rate_per_s: fit.slope,
-                half_width_per_s: fit.half_width,
-                since_s: start + fit.from,
-                intercept: fit.intercept,
-            }),
-            saturated_s: self.saturated,
-        }
-    }
-
-    /// Processes the next frame.
-    fn push(&mut self, frame: &Frame, context: &mut Context) {
-        let Some(perturbed) = &frame.perturbed else {
-            return;
-        };
-        let first = frame.len() - perturbed.distance.len();
-        for (k, distance) in perturbed.distance.iter().enumerate() {
-            let time = frame.time(first + k);
-            let start = *self.start.get_or_insert(time);
-            self.squares += distance * distance;
-            self.count += 1;
-            if self.count < self.every {
-                continue;
-            }
-            let before = self.saturated;
-            let divergence = self.evaluate(start, time, perturbed.floor);
-            context
-                .records
-                .push(Record::TrajectoryDivergence(divergence));
-            if let (None, Some(saturated)) = (before, divergence.saturated_s) {
-                let line = divergence.line.filter(DivergenceFit::grows);
-                let observation = Observation::Separated {
-                    initial_distance: self.spec.distance,
-                    after: saturated - start,
-                    e_fold_time: line.map(|line| 1.0 / line.rate_per_s),
-                };
-                context
-                    .records
-                    .push(Record::Narration { time, observation });
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::stage::Context;
     use super::*;
-    use crate::pipeline::message::PerturbedSamples;
+    use crate::pipeline::message::{Frame, PerturbedSamples};
 
     const RATE: f64 = 1e5;
-    const FLOOR: f64 = 1e-9;
     const SPEC: PerturbedTrajectorySpec = PerturbedTrajectorySpec {
         start: 1e-3,
         distance: 1e-6,
         every: 1e-3,
     };
 
-    /// Records for a distance that grows at a rate (1/s) until it is 1, in frames of the given number of
-    /// samples.
-    fn divergence(rate: f64, frame: usize) -> Vec<Record> {
-        let first = (SPEC.start * RATE) as usize;
-        let mut stage = DivergenceStage::new(SPEC, RATE);
-        let mut context = Context::new(RATE);
-        for begin in (0..30_000).step_by(frame) {
+    /// Records for distances from the sample `first` on, at a sample rate (Hz), in frames of `frame` samples.
+    fn recorded(
+        distances: &[f64],
+        [first, frame]: [usize; 2],
+        rate: f64,
+        floor: f64,
+    ) -> Vec<Record> {
+        let mut stage = super::divergence(SPEC, rate);
+        let mut context = Context::new(rate);
+        for begin in (0..first + distances.len()).step_by(frame) {
             let samples = first.max(begin)..begin + frame;
-            let distance = samples.clone().map(|k| {
-                let since = (k - first) as f64 / RATE;
-                (SPEC.distance * (rate * since).exp()).min(1.0)
-            });
-            let distance: Vec<f64> = distance.collect();
+            let distance: Vec<f64> = samples.map(|k| distances[k - first]).collect();
             let frame = Frame {
-                t0: begin as f64 / RATE,
-                dt: 1.0 / RATE,
+                t0: begin as f64 / rate,
+                dt: 1.0 / rate,
                 displacement: vec![0.0; frame],
                 perturbed: Some(PerturbedSamples {
                     displacement: vec![0.0; distance.len()],
                     velocity: vec![0.0; distance.len()],
                     distance,
-                    floor: FLOOR,
+                    floor,
                 }),
                 ..Frame::default()
             };
-            stage.push(&frame, &mut context);
+            stage(&frame, &mut context).unwrap();
         }
         context.records
+    }
+
+    /// Records for a distance that grows at a rate (1/s) until it is 1, in frames of the given number of
+    /// samples.
+    fn divergence(rate: f64, frame: usize) -> Vec<Record> {
+        let first = (SPEC.start * RATE) as usize;
+        let distances = (0..30_000 - first).map(|k| {
+            let since = k as f64 / RATE;
+            (SPEC.distance * (rate * since).exp()).min(1.0)
+        });
+        recorded(&distances.collect::<Vec<_>>(), [first, frame], RATE, 1e-9)
     }
 
     fn last(records: &[Record]) -> TrajectoryDivergence {
@@ -188,28 +163,23 @@ mod tests {
     /// The distance jumps to 1e-5 by a step error and then grows: only the growth enters the fit.
     #[test]
     fn distances_below_the_floor_are_excluded() {
-        let mut stage = DivergenceStage::new(SPEC, RATE);
-        let mut last = None;
-        for k in 0..200 {
-            let time = 1e-3 * f64::from(k);
-            let (distance, floor) = match k {
-                0..10 => (1e-6, 1e-4),
-                _ => (1e-5 * (40.0 * (time - 0.01)).exp(), 1e-4),
-            };
-            (stage.squares, stage.count) = (distance * distance, 1);
-            last = Some(stage.evaluate(0.0, time, floor));
-        }
-        let line = last.unwrap().line.unwrap();
+        let distance = |k: i32| match k {
+            0..10 => 1e-6,
+            _ => 1e-5 * (40.0 * (1e-3 * f64::from(k) - 0.01)).exp(),
+        };
+        let distances: Vec<f64> = (0..200).map(distance).collect();
+        let line = last(&recorded(&distances, [0, 10], 1e3, 1e-4)).line;
+        let line = line.unwrap();
         assert!((line.rate_per_s - 40.0).abs() < 1e-6, "{line:?}");
         assert!(line.grows() && line.half_width_per_s < 1e-6, "{line:?}");
         // exp(40 t) = 10 after 57.6 ms.
         assert!((line.since_s - 0.068).abs() < 1e-9, "{line:?}");
         // If the distance never exceeds the floor, there is no fit.
-        let mut stage = DivergenceStage::new(SPEC, RATE);
-        for k in 0..200 {
-            (stage.squares, stage.count) = (1e-10, 1);
-            assert_eq!(stage.evaluate(0.0, 1e-3 * f64::from(k), 1e-4).line, None);
-        }
+        let records = recorded(&[1e-5; 200], [0, 10], 1e3, 1e-4);
+        assert!(records.iter().all(|record| match record {
+            Record::TrajectoryDivergence(divergence) => divergence.line.is_none(),
+            _ => false,
+        }));
     }
 
     #[test]

@@ -212,7 +212,7 @@ impl Study<'_> {
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let progress = &mut *self.progress;
-        let found = response(trial, None, &plan, &mut |_, _| progress(0.0, &task));
+        let found = response(trial, None, &plan, &mut || progress(0.0, &task));
         let found = found.map_err(|error| match error {
             StudyError::Stopped(_) => error,
             error => no_orbit(name, value, &error),

@@ -177,9 +177,8 @@ pub fn price(
     runner.begin("effects", 0.82);
     let mut scene = runner.scene.clone();
     scene.duration = scene.duration.min(LONGEST);
-    let plain = scene.clone().without_analyses();
-    let own = runner.motion(&plain, 0)?;
-    let mut run = Simulation::new(&plain)?;
+    let own = runner.motion(&scene, 0)?;
+    let mut run = Simulation::new(&scene.clone().without_analyses())?;
     let mut timer = Timer {
         header: run.header(""),
         frames: Vec::new(),
@@ -223,7 +222,7 @@ pub fn price(
                 (times[0][1] - times[0][0] + times[1][1] - times[1][0]).max(NOISE * times[0][0]);
             effect.set_price(run_time, times[0][0] - times[1][0], noise);
             if part == Part::Motion {
-                let motion = runner.motion(&other.without_analyses(), 0)?;
+                let motion = runner.motion(&other, 0)?;
                 effect.change = Some(motion.difference(&own));
                 effect.without = Some(motion);
             }

@@ -67,8 +67,7 @@ pub fn cost(
 ) -> Result<Cost, StudyError> {
     let mut runner = Runner::settle(scene, progress)?;
     runner.begin("reference", 0.05);
-    let finest = Settings::reference(scene).apply(scene)?;
-    let (reference, again) = runner.twice(&finest)?;
+    let (reference, again) = runner.twice(&settings::finest(scene)?)?;
     let joint = scene.joint();
     let mut study = Cost {
         fixed_at: joint.map(LoadedJoint::fixed_at_start).unwrap_or_default(),
@@ -156,7 +155,7 @@ fn levels(sets: &[&WorkPrecision]) -> Block {
     let table = table.right("", |(_, level)| tolerance(level.value));
     let table = sets.iter().fold(table, |table, set| {
         table
-            .right(&set.method, |(row, _)| match set.points.get(*row)?.error {
+            .right(set.method, |(row, _)| match set.points.get(*row)?.error {
                 Some(found) => Some(error(found)),
                 None => Some("failed".to_owned()),
             })
@@ -175,7 +174,7 @@ fn choices(study: &Cost) -> Block {
             Origin::Cheapest => "cheapest",
             Origin::Accuracy => "--accuracy",
         })
-        .left("method", |choice| choice.settings.method.clone())
+        .left("method", |choice| choice.settings.method)
         .right("tolerance", |choice| tolerance(choice.settings.tolerance))
         .right("nodes", |choice| {
             choice.settings.nodes.map(|nodes| nodes.to_string())

@@ -102,8 +102,7 @@ pub struct Runner<'a> {
 impl<'a> Runner<'a> {
     /// Runs the scene from its kick until it has settled.
     pub fn settle(scene: &'a Scene, progress: OnProgress<'a>) -> Result<Self, StudyError> {
-        let plain = scene.clone().without_analyses();
-        let system = prepare(&plain)?.integrator.into_system();
+        let system = prepare(scene)?.integrator.into_system();
         let omega = system.omega().iter().copied();
         let period = std::f64::consts::TAU / omega.filter(|w| *w > 0.0).fold(1e9, f64::min);
         let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
@@ -123,7 +122,7 @@ impl<'a> Runner<'a> {
             progress,
             task: ("settling", 0.0),
         };
-        let mut settled = runner.respond(&plain, None, 0)?;
+        let mut settled = runner.respond(scene, None, 0)?;
         if settled.regime == Regime::Silent || settled.rms_velocity_m_per_s == 0.0 {
             return Err(StudyError::AtRest);
         }
@@ -151,9 +150,10 @@ impl<'a> Runner<'a> {
         earlier: Option<&SettledResponse>,
         exponents: usize,
     ) -> Result<SettledResponse, StudyError> {
-        let (trial, plan) = (Trial::of_scene(scene.clone())?, self.plan);
+        let trial = Trial::of_scene(scene.clone().without_analyses())?;
+        let plan = self.plan;
         let plan = ResponsePlan { exponents, ..plan };
-        response(trial, earlier, &plan, &mut |_, _| self.check())
+        response(trial, earlier, &plan, &mut || self.check())
     }
 
     /// The motion of a scene from the settled state.

@@ -10,7 +10,7 @@ use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::MethodName;
 use crate::joint::AssemblyError;
-use crate::scene::{AccuracySettings, GAUSS_NODES, Scene, SceneError};
+use crate::scene::{GAUSS_NODES, Scene, SceneError};
 use crate::study::StudyError;
 
 /// Tolerances, two per decade; the last one is the reference of the others.
@@ -61,11 +61,11 @@ impl Setting {
     }
 }
 
-/// The numerical settings of a run.
+/// The numerical settings of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Settings {
     /// Integration method.
-    pub method: String,
+    pub method: &'static str,
     /// Relative tolerance of a step.
     pub tolerance: f64,
     /// Number of contact nodes of a Gauss rule; `null` if the scene has none to choose.
@@ -75,16 +75,11 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The settings of a scene. A method with a fixed step has no tolerance: the adaptive method of the same kind of scene
-    /// takes its place.
+    /// The settings of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let method = match scene.integrator.method {
-            MethodName::Rk4 => MethodName::Lawson54,
-            adaptive => adaptive,
-        };
         let beam = scene.ball_on_beam().ok();
         Self {
-            method: method.name().to_owned(),
+            method: scene.integrator.method.name(),
             tolerance: scene.integrator.tolerance,
             nodes: beam
                 .and(scene.joint().ok())
@@ -92,63 +87,65 @@ impl Settings {
             element_size_mm: beam.map(|beam| 1e3 * beam.elements.size),
         }
     }
+}
 
-    /// The settings of the reference: the finest level of everything.
-    pub fn reference(scene: &Scene) -> Self {
-        let mut finest = Self::of(scene);
-        for setting in Setting::ALL {
-            if let Some(last) = levels(scene, setting).last() {
-                finest.set(setting, *last);
-            }
-        }
-        finest
-    }
+/// A scene whose tolerance alone decides about the steps, with a Gauss rule of as many nodes. A method with a fixed step has
+/// no tolerance: the adaptive method of the same kind of scene takes its place.
+pub fn adaptive(scene: &Scene) -> Result<Scene, SceneError> {
+    let method = match scene.integrator.method {
+        MethodName::Rk4 => MethodName::Lawson54,
+        adaptive => adaptive,
+    };
+    let Settings {
+        tolerance, nodes, ..
+    } = Settings::of(scene);
+    with_method(scene, method)?.with_numerics(tolerance, nodes)
+}
 
-    /// Sets one of them.
-    pub fn set(&mut self, setting: Setting, value: f64) {
-        match setting {
-            Setting::Tolerance => self.tolerance = value,
-            Setting::Nodes => self.nodes = Some(value as usize),
-            Setting::ElementSize => self.element_size_mm = Some(value),
-        }
-    }
+fn with_method(scene: &Scene, method: MethodName) -> Result<Scene, SceneError> {
+    scene.with_overrides(&[("time.method", method.name())])
+}
 
-    /// One of them; `None` if the scene does not have it.
-    pub fn get(&self, setting: Setting) -> Option<f64> {
-        match setting {
-            Setting::Tolerance => Some(self.tolerance),
-            Setting::Nodes => self.nodes.map(|nodes| nodes as f64),
-            Setting::ElementSize => self.element_size_mm,
+/// An [`adaptive`] scene with another value of a setting.
+pub fn with(scene: &Scene, setting: Setting, value: f64) -> Result<Scene, SceneError> {
+    match setting {
+        Setting::Tolerance => scene.with_numerics(value, None),
+        Setting::Nodes => scene.with_numerics(scene.integrator.tolerance, Some(value as usize)),
+        Setting::ElementSize => {
+            scene.with_overrides(&[("body.element_size_mm", value.to_string())])
         }
     }
+}
 
-    /// The next finer level of everything; `None` beyond the last level of all.
-    pub fn finer(&self, scene: &Scene) -> Option<Self> {
-        let mut finer = self.clone();
-        for setting in Setting::ALL {
-            // A level that differs by rounding alone is the same.
-            let is_finer = |level: &f64| match (setting, self.get(setting)) {
-                (Setting::Nodes, Some(value)) => *level > value,
-                (_, Some(value)) => *level < value * (1.0 - 1e-6),
-                (_, None) => false,
-            };
-            if let Some(level) = levels(scene, setting).into_iter().find(is_finer) {
-                finer.set(setting, level);
-            }
+/// The settings of the reference of a scene: the finest level of everything.
+pub fn finest(scene: &Scene) -> Result<Scene, SceneError> {
+    let mut finest = adaptive(scene)?;
+    for setting in Setting::ALL {
+        if let Some(last) = levels(scene, setting).last() {
+            finest = with(&finest, setting, *last)?;
         }
-        (finer != *self).then_some(finer)
     }
+    Ok(finest)
+}
 
-    /// The scene with these settings and without analyses.
-    pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
-        let mut set = vec![("time.method", self.method.clone())];
-        if let Some(size) = self.element_size_mm {
-            set.push(("body.element_size_mm", size.to_string()));
+/// A variant of a scene at the next finer level of everything; `None` beyond the last level of all.
+fn finer(scene: &Scene, variant: &Scene) -> Result<Option<Scene>, SceneError> {
+    let settings = Settings::of(variant);
+    let size = settings.element_size_mm;
+    // A level that differs by rounding alone is the same.
+    let below = 1.0 - 1e-6;
+    let mut finer = None;
+    for setting in Setting::ALL {
+        let is_finer = |level: &f64| match setting {
+            Setting::Tolerance => *level < below * settings.tolerance,
+            Setting::Nodes => settings.nodes.is_some_and(|nodes| *level > nodes as f64),
+            Setting::ElementSize => size.is_some_and(|size| *level < below * size),
+        };
+        if let Some(level) = levels(scene, setting).into_iter().find(is_finer) {
+            finer = Some(with(finer.as_ref().unwrap_or(variant), setting, level)?);
         }
-        let scene = scene.with_overrides(&set)?;
-        let scene = scene.with_numerics(self.tolerance, self.nodes)?;
-        Ok(scene.without_analyses())
     }
+    Ok(finer)
 }
 
 /// Levels of a setting from coarse to fine; none if the scene does not have it.
@@ -176,7 +173,7 @@ pub struct WorkPrecision {
     /// The setting that is varied.
     pub setting: Setting,
     /// Integration method.
-    pub method: String,
+    pub method: &'static str,
     /// Level of the reference, in the unit of the key: one finer than the finest point.
     pub reference: f64,
     /// The points from coarse to fine.
@@ -211,44 +208,35 @@ pub struct WorkPrecisionPoint {
 /// Varies each setting of a scene.
 pub fn vary(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyError> {
     let scene = runner.scene;
-    let own = Settings::of(scene);
-    let adaptive = MethodName::ALL
-        .iter()
-        .filter(|method| !method.has_fixed_step());
-    let adaptive: Vec<&str> = adaptive.map(|method| method.name()).collect();
-    let only = [&*own.method];
+    let own = adaptive(scene)?;
+    let all = MethodName::ALL.iter().copied();
+    let all: Vec<_> = all.filter(|method| !method.has_fixed_step()).collect();
+    let only = [own.integrator.method];
+    let fine = with(&own, Setting::Tolerance, FINE)?;
     for setting in Setting::ALL {
         let values = levels(scene, setting);
         let Some((&last, shown)) = values.split_last() else {
             continue;
         };
-        let (methods, tolerance) = match setting {
-            Setting::Tolerance => (&adaptive[..], own.tolerance),
-            Setting::Nodes | Setting::ElementSize => (&only[..], FINE),
+        let (methods, base) = match setting {
+            Setting::Tolerance => (&all[..], &own),
+            Setting::Nodes | Setting::ElementSize => (&only[..], &fine),
         };
-        let with = |method: &str, value| {
-            let mut settings = Settings {
-                method: method.to_owned(),
-                tolerance,
-                ..own.clone()
-            };
-            settings.set(setting, value);
-            settings.apply(scene)
-        };
-        let share = |done: usize| 0.1 + 0.5 * done as f64 / (adaptive.len() + 2) as f64;
+        let share = |done: usize| 0.1 + 0.5 * done as f64 / (all.len() + 2) as f64;
         runner.begin(setting.name(), share(study.settings.len()));
         // All methods converge to one motion, of which the scene's own method gives the reference.
-        let reference = runner.motion(&with(&own.method, last)?, 0)?;
-        for method in methods {
+        let reference = runner.motion(&with(base, setting, last)?, 0)?;
+        for &method in methods {
             runner.begin(setting.name(), share(study.settings.len()));
+            let base = with_method(base, method)?;
             let mut points = Vec::new();
             for &value in shown {
-                let varied = with(method, value)?;
+                let varied = with(&base, setting, value)?;
                 points.push(point(setting, value, &varied, &reference, runner)?);
             }
             study.settings.push(WorkPrecision {
                 setting,
-                method: (*method).to_owned(),
+                method: method.name(),
                 reference: last,
                 points,
             });
@@ -335,73 +323,58 @@ pub fn choose(runner: &mut Runner<'_>, study: &mut Cost) -> Result<(), StudyErro
         runner.begin("verification", 0.6 + 0.07 * k as f64);
         // Finer settings do not reduce the scatter of the averages.
         let reachable = target.max(2.0 * scatter);
-        let mut settings = cheapest(scene, &study.settings, SHARE * reachable);
+        let mut variant = cheapest(scene, &study.settings, SHARE * reachable)?;
         let found = loop {
-            let choice = verified(runner, [target, scatter], Origin::Cheapest, &settings)?;
-            match settings.finer(scene) {
-                Some(finer) if choice.error > reachable && finer.finer(scene).is_some() => {
-                    settings = finer;
+            let choice = verified(runner, [target, scatter], Origin::Cheapest, &variant)?;
+            match finer(scene, &variant)? {
+                Some(next) if choice.error > reachable && finer(scene, &next)?.is_some() => {
+                    variant = next;
                 }
                 _ => break choice,
             }
         };
-        let rule = by_rule(scene, target);
+        let rule = adaptive(scene)?.with_accuracy(target)?;
         let of_rule = verified(runner, [target, scatter], Origin::Accuracy, &rule)?;
         study.choices.extend([found, of_rule]);
     }
     Ok(())
 }
 
-/// The settings of `--accuracy`.
-pub fn by_rule(scene: &Scene, target: f64) -> Settings {
-    let rule = AccuracySettings::for_error(target);
-    let own = Settings::of(scene);
-    Settings {
-        tolerance: rule.tolerance,
-        nodes: own.nodes.and(Some(rule.nodes)),
-        ..own
-    }
-}
-
-/// The coarsest level of each setting whose error is at most `error`, of the fastest method.
-fn cheapest(scene: &Scene, sets: &[WorkPrecision], error: f64) -> Settings {
-    let mut settings = Settings::of(scene);
+/// A scene at the coarsest level of each setting whose error is at most `error`, of the fastest method.
+fn cheapest(scene: &Scene, sets: &[WorkPrecision], error: f64) -> Result<Scene, SceneError> {
+    let own = adaptive(scene)?;
     let methods = sets.iter().filter(|set| set.setting == Setting::Tolerance);
     let methods = methods.filter_map(|set| Some((set, set.coarsest(error)?)));
     let fastest = methods.min_by(|(_, a), (_, b)| a.cpu_s.total_cmp(&b.cpu_s));
-    let own = sets.iter().find(|set| set.method == settings.method);
-    let finest = own.and_then(|set| Some((set, set.points.last()?)));
-    if let Some((set, point)) = fastest.or(finest) {
-        settings.method.clone_from(&set.method);
-        settings.tolerance = point.value;
-    }
-    for set in sets.iter().filter(|set| set.setting != Setting::Tolerance) {
+    let fastest = fastest.map_or(own.integrator.method.name(), |(set, _)| set.method);
+    let mut variant = own.with_overrides(&[("time.method", fastest)])?;
+    let is_chosen =
+        |set: &&WorkPrecision| set.setting != Setting::Tolerance || set.method == fastest;
+    for set in sets.iter().filter(is_chosen) {
         if let Some(point) = set.coarsest(error).or(set.points.last()) {
-            settings.set(set.setting, point.value);
+            variant = with(&variant, set.setting, point.value)?;
         }
     }
-    settings
+    Ok(variant)
 }
 
-/// Runs settings, and the next finer level of everything, and compares them. `scatter` is that of the averages of a
-/// chaotic motion, 0 for others; no setting reduces it.
+/// Runs a variant of the scene, and the next finer level of everything, and compares them. `scatter` is that of the averages
+/// of a chaotic motion, 0 for others; no setting reduces it.
 pub fn verified(
     runner: &mut Runner<'_>,
     [target, scatter]: [f64; 2],
     origin: Origin,
-    settings: &Settings,
+    variant: &Scene,
 ) -> Result<Choice, StudyError> {
-    let scene = runner.scene;
-    let coarse = settings.apply(scene)?;
-    let finer = settings.finer(scene).unwrap_or_else(|| settings.clone());
-    let motion = runner.motion(&coarse, 1)?;
-    let reference = runner.motion(&finer.apply(scene)?, 1)?;
-    let [cpu_s_per_s, _] = runner.time(&coarse)?;
+    let finer = finer(runner.scene, variant)?;
+    let motion = runner.motion(variant, 1)?;
+    let reference = runner.motion(finer.as_ref().unwrap_or(variant), 1)?;
+    let [cpu_s_per_s, _] = runner.time(variant)?;
     let error = motion.difference(&reference);
     Ok(Choice {
         target,
         origin,
-        settings: settings.clone(),
+        settings: Settings::of(variant),
         cpu_s_per_s,
         error,
         is_met: error <= target && scatter <= target,

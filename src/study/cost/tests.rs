@@ -1,6 +1,6 @@
 use std::sync::LazyLock;
 
-use super::settings::{by_rule, levels, verified};
+use super::settings::{adaptive, finest, levels, verified, with};
 use super::*;
 use crate::scene::PRESETS;
 use crate::study::response::{ResponsePlan, response};
@@ -11,12 +11,10 @@ fn the_error_falls_with_the_tolerance() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let mut go_on = |_: f64, _: &str| Ok(());
     let mut runner = Runner::settle(&scene, &mut go_on).unwrap();
+    let own = adaptive(&scene).unwrap();
     let mut motion = |tolerance: f64| {
-        let settings = Settings {
-            tolerance,
-            ..Settings::of(&scene)
-        };
-        runner.motion(&settings.apply(&scene).unwrap(), 0).unwrap()
+        let varied = with(&own, Setting::Tolerance, tolerance).unwrap();
+        runner.motion(&varied, 0).unwrap()
     };
     let reference = motion(1e-9);
     let errors = [1e-3, 1e-4, 1e-5, 1e-6].map(|tolerance| motion(tolerance).difference(&reference));
@@ -64,11 +62,8 @@ fn the_verified_error_is_that_of_a_finer_run() {
     let scene = Scene::load("impact-oscillator").unwrap();
     let mut go_on = |_: f64, _: &str| Ok(());
     let mut runner = Runner::settle(&scene, &mut go_on).unwrap();
-    let settings = Settings {
-        tolerance: 1e-6,
-        ..Settings::of(&scene)
-    };
-    let choice = verified(&mut runner, [1e-2, 0.0], Origin::Cheapest, &settings).unwrap();
+    let variant = with(&adaptive(&scene).unwrap(), Setting::Tolerance, 1e-6).unwrap();
+    let choice = verified(&mut runner, [1e-2, 0.0], Origin::Cheapest, &variant).unwrap();
     let measure = |tolerance: &str| {
         let set = [("time.tolerance", tolerance)];
         let scene = scene.with_overrides(&set).unwrap().without_analyses();
@@ -78,7 +73,7 @@ fn the_verified_error_is_that_of_a_finer_run() {
             ..runner.plan
         };
         let trial = Trial::of_scene(scene).unwrap();
-        let found = response(trial, runner.settled.as_ref(), &plan, &mut |_, _| Ok(()));
+        let found = response(trial, runner.settled.as_ref(), &plan, &mut || Ok(()));
         found.unwrap()
     };
     let [coarse, fine] = ["1e-6", "3e-7"].map(measure);
@@ -150,17 +145,16 @@ fn a_stopped_study_has_what_is_complete() {
 fn the_levels_are_valid_in_every_scene() {
     for preset in PRESETS {
         let scene = preset.scene().unwrap();
+        let own = adaptive(&scene).unwrap();
         for setting in Setting::ALL {
             for value in levels(&scene, setting) {
-                let mut settings = Settings::of(&scene);
-                settings.set(setting, value);
-                let varied = settings.apply(&scene).unwrap();
-                assert_eq!(
-                    Settings::of(&varied).get(setting),
-                    Some(value),
-                    "{}",
-                    preset.name
-                );
+                let varied = Settings::of(&with(&own, setting, value).unwrap());
+                let found = match setting {
+                    Setting::Tolerance => Some(varied.tolerance),
+                    Setting::Nodes => varied.nodes.map(|nodes| nodes as f64),
+                    Setting::ElementSize => varied.element_size_mm,
+                };
+                assert_eq!(found, Some(value), "{}", preset.name);
             }
         }
     }
@@ -179,13 +173,11 @@ fn the_accuracy_rule_holds_in_every_scene() {
             Err(StudyError::AtRest) => continue,
             found => found.unwrap(),
         };
-        let finest = Settings::reference(&scene).apply(&scene).unwrap();
-        let (reference, again) = runner.twice(&finest).unwrap();
+        let (reference, again) = runner.twice(&finest(&scene).unwrap()).unwrap();
         let scatter = again.difference(&reference);
         for target in TARGETS {
-            let settings = by_rule(&scene, target);
-            let origin = Origin::Accuracy;
-            let choice = verified(&mut runner, [target, 0.0], origin, &settings).unwrap();
+            let rule = adaptive(&scene).unwrap().with_accuracy(target).unwrap();
+            let choice = verified(&mut runner, [target, 0.0], Origin::Accuracy, &rule).unwrap();
             let bound = if reference.has_lines() {
                 target
             } else {

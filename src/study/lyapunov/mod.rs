@@ -43,11 +43,11 @@ pub struct LyapunovPlan {
     pub settle: f64,
     /// Goal that ends the averaging.
     pub goal: Goal,
-    /// Minimum averaging time for a goal other than time, s. It prevents a goal from being reached by chance
-    /// in a short average.
+    /// Minimum averaging time, s: that of [`Goal::Time`]. It prevents another goal from being reached by chance in a
+    /// short average.
     pub min_time: f64,
-    /// Maximum averaging time of one motion, s, whether or not the goal is reached. If the motion changes,
-    /// the time starts again, up to twice the maximum in total.
+    /// Maximum averaging time of one motion, s, whether or not the goal is reached: that of [`Goal::Time`]. For another goal
+    /// the time starts again if the motion changes, up to twice the maximum in total.
     pub max_time: f64,
     /// Sampling interval of the state, s: of the progress, the goal and the mean trace.
     pub sample_interval: f64,
@@ -109,20 +109,6 @@ pub struct LyapunovStudy {
 }
 
 impl LyapunovStudy {
-    /// The result of a study that was stopped before averaging.
-    pub(crate) fn stopped(dimension: usize) -> Self {
-        let spectrum = LyapunovSpectrum {
-            dimension,
-            resolution: f64::INFINITY,
-            ..LyapunovSpectrum::default()
-        };
-        Self {
-            spectrum,
-            ending: Ending::Stopped,
-            ..Self::default()
-        }
-    }
-
     /// Classification of the attractor; undecided if there are no exponents.
     pub fn attractor(&self) -> Attractor {
         if self.spectrum.exponents.is_empty() {
@@ -150,13 +136,9 @@ impl LyapunovStudy {
     /// Contraction of the last computed direction in a mean time step, as a natural logarithm. Zero if the
     /// direction does not contract, or if its exponent is minus infinity.
     pub fn contraction_per_step(&self) -> f64 {
-        let last = self.spectrum.exponents.last().map_or(0.0, |e| e.value);
-        let step = self.simulated_s / self.stats.steps.max(1) as f64;
-        if last.is_finite() {
-            (-last).max(0.0) * step
-        } else {
-            0.0
-        }
+        let last = self.spectrum.exponents.last().map(|e| -e.value);
+        let rate = last.filter(|rate| rate.is_finite()).unwrap_or(0.0);
+        rate.max(0.0) * self.simulated_s / self.stats.steps.max(1) as f64
     }
 
     /// Numbers, from 1, of exponents that are smaller than the next one by more than both intervals. Aligned tangent
@@ -214,76 +196,58 @@ pub fn lyapunov(
         start,
         samples: 0,
         progress,
-        needed: plan.times()[0],
-        running: Vec::new(),
-        segments: Vec::new(),
+        needed: plan.min_time,
         begun: 0.0,
+        study: LyapunovStudy::default(),
     };
     let stopped = run.settle()?;
-    let settled = run.time() - start;
-    let ending = if stopped {
+    run.study.settle_s = run.time() - start;
+    run.study.ending = if stopped {
         Ending::Stopped
     } else {
         run.average()?
     };
-    let simulated = run.time() - start;
-    let last = run.segments.last().map(|segment| segment.spectrum.clone());
-    let mut spectrum = last.unwrap_or_else(|| run.integrator.exponents().unwrap_or_default());
-    if spectrum.time == 0.0 {
-        spectrum.exponents.clear();
-        spectrum.resolution = f64::INFINITY;
+    run.study.simulated_s = run.time() - start;
+    let mut study = run.study;
+    let last = study.segments.last();
+    let last = last.map(|segment| segment.spectrum.clone());
+    study.spectrum = last.unwrap_or_else(|| run.integrator.exponents().unwrap_or_default());
+    if study.spectrum.time == 0.0 {
+        study.spectrum.exponents.clear();
+        study.spectrum.resolution = f64::INFINITY;
     }
-    keep(&mut run.running, &spectrum);
-    let is_one = !spectrum.exponents.is_empty() && run.segments.len() == 1;
-    Ok(LyapunovStudy {
-        mean_trace_per_s: run.jacobian.filter(|_| is_one).map(|_| run.trace),
-        motion: run.integrator.motion(),
-        spectrum,
-        running: run.running,
-        segments: run.segments,
-        ending,
-        settle_s: settled,
-        stats: run.integrator.stats(),
-        simulated_s: simulated,
-        busy_seconds: began.elapsed().as_secs_f64(),
-    })
+    keep(&mut study.running, &study.spectrum);
+    let is_one = !study.spectrum.exponents.is_empty() && study.segments.len() == 1;
+    study.mean_trace_per_s = run.jacobian.filter(|_| is_one).map(|_| run.trace);
+    study.motion = run.integrator.motion();
+    study.stats = run.integrator.stats();
+    study.busy_seconds = began.elapsed().as_secs_f64();
+    Ok(study)
 }
 
 impl LyapunovPlan {
-    /// Expected averaging time before any estimate is known, and the maximum one, s.
-    fn times(&self) -> [f64; 2] {
-        match self.goal {
-            Goal::Time(time) => [time; 2],
-            _ => [self.min_time.min(self.max_time), self.max_time],
-        }
-    }
-
-    /// Whether the goal is reached after an averaging time, s.
+    /// Whether the goal is reached after an averaging time, s. A fixed time is counted in sampling intervals by the caller.
     fn reached(&self, spectrum: &LyapunovSpectrum, motion: Motion, time: f64) -> bool {
-        match self.goal {
-            // Counted in sampling intervals by the caller.
+        let is_reached = match self.goal {
             Goal::Time(_) => false,
-            Goal::HalfWidth(wanted) => time >= self.min_time && widest(spectrum) <= wanted,
-            Goal::Classification => time >= self.min_time && is_clear(spectrum, motion),
-        }
+            Goal::HalfWidth(wanted) => widest(spectrum) <= wanted,
+            // All signs may be known although too few exponents are computed for a classification.
+            Goal::Classification => {
+                spectrum.attractor_of(motion).is_decided()
+                    || spectrum.count(Sign::Undetermined) == 0
+            }
+        };
+        is_reached && time >= self.min_time
     }
 
     /// Estimated total averaging time, s; half-widths decrease with its square root.
     fn needed(&self, spectrum: &LyapunovSpectrum, time: f64) -> f64 {
-        let guess = match self.goal {
-            Goal::Time(all) => all,
-            Goal::HalfWidth(wanted) => time * (widest(spectrum) / wanted).powi(2),
-            Goal::Classification if time < self.min_time => self.min_time,
-            Goal::Classification => 1.2 * time,
+        let factor = match self.goal {
+            Goal::HalfWidth(wanted) => (widest(spectrum) / wanted).powi(2),
+            Goal::Time(_) | Goal::Classification => 1.2,
         };
-        guess.max(self.min_time).min(self.times()[1])
+        (factor * time).max(self.min_time).min(self.max_time)
     }
-}
-
-/// Whether more averaging would not change the conclusion: the attractor is classified, or all signs are
-/// known although too few exponents are computed for a classification.
-fn is_clear(spectrum: &LyapunovSpectrum, motion: Motion) -> bool {
-    spectrum.attractor_of(motion).is_decided() || spectrum.count(Sign::Undetermined) == 0
 }
 
 /// Keeps the current estimates unless their time is kept already: growth is known per time step, and two
@@ -315,9 +279,9 @@ struct StudyRun<'a, 's> {
     progress: OnProgress<'a>,
     /// Estimated total averaging time, s.
     needed: f64,
-    running: Vec<RunningExponents>,
-    segments: Vec<MotionSegment>,
-    /// Averaging time before the average of the present motion started, s.
+    /// The result so far.
+    study: LyapunovStudy,
+    /// Averaging time before the average of the present motion started, s; 0 for a fixed averaging time.
     begun: f64,
     /// Workspace of the mean trace; `None` if not all exponents are computed, events make volumes jump, or there is no
     /// derivative.
@@ -343,15 +307,16 @@ impl StudyRun<'_, '_> {
     /// Lets the tangent vectors align; returns whether the study is stopped.
     fn settle(&mut self) -> Result<bool, DynamicsError> {
         let plan = self.plan;
+        let last = (plan.settle / plan.sample_interval).ceil() as u64;
         let mut stopped = false;
-        for sample in 0..(plan.settle / plan.sample_interval).ceil() as u64 {
-            self.advance()?;
-            let share = (sample + 1) as f64 * plan.sample_interval / (plan.settle + self.needed);
-            stopped = self.samples % POLL == 1
+        for sample in 0..=last {
+            let share = sample as f64 * plan.sample_interval / (plan.settle + self.needed);
+            stopped = sample.is_multiple_of(POLL)
                 && (self.progress)(share, "aligning the tangent vectors").is_err();
-            if stopped {
+            if stopped || sample == last {
                 break;
             }
+            self.advance()?;
         }
         self.integrator.reset_growth();
         Ok(stopped)
@@ -359,7 +324,8 @@ impl StudyRun<'_, '_> {
 
     /// The task, with the largest exponent so far.
     fn averaging(&self) -> String {
-        let largest = self.running.last().and_then(|last| last.exponents.first());
+        let running = &self.study.running;
+        let largest = running.last().and_then(|last| last.exponents.first());
         let largest = largest.map(|largest| Measured::from(largest).unit("1/s"));
         largest.map_or("averaging".to_owned(), |largest| {
             format!("averaging, largest exponent {largest}")
@@ -376,81 +342,69 @@ impl StudyRun<'_, '_> {
             self.advance()?;
             detector.push(self.integrator, &self.z);
             sample += 1;
-            let now = self.time();
-            self.add_trace(now, sample);
-            let time = sample as f64 * plan.sample_interval;
-            let mut ending = None;
-            if sample as f64 >= kept || sample >= self.last_sample() {
+            self.add_trace(sample);
+            let time = sample as f64 * interval;
+            let is_last = sample >= self.last_sample();
+            let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
+            let task = (is_last || self.samples % POLL == 1).then(|| self.averaging());
+            let stopped = task.is_some_and(|task| (self.progress)(share, &task).is_err());
+            if stopped || is_last || sample as f64 >= kept {
                 kept *= SPACING;
                 if self.reached(&mut detector, time) {
-                    ending = Some(Ending::Reached);
+                    return Ok(Ending::Reached);
                 }
-            }
-            // A change found at the last sample starts another average.
-            if sample >= self.last_sample() && ending.is_none() {
-                ending = Some(match plan.goal {
-                    Goal::Time(_) => Ending::Reached,
-                    Goal::HalfWidth(_) | Goal::Classification => Ending::MaxTimeReached,
-                });
-            }
-            let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
-            let is_due = ending.is_some() || self.samples % POLL == 1;
-            let task = is_due.then(|| self.averaging());
-            if task.is_some_and(|task| (self.progress)(share, &task).is_err()) {
-                ending = ending.or(Some(Ending::Stopped));
-            }
-            if let Some(ending) = ending {
-                self.update_segments(&mut detector);
-                return Ok(ending);
+                // A change found at the last sample starts another average.
+                if sample >= self.last_sample() {
+                    return Ok(match plan.goal {
+                        Goal::Time(_) => Ending::Reached,
+                        Goal::HalfWidth(_) | Goal::Classification => Ending::MaxTimeReached,
+                    });
+                }
+                if stopped {
+                    return Ok(Ending::Stopped);
+                }
             }
         }
     }
 
-    /// Keeps the current estimates; returns whether they reach the goal after an averaging time, s.
+    /// Divides the time so far into motions and keeps the current estimates, which start again with each change; returns
+    /// whether they reach the goal after an averaging time, s.
     fn reached(&mut self, detector: &mut ChangeDetector, time: f64) -> bool {
-        self.update_segments(detector);
-        let last = self.segments.last().map(|segment| &segment.spectrum);
+        let LyapunovStudy {
+            running, segments, ..
+        } = &mut self.study;
+        let before = std::mem::replace(segments, detector.segments(self.integrator));
+        if segments.len() != before.len() {
+            running.clear();
+        }
+        let last = segments.last().map(|segment| &segment.spectrum);
         let Some(spectrum) = last.filter(|spectrum| spectrum.time > 0.0) else {
             return false;
         };
-        self.begun = match self.segments.len() {
-            1 => 0.0,
+        self.begun = match (self.plan.goal, segments.len()) {
+            (Goal::Time(_), _) | (_, 1) => 0.0,
             _ => (time - spectrum.time).max(0.0),
         };
         let averaged = time - self.begun;
-        keep(&mut self.running, spectrum);
+        keep(running, spectrum);
         self.needed = self.begun + self.plan.needed(spectrum, averaged);
         let motion = self.integrator.motion();
         self.plan.reached(spectrum, motion, averaged)
     }
 
-    /// Divides the time so far into motions. The running estimates start again with each change.
-    fn update_segments(&mut self, detector: &mut ChangeDetector) {
-        let segments = detector.segments(self.integrator);
-        if segments.len() != self.segments.len() {
-            self.running.clear();
-        }
-        self.segments = segments;
-    }
-
     /// Number of samples after which the averaging ends, whether or not the goal is reached.
     fn last_sample(&self) -> u64 {
-        let longest = self.plan.times()[1];
-        let begun = match self.plan.goal {
-            Goal::Time(_) => 0.0,
-            Goal::HalfWidth(_) | Goal::Classification => self.begun.min(longest),
-        };
-        ((begun + longest) / self.plan.sample_interval)
-            .round()
-            .max(1.0) as u64
+        let longest = self.plan.max_time;
+        let samples = (self.begun.min(longest) + longest) / self.plan.sample_interval;
+        samples.round().max(1.0) as u64
     }
 
-    /// Adds the trace at the last sample, at time `t` (s), to the mean of this number of samples.
-    fn add_trace(&mut self, t: f64, count: u64) {
-        let (sys, status) = (self.integrator.system(), self.integrator.status());
+    /// Adds the trace at the last sample to the mean of this number of samples.
+    fn add_trace(&mut self, count: u64) {
+        let (time, sys) = (self.time(), self.integrator.system());
         if let (Some(jacobian), Some(law)) = (&mut self.jacobian, sys.differentiable()) {
-            let status = Some(status).filter(|status| !status.is_empty());
-            let diagonal = jacobian.at(law, status, t, &self.z).iter();
+            let status = Some(self.integrator.status()).filter(|status| !status.is_empty());
+            let diagonal = jacobian.at(law, status, time, &self.z).iter();
             let trace: f64 = diagonal.step_by(sys.tangent_dim() + 1).sum();
             self.trace += (trace - self.trace) / count as f64;
         }
@@ -469,29 +423,6 @@ pub struct LyapunovRequest {
     /// Relative error tolerance of a time step during settling and averaging. `None` for the scene's
     /// tolerance; with all exponents, at most [`FULL_SPECTRUM_TOLERANCE`].
     pub tolerance: Option<f64>,
-}
-
-/// Lyapunov exponents of a scene, and the conditions of the study.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct SceneLyapunov {
-    /// The Lyapunov study: exponents, running estimates and solver statistics.
-    #[serde(flatten)]
-    pub study: LyapunovStudy,
-    /// Tilt of the load during the study, rad; `None` for a scene without a load.
-    pub tilt_rad: Option<f64>,
-    /// Final values at which the scheduled parameters are fixed during the study.
-    pub fixed_at: FixedAt,
-    /// Transient time: the length of the scene's run before the study, s.
-    pub transient_s: f64,
-    /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
-    /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
-    /// no earlier motion was chaotic.
-    pub chaotic_transient_s: Option<f64>,
-    /// Relative error tolerance of a time step during the study; `None` for a fixed step.
-    pub tolerance: Option<f64>,
-    /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
-    /// those in the dimensionless time `tau` of Eq. (23).
-    pub omega_1_rad_per_s: f64,
 }
 
 /// Default settling time of the tangent vectors, periods of the slowest mode.
@@ -527,7 +458,7 @@ pub fn scene_lyapunov(
     scene: &Scene,
     request: &LyapunovRequest,
     progress: OnProgress<'_>,
-) -> Result<SceneLyapunov, PipelineError> {
+) -> Result<LyapunovResult, PipelineError> {
     // The scene's own analyses are not needed.
     let mut run = Simulation::new(&scene.clone().without_analyses())?;
     let width = request.count.unwrap_or(run.system().tangent_dim());
@@ -550,63 +481,56 @@ pub fn scene_lyapunov(
     let slowest = run.system().omega().iter().copied();
     let omega_1 = slowest.fold(f64::INFINITY, f64::min);
     let period = TAU / omega_1;
-    let settle = request.settle.unwrap_or(SETTLE_PERIODS * period);
+    let [min_time, max_time] = match request.goal {
+        Goal::Time(time) => [time; 2],
+        Goal::HalfWidth(_) => [MIN_PERIODS * period, MAX_TIME],
+        Goal::Classification => [MIN_PERIODS, MAX_PERIODS].map(|periods| periods * period),
+    };
     let plan = LyapunovPlan {
-        settle,
+        settle: request.settle.unwrap_or(SETTLE_PERIODS * period),
         goal: request.goal,
-        min_time: MIN_PERIODS * period,
-        max_time: match request.goal {
-            Goal::HalfWidth(_) => MAX_TIME,
-            Goal::Time(_) | Goal::Classification => MAX_PERIODS * period,
-        },
+        min_time,
+        max_time,
         // Only the mean trace, which needs all exponents, needs every sample.
         sample_interval: if all { 1.0 } else { 64.0 } / scene.sample_rate,
     };
 
     // Approximate cost of the tangent vectors relative to the state.
     let relative_cost = 1.0 + width as f64 / 3.0;
-    let before = scene.duration / (scene.duration + relative_cost * (settle + plan.times()[0]));
-    let mut transient = 0.0;
+    let before = scene.duration / (scene.duration + relative_cost * (plan.settle + min_time));
     let mut stopped = false;
     while !stopped && run.next_frame()?.is_some() {
-        transient = run.time();
-        let share = before * (transient / scene.duration).min(1.0);
+        let share = before * (run.time() / scene.duration).min(1.0);
         stopped = progress(share, "running the scene").is_err();
     }
-
-    if !stopped {
-        run.apply_final_loading()?;
-    }
+    let transient = run.time();
+    run.apply_final_loading()?;
     let loading = run.loading();
     let fixed_at = match (scene.joint(), loading) {
         (Ok(joint), Some(loading)) => joint.fixed_at(loading),
         _ => FixedAt::default(),
     };
     let integrator = run.into_integrator();
-    let mut tolerance = integrator.tolerance();
-    let study = if stopped {
-        LyapunovStudy::stopped(integrator.system().tangent_dim())
-    } else {
-        let (time, state) = (integrator.time(), integrator.state().to_vec());
-        let mut integrator = with_tangents(integrator)?;
-        integrator.start(time, &state)?;
-        tolerance = integrator.tolerance();
-        lyapunov(&mut integrator, &plan, &mut |share, task| {
-            progress(before + (1.0 - before) * share, task)
-        })?
-    };
+    let (time, state) = (integrator.time(), integrator.state().to_vec());
+    let mut integrator = with_tangents(integrator)?;
+    integrator.start(time, &state)?;
+    let study = lyapunov(&mut integrator, &plan, &mut |share, task| {
+        progress(before + (1.0 - before) * share, task)
+    })?;
     let constant_since = if fixed_at == FixedAt::default() {
         0.0
     } else {
         transient
     };
-    Ok(SceneLyapunov {
+    let result = LyapunovResult {
         chaotic_transient_s: MotionSegment::chaotic_transient(&study.segments, constant_since),
         study,
         tilt_rad: loading.map(|loading| loading.tilt),
         fixed_at,
         transient_s: transient,
-        tolerance,
+        tolerance: integrator.tolerance(),
         omega_1_rad_per_s: omega_1,
-    })
+        ..LyapunovResult::default()
+    };
+    Ok(result.concluded(request.goal))
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, SceneLyapunov};
+use super::{Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy};
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::number::{brief, degrees, fixed, short};
 use crate::pipeline::message::{Exponents, MotionSegment};
@@ -12,7 +12,7 @@ use crate::scene::FixedAt;
 use crate::text::earlier_motion;
 
 /// The exponents of a scene and their classification.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct LyapunovResult {
     /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
     pub goal: &'static str,
@@ -32,15 +32,31 @@ pub struct LyapunovResult {
     pub real_time_factor: Option<f64>,
     /// Reasons to distrust the result, each with its remedy.
     pub warnings: Vec<String>,
-    /// The exponents.
+    /// The Lyapunov study: exponents, running estimates and solver statistics.
     #[serde(flatten)]
-    pub found: SceneLyapunov,
+    pub study: LyapunovStudy,
+    /// Tilt of the load during the study, rad; `None` for a scene without a load.
+    pub tilt_rad: Option<f64>,
+    /// Final values at which the scheduled parameters are fixed during the study.
+    pub fixed_at: FixedAt,
+    /// Transient time: the length of the scene's run before the study, s.
+    pub transient_s: f64,
+    /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
+    /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
+    /// no earlier motion was chaotic.
+    pub chaotic_transient_s: Option<f64>,
+    /// Relative error tolerance of a time step during the study; `None` for a fixed step.
+    pub tolerance: Option<f64>,
+    /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
+    /// those in the dimensionless time `tau` of Eq. (23).
+    pub omega_1_rad_per_s: f64,
 }
 
 impl LyapunovResult {
-    /// The conclusions from exponents that were averaged to this goal.
-    pub fn new(goal: Goal, found: SceneLyapunov) -> Self {
-        let study = &found.study;
+    /// The result with the conclusions from its study and conditions, which was averaged to this goal.
+    pub(super) fn concluded(self, goal: Goal) -> Self {
+        let study = &self.study;
+        let earlier = after(&study.segments, self.chaotic_transient_s);
         Self {
             goal: match goal {
                 Goal::Time(_) => "time",
@@ -50,16 +66,15 @@ impl LyapunovResult {
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
             classification: Classification {
-                description: after(&study.segments, found.chaotic_transient_s)
-                    + &description(study),
-                ..study.classification(found.omega_1_rad_per_s)
+                description: earlier + &description(study),
+                ..study.classification(self.omega_1_rad_per_s)
             },
             sum_per_s: study.sum(),
             unsettled: study.unsettled(),
             real_time_factor: (study.simulated_s > 0.0)
                 .then(|| study.simulated_s / study.busy_seconds),
-            warnings: warnings(&found),
-            found,
+            warnings: warnings(study, self.tolerance),
+            ..self
         }
     }
 }
@@ -120,9 +135,8 @@ const MAX_IMBALANCE: f64 = 0.01;
 const MAX_CONTRACTION: f64 = 0.7;
 
 /// Reasons to distrust the result, each with its remedy.
-fn warnings(found: &SceneLyapunov) -> Vec<String> {
-    let study = &found.study;
-    let advice = match found.tolerance {
+fn warnings(study: &LyapunovStudy, tolerance: Option<f64>) -> Vec<String> {
+    let advice = match tolerance {
         Some(tolerance) => {
             let tighter = (0.01 * tolerance).clamp(1e-13, FULL_SPECTRUM_TOLERANCE);
             format!("set --tolerance {tighter:.0e}")
@@ -175,18 +189,17 @@ pub fn title(scene: &str, tilt: Option<f64>) -> String {
 
 impl Report for LyapunovResult {
     fn blocks(&self, scene: &str) -> Vec<Block> {
-        let found = &self.found;
-        let study = &found.study;
+        let study = &self.study;
         // The title has the tilt.
         let held = FixedAt {
             tilt_rad: None,
-            ..found.fixed_at
+            ..self.fixed_at
         };
         let held = held
             .description()
             .map_or(String::new(), |held| format!(", {held}"));
         let rest = format!("{held}: {}", self.classification.description);
-        let mut blocks = vec![Block::heading(title(scene, found.tilt_rad), rest)];
+        let mut blocks = vec![Block::heading(title(scene, self.tilt_rad), rest)];
         if !study.spectrum.exponents.is_empty() {
             blocks.push(self.classification.table(&study.spectrum.exponents));
         }
@@ -207,7 +220,7 @@ impl Report for LyapunovResult {
         blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
         blocks.push(Block::text(format!(
             "averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment",
-            study.spectrum.time, found.transient_s, study.settle_s
+            study.spectrum.time, self.transient_s, study.settle_s
         )));
         if !study.spectrum.exponents.is_empty() {
             blocks.push(Block::text(format!(
@@ -215,7 +228,7 @@ impl Report for LyapunovResult {
                 study.spectrum.resolution
             )));
         }
-        let tolerance = found.tolerance;
+        let tolerance = self.tolerance;
         let tolerance = tolerance.map_or(String::new(), |tolerance| {
             format!(" (tolerance {tolerance:.0e})")
         });
@@ -344,7 +357,7 @@ impl Classified<&Exponents> {
 }
 
 /// Quantities derived from a Lyapunov spectrum.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Classification {
     /// Attractor: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`, `hyperchaos`,
     /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.

@@ -8,8 +8,7 @@ use crate::report::markdown;
 fn non_finite_exponents_are_null_in_json() {
     let mut found = study(&[60.0, f64::NEG_INFINITY], None, None);
     found.tilt_rad = Some(0.1);
-    let json =
-        serde_json::to_value(LyapunovResult::new(Goal::Classification, found)).expect("JSON");
+    let json = serde_json::to_value(found.concluded(Goal::Classification)).expect("JSON");
     assert_eq!(json["tilt_rad"], 0.1);
     assert_eq!(json["exponents_per_s"][0]["value"], 60.0);
     assert_eq!(json["exponents_over_omega_1"][0]["value"], 6e-3);
@@ -30,7 +29,7 @@ fn exponents(values: &[(f64, f64)]) -> Vec<Exponent> {
 }
 
 /// A study of 2 s in 1000 steps, of which 7 passed events. With a trace, all exponents are computed.
-fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLyapunov {
+fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> LyapunovResult {
     let dimension = if trace.is_some() { values.len() } else { 22 };
     let values: Vec<_> = values.iter().map(|&value| (value, 0.1)).collect();
     let spectrum = LyapunovSpectrum {
@@ -40,12 +39,10 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLya
         resolution: 1.0,
         kaplan_yorke: None,
     };
-    SceneLyapunov {
+    LyapunovResult {
         study: LyapunovStudy {
             spectrum,
-            motion: Motion::Free,
             mean_trace_per_s: trace,
-            ending: Ending::Reached,
             stats: SolverStats {
                 steps: 1000,
                 steps_without_event_location: 7,
@@ -53,21 +50,18 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLya
             },
             simulated_s: 2.0,
             busy_seconds: 1.0,
-            ..LyapunovStudy::stopped(dimension)
+            ..LyapunovStudy::default()
         },
-        tilt_rad: None,
-        fixed_at: Default::default(),
         transient_s: 0.12,
-        chaotic_transient_s: None,
         tolerance,
         omega_1_rad_per_s: 10_000.0,
+        ..LyapunovResult::default()
     }
 }
 
 /// The report on such a study.
 fn report_text(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> String {
-    let found = study(values, trace, tolerance);
-    let result = LyapunovResult::new(Goal::Time(2.0), found);
+    let result = study(values, trace, tolerance).concluded(Goal::Time(2.0));
     // Numbers of exponents, and 95 % intervals.
     crate::report::agreement::check(&result, &[1.0, 2.0, 3.0, 95.0]);
     text("made", &result)
@@ -109,8 +103,7 @@ fn the_motions_before_the_last_one_are_listed() {
     };
     let last = segment(0.83, 2.0, &[0.0, -30.0]);
     found.study.segments = vec![last.clone()];
-    let text_of =
-        |found: &SceneLyapunov| text("made", &LyapunovResult::new(Goal::Time(2.0), found.clone()));
+    let text_of = |found: &LyapunovResult| text("made", &found.clone().concluded(Goal::Time(2.0)));
     assert!(!text_of(&found).contains("start, s"));
     found.study.segments = vec![segment(0.31, 0.83, &[240.0, 140.0, 0.0, -30.0]), last];
     found.chaotic_transient_s = Some(0.83);
@@ -118,8 +111,7 @@ fn the_motions_before_the_last_one_are_listed() {
     let words = ": chaotic transient of 830 ms, then limit cycle: one exponent is zero";
     assert!(report.contains(words), "{report}");
     assert!(report.contains("0.830 | hyperchaos"), "{report}");
-    let json =
-        serde_json::to_value(LyapunovResult::new(Goal::Time(2.0), found.clone())).expect("JSON");
+    let json = serde_json::to_value(found.concluded(Goal::Time(2.0))).expect("JSON");
     assert_eq!(json["chaotic_transient_s"], 0.83);
     assert_eq!(json["attractor"], "cycle");
     assert_eq!(json["segments"][0]["attractor"], "hyperchaos");
@@ -131,24 +123,20 @@ fn the_motions_before_the_last_one_are_listed() {
 fn unaligned_tangent_vectors_are_reported() {
     // The half-widths are 0.1.
     let found = study(&[-7.0, -12.7, -6.3, -6.2], None, Some(1e-5));
-    let result = LyapunovResult::new(Goal::Classification, found.clone());
+    let result = found.concluded(Goal::Classification);
     assert_eq!(result.unsettled, [2]);
     assert!(text("made", &result).contains("are not aligned (out-of-order exponents: 2)"));
     let found = study(&[3.0, 0.0, -3.0], None, Some(1e-5));
-    assert!(
-        LyapunovResult::new(Goal::Classification, found.clone())
-            .unsettled
-            .is_empty()
-    );
+    let result = found.concluded(Goal::Classification);
+    assert!(result.unsettled.is_empty());
 }
 
 #[test]
 fn a_study_without_exponents_has_no_numbers() {
-    let found = SceneLyapunov {
-        study: LyapunovStudy::stopped(22),
-        ..study(&[], None, Some(1e-5))
-    };
-    let result = LyapunovResult::new(Goal::Classification, found.clone());
+    let mut found = study(&[], None, Some(1e-5));
+    found.study.ending = Ending::Stopped;
+    found.study.spectrum.resolution = f64::INFINITY;
+    let result = found.concluded(Goal::Classification);
     let json = serde_json::to_value(&result).expect("JSON");
     assert!(json["resolution_per_s"].is_null() && json["kaplan_yorke"].is_null());
     assert_eq!(json["attractor"], "undecided");
@@ -170,8 +158,7 @@ fn the_description_has_the_attractor_and_the_reason() {
         let spectrum = &mut found.study.spectrum;
         (spectrum.time, spectrum.dimension, spectrum.resolution) = (10.0, dimension, 0.5);
         found.study.motion = motion;
-        let classification =
-            LyapunovResult::new(Goal::Classification, found.clone()).classification;
+        let classification = found.concluded(Goal::Classification).classification;
         assert_eq!(classification.attractor, expected);
         assert_eq!(classification.description, format!("{expected}: {reason}"));
     };

@@ -1,13 +1,14 @@
 //! The settled response of a scene: the attractor that the simulation reaches, and its characteristics.
 //!
 //! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
-//! transient has ended. Then one window of the settled motion is sampled. All measures are computed from
+//! transient has ended ([`TransientDetector`]), or until its amplitude falls below the silence threshold. Then one window
+//! of the settled motion is sampled. All measures are computed from
 //! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
-//! the stable periodic orbit that the motion follows.
+//! the stable periodic orbit that the motion follows. A motion whose energies, or whose local exponents
+//! ([`ChangeDetector`]) change in the window is not settled.
 
 mod measure;
 mod orbit;
-mod transient;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -20,17 +21,17 @@ use crate::analysis::{
     recurrence::{Measures, RecurrencePeriods},
     regime::Regime,
     tones::{Bases, SpectralLine},
+    transient::TransientDetector,
 };
 use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
 use crate::pipeline::ChangeDetector;
 
 use super::subject::Trial;
-use super::{OnProgress, POLL, StabilityAt, StudyError};
+use super::{POLL, StabilityAt, StopCheck, StudyError};
 use measure::Samples;
 pub use measure::section_lag;
 pub(super) use measure::{recurrence_periods, thinned};
-use transient::TransientDetector;
 
 /// Plan of one response: transient limits, measurement time, optional analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,7 +104,7 @@ pub fn response(
     mut trial: Trial,
     earlier: Option<&SettledResponse>,
     plan: &ResponsePlan,
-    progress: OnProgress<'_>,
+    check: StopCheck<'_>,
 ) -> Result<SettledResponse, StudyError> {
     let (lag, seed, silence) = (trial.lag, trial.seed, trial.silence);
     let scene = trial.scene.take();
@@ -117,34 +118,33 @@ pub fn response(
         // Accumulated quantities at the end, such as work, restart from zero.
         trial.prepared = trial.prepared.starting_from(&earlier.state);
     }
-    let mut run = Run::new(trial, plan, progress)?;
+    let mut run = Run::new(trial, plan, check)?;
     let settled = run.settle()?;
     let transient = run.time();
     let scene = scene.filter(|_| settled && plan.orbits && plan.exponents > 0);
     let orbit = scene.and_then(|scene| orbit::stable_orbit(scene, &run));
     let measured = run.measure_motion(transient, orbit.as_ref(), seed)?;
-    let mut by_samples = measured.samples.response(lag, silence, bases)?;
+    let found = measured.samples.response(lag, silence, bases)?;
     run.end_a_period()?;
-    if measured.follows_orbit {
-        (by_samples.regime, by_samples.confidence) = (Regime::Periodic, 1.0);
-    }
-    // Of samples alone it can be open whether a motion is chaotic, or noise. A positive exponent decides.
-    let exponents = measured.exponents.as_ref();
-    if matches!(by_samples.regime, Regime::Noise | Regime::Undetermined)
-        && exponents
-            .is_some_and(|found| !found.exponents.is_empty() && found.sign(0) == Sign::Positive)
-    {
-        (by_samples.regime, by_samples.confidence) = (Regime::Chaotic, 0.95);
-    }
+    let exponents = measured.exponents;
+    let largest = exponents.as_ref().map(|found| found.sign(0));
+    let (regime, confidence) = match (found.regime, largest) {
+        _ if measured.follows_orbit => (Regime::Periodic, 1.0),
+        // Of samples alone it can be open whether a motion is chaotic, or noise. A positive exponent decides.
+        (Regime::Noise | Regime::Undetermined, Some(Sign::Positive)) => (Regime::Chaotic, 0.95),
+        (regime, _) => (regime, found.confidence),
+    };
     Ok(SettledResponse {
         transient_s: measured.transient,
         settled: settled && !measured.changed,
-        exponents: measured.exponents,
+        regime,
+        confidence,
+        exponents,
         linear,
-        portrait: by_samples.portrait.filter(|_| plan.portrait),
+        portrait: found.portrait.filter(|_| plan.portrait),
         state: run.z[..run.integrator.system().tangent_dim()].to_vec(),
         stats: run.integrator.stats(),
-        ..by_samples
+        ..found
     })
 }
 
@@ -162,8 +162,7 @@ pub(super) struct Run<'a> {
     /// State at the last sample.
     z: Vec<f64>,
     samples: u64,
-    progress: OnProgress<'a>,
-    expected: f64,
+    check: StopCheck<'a>,
     plan: &'a ResponsePlan,
 }
 
@@ -182,11 +181,7 @@ struct Measured {
 
 impl<'a> Run<'a> {
     /// Starts at the prepared state.
-    fn new(
-        trial: Trial,
-        plan: &'a ResponsePlan,
-        progress: OnProgress<'a>,
-    ) -> Result<Self, StudyError> {
+    fn new(trial: Trial, plan: &'a ResponsePlan, check: StopCheck<'a>) -> Result<Self, StudyError> {
         let prepared = trial.prepared;
         let omega = prepared.integrator.system().omega().iter().copied();
         let slowest = omega.filter(|w| *w > 0.0).fold(f64::MAX, f64::min);
@@ -199,8 +194,7 @@ impl<'a> Run<'a> {
             integrator: prepared.integrator,
             z: prepared.state,
             samples: 0,
-            progress,
-            expected: plan.min_transient_s + plan.measurement_s,
+            check,
             plan,
         };
         run.integrator.start(0.0, &run.z)?;
@@ -222,7 +216,7 @@ impl<'a> Run<'a> {
             return Err(StudyError::TooManyEvaluations { rhs_evals, time });
         }
         if self.samples % POLL == 1 {
-            (self.progress)(time / self.expected.max(time), "settled response")?;
+            (self.check)()?;
         }
         Ok(())
     }
@@ -300,7 +294,6 @@ impl<'a> Run<'a> {
             if detector.has_ended() || silent {
                 return Ok(true);
             }
-            self.expected = 1.1 * self.time() + plan.measurement_s;
         }
         Ok(false)
     }
@@ -337,13 +330,11 @@ impl<'a> Run<'a> {
             let window = PERIODIC_SHARE * plan.measurement_s;
             let window = window.max(PERIODIC_PERIODS * orbit.period_s);
             let window = window.min(plan.measurement_s);
-            let measured = self.sample_window(transient, window)?;
+            let mut measured = self.sample_window(transient, window)?;
             if !measured.changed {
-                return Ok(Measured {
-                    follows_orbit: true,
-                    exponents: Some(orbit::exponents(orbit, width)),
-                    ..measured
-                });
+                measured.exponents = Some(orbit::exponents(orbit, width));
+                measured.follows_orbit = true;
+                return Ok(measured);
             }
             transient = self.time();
         }
@@ -363,7 +354,6 @@ impl<'a> Run<'a> {
 
     /// Samples one window (s) after a transient (s).
     fn sample_window(&mut self, transient: f64, window: f64) -> Result<Measured, StudyError> {
-        self.expected = self.time() + window;
         let count = (window * self.rate).round().max(1.0) as usize;
         let mut samples = Samples {
             rate: self.rate,
@@ -371,10 +361,8 @@ impl<'a> Run<'a> {
             velocity: Vec::with_capacity(count),
         };
         let mut detector = self.detector();
-        let interval = 1.0 / self.rate;
-        let changes = ChangeDetector::new(&self.integrator, self.time(), interval);
-        let with_tangents = self.integrator.exponents().is_some();
-        let mut changes = with_tangents.then_some(changes);
+        let changes = ChangeDetector::new(&self.integrator, self.time(), 1.0 / self.rate);
+        let mut changes = self.integrator.exponents().map(|_| changes);
         let mut largest: f64 = 0.0;
         for _ in 0..count {
             self.advance()?;
@@ -473,11 +461,8 @@ impl SettledResponse {
 
     /// Name of the lowest line of the last doubling, such as `(f1 + f2)/2`; `None` without one.
     pub fn doubling_line(&self) -> Option<&str> {
-        let ending = match self.doubling {
-            0 => return None,
-            1 => "/2",
-            _ => "/4",
-        };
+        // No name ends with the first one.
+        let ending = ["/1", "/2", "/4"][self.doubling.min(2) as usize];
         let mut lines = self.lines.iter().map(|line| &*line.label);
         lines.find(|label| label.ends_with(ending))
     }

@@ -8,7 +8,7 @@ use crate::study::subject::SILENCE;
 
 fn take(scene: &Scene, earlier: Option<&SettledResponse>, plan: &ResponsePlan) -> SettledResponse {
     let trial = Trial::of_scene(scene.clone()).unwrap();
-    response(trial, earlier, plan, &mut |_, _| Ok(())).unwrap()
+    response(trial, earlier, plan, &mut || Ok(())).unwrap()
 }
 
 /// The response whose displacement (m) is a signal sampled at `rate` (Hz).
@@ -189,9 +189,8 @@ fn the_callback_stops_a_response() {
     };
     let mut calls = 0;
     let trial = Trial::of_scene(scene).unwrap();
-    let stopped = response(trial, None, &plan, &mut |share, _| {
+    let stopped = response(trial, None, &plan, &mut || {
         calls += 1;
-        assert!((0.0..=1.0).contains(&share));
         if calls < 3 { Ok(()) } else { Err(Stopped) }
     });
     assert!(matches!(stopped, Err(StudyError::Stopped(_))));

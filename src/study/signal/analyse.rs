@@ -20,7 +20,8 @@ use crate::analysis::{
     levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
-        Measures, RateBase, RecurrenceCriterion, RecurrenceImage, Recurrences, Threshold,
+        Measures, Norm, RateBase, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
+        Recurrences, Threshold,
     },
     regime::{Regime, RegimeSearch, Verdict, classify},
     stats::{deviation, mean, range},
@@ -113,10 +114,11 @@ pub fn analyse_signal(
     let spectrogram = spectrogram(&signal, period)?;
     progress(0.4, "recurrence")?;
     let recurrence = embedding.try_map(|embedding| {
-        let plan = Plan::new(&embedding.choice, search, newest.len());
-        let mut recurrence = plan.quantify(studied, newest, period)?;
+        let choice = &embedding.choice;
+        let mut recurrence = RecurrenceAnalysis::planned(choice, search, newest.len(), rate);
+        recurrence.quantify(studied, newest, period)?;
         progress(0.55, "recurrence along the signal")?;
-        recurrence.windows = plan.along(studied)?;
+        recurrence.windows = recurrence.along(studied)?;
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
@@ -346,115 +348,75 @@ pub(super) fn period_of(
     }
 }
 
-/// How the states for recurrence are sampled.
-pub(super) struct Plan {
-    /// Samples per state: one state is taken every `stride` samples.
-    pub stride: usize,
-    /// Delay, states.
-    pub lag: usize,
-    pub dimension: usize,
-    pub rule: RecurrenceCriterion,
-    /// Shortest diagonal and vertical line, states.
-    pub min_lines: [usize; 2],
-}
-
-impl Plan {
-    pub fn new(delay: &DelayChoice, search: &SignalOptions, samples: usize) -> Self {
+impl RecurrenceAnalysis {
+    /// The settings for a delay and a number of samples at `rate` (Hz); nothing is measured yet.
+    fn planned(delay: &DelayChoice, search: &SignalOptions, samples: usize, rate: f64) -> Self {
         // A short signal keeps all its samples.
         let affordable = (samples / WINDOW_STATES).max(1);
         let stride = (delay.lag / STATES_PER_LAG).clamp(1, affordable);
         let lag = (delay.lag as f64 / stride as f64).round() as usize;
+        let given = search.theiler.map(|samples| samples.div_ceil(stride));
+        let theiler = given.unwrap_or(lag);
         Self {
-            stride,
-            lag,
-            dimension: delay.dimension,
             rule: RecurrenceCriterion {
                 norm: search.norm,
                 threshold: search.threshold.unwrap_or(Threshold::Rate(RECURRENCE_RATE)),
-                theiler: match search.theiler {
-                    None => lag,
-                    Some(samples) => samples.div_ceil(stride),
-                },
+                theiler,
             },
-            min_lines: [search.min_diagonal, search.min_vertical]
-                .map(|states| states.unwrap_or(MIN_LINE)),
+            epsilon: None,
+            min_diagonal_states: search.min_diagonal.unwrap_or(MIN_LINE),
+            min_vertical_states: search.min_vertical.unwrap_or(MIN_LINE),
+            line_of_identity: theiler == 0,
+            stride_samples: stride,
+            lag_states: lag,
+            dimension: delay.dimension,
+            states: 0,
+            theiler_s: theiler as f64 * (stride as f64 / rate),
+            recurrence_periods: RecurrencePeriods::default(),
+            measures: Measures::default(),
+            windows: Vec::new(),
+            picture: RecurrenceImage::default(),
         }
     }
 
     /// Number of samples for `states` states.
     fn samples_for(&self, states: usize) -> usize {
-        DelayVectors::samples_for(states, self.lag, self.dimension)
+        DelayVectors::samples_for(states, self.lag_states, self.dimension)
     }
 
-    /// Quantifies the newest states; the windows along the signal stay empty.
+    /// Quantifies and draws the newest states.
     fn quantify(
-        &self,
+        &mut self,
         signal: &Signal,
         newest: &[f64],
         period: f64,
-    ) -> Result<RecurrenceAnalysis, AnalysisError> {
-        let taken = thinned(newest, self.stride);
+    ) -> Result<(), AnalysisError> {
+        let taken = thinned(newest, self.stride_samples);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MAX_STATES))..];
-        let (measures, epsilon, states) = self.measures(taken)?;
-        let threshold = match (self.rule.threshold, epsilon) {
+        let (measures, epsilon, states) = self.measured(taken)?;
+        (self.epsilon, self.states) = (epsilon, states);
+        let threshold = match (self.rule.threshold, self.epsilon) {
             (Threshold::Distance(_) | Threshold::Spread(_), Some(distance)) => {
                 Threshold::Distance(distance)
             }
             (Threshold::Rate(rate), _) => Threshold::Rate(rate),
             _ => Threshold::Rate(measures.recurrence_rate),
         };
-        let seconds = self.stride as f64 / signal.rate;
-        Ok(RecurrenceAnalysis {
-            rule: self.rule,
-            epsilon,
-            min_diagonal_states: self.min_lines[0],
-            min_vertical_states: self.min_lines[1],
-            line_of_identity: self.rule.theiler == 0,
-            stride_samples: self.stride,
-            states,
-            theiler_s: self.rule.theiler as f64 * seconds,
-            recurrence_periods: recurrence_periods(
-                newest,
-                self.lag * self.stride,
-                self.dimension,
-                self.rule.norm,
-            )?
-            .in_seconds(1.0 / signal.rate),
-            measures: measures.in_seconds(seconds),
-            windows: Vec::new(),
-            picture: self.picture(newest, signal.rate, period, threshold)?,
-        })
-    }
-
-    /// The recurrence picture of the newest periods.
-    fn picture(
-        &self,
-        newest: &[f64],
-        rate: f64,
-        period: f64,
-        threshold: Threshold,
-    ) -> Result<RecurrenceImage, AnalysisError> {
-        let lag = self.lag * self.stride;
+        self.measures = measures.in_seconds(self.stride_samples as f64 / signal.rate);
+        let (lag, norm) = (self.lag_states * self.stride_samples, self.rule.norm);
+        let periods = recurrence_periods(newest, lag, self.dimension, norm)?;
+        self.recurrence_periods = periods.in_seconds(1.0 / signal.rate);
         let vectors = DelayVectors::new(newest, lag, self.dimension)?;
-        let span = (PICTURE_PERIODS * period) as usize;
-        let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
-        let size = PICTURE.min(vectors.len());
-        let first = vectors.len() - 1 - (size - 1) * hop;
-        let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
-        let criterion = RecurrenceCriterion {
-            norm: self.rule.norm,
-            threshold,
-            theiler: 1,
-        };
-        let window = ((size - 1) * hop) as f64 / rate;
-        RecurrenceImage::new(&vectors, &picks, &criterion, window, 1.0 / rate)
+        self.picture = picture(&vectors, signal.rate, period, (norm, threshold))?;
+        Ok(())
     }
 
     /// Measures in windows along the whole signal. A constant window has none.
     fn along(&self, signal: &Signal) -> Result<Vec<MeasuresAt>, AnalysisError> {
         // Thin each window separately: a thinned copy of the signal could need as much memory as the signal.
-        let ahead = (signal.samples.len() - 1) % self.stride;
-        let count = (signal.samples.len() - 1) / self.stride + 1;
+        let stride = self.stride_samples;
+        let ahead = (signal.samples.len() - 1) % stride;
+        let count = (signal.samples.len() - 1) / stride + 1;
         let length = self.samples_for(WINDOW_STATES).min(count / 3);
         if length < self.samples_for(2) {
             return Ok(Vec::new());
@@ -464,31 +426,52 @@ impl Plan {
         let mut along = Vec::with_capacity(windows);
         for k in 0..windows {
             let first = free * k / (windows - 1).max(1);
-            let begin = ahead + first * self.stride;
-            let window = &signal.samples[begin..=begin + (length - 1) * self.stride];
-            let taken = thinned(window, self.stride);
+            let begin = ahead + first * stride;
+            let window = &signal.samples[begin..=begin + (length - 1) * stride];
+            let taken = thinned(window, stride);
             if taken.iter().all(|x| *x == taken[0]) {
                 continue;
             }
-            let centre = (first as f64 + 0.5 * length as f64) * self.stride as f64;
-            let (measures, ..) = self.measures(&taken)?;
+            let centre = (first as f64 + 0.5 * length as f64) * stride as f64;
+            let (measures, ..) = self.measured(&taken)?;
             along.push(MeasuresAt {
                 time_s: signal.time(centre),
-                measures: measures.in_seconds(self.stride as f64 / signal.rate),
+                measures: measures.in_seconds(stride as f64 / signal.rate),
             });
         }
         Ok(along)
     }
 
     /// Measures of some samples, the threshold distance unless each state has its own, and the number of states.
-    fn measures(&self, taken: &[f64]) -> Result<(Measures, Option<f64>, usize), AnalysisError> {
-        let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
+    fn measured(&self, taken: &[f64]) -> Result<(Measures, Option<f64>, usize), AnalysisError> {
+        let vectors = DelayVectors::new(taken, self.lag_states, self.dimension)?;
         let recurrences = Recurrences::of(&vectors, &self.rule)?;
         let counts = recurrences.counts();
-        let [min_diagonal, min_vertical] = self.min_lines;
-        let measures = counts.measures(min_diagonal, min_vertical, RateBase::Counted);
+        let [diagonal, vertical] = [self.min_diagonal_states, self.min_vertical_states];
+        let measures = counts.measures(diagonal, vertical, RateBase::Counted);
         Ok((measures, recurrences.distance(), counts.columns))
     }
+}
+
+/// The recurrence picture of the newest periods of delay vectors.
+fn picture(
+    vectors: &DelayVectors<'_>,
+    rate: f64,
+    period: f64,
+    (norm, threshold): (Norm, Threshold),
+) -> Result<RecurrenceImage, AnalysisError> {
+    let span = (PICTURE_PERIODS * period) as usize;
+    let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));
+    let size = PICTURE.min(vectors.len());
+    let first = vectors.len() - 1 - (size - 1) * hop;
+    let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
+    let criterion = RecurrenceCriterion {
+        norm,
+        threshold,
+        theiler: 1,
+    };
+    let window = ((size - 1) * hop) as f64 / rate;
+    RecurrenceImage::new(vectors, &picks, &criterion, window, 1.0 / rate)
 }
 
 /// The newest crossings of the mean level.

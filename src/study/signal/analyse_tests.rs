@@ -1,7 +1,6 @@
 //! The analysis of a signal: thresholds, ranges.
 
 use super::*;
-use crate::analysis::recurrence::Norm;
 use crate::test_signals::{noise, sines};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {

@@ -294,6 +294,12 @@ pub struct RecurrenceAnalysis {
     pub line_of_identity: bool,
     /// Samples per state: one state is taken every `stride_samples` samples.
     pub stride_samples: usize,
+    /// Delay, states.
+    #[serde(skip)]
+    pub lag_states: usize,
+    /// Dimension of the states.
+    #[serde(skip)]
+    pub dimension: usize,
     /// Number of states.
     pub states: usize,
     /// Theiler window, s.

@@ -104,8 +104,7 @@ fn by_blocks(signal: &Signal, options: &EventOptions) -> Result<TonalEvents, Ana
     let blocks = count.div_ceil(BLOCK_SAMPLES).max(1);
     let mut all = TonalEvents::default();
     for block in 0..blocks {
-        let [first, end] =
-            [block, block + 1].map(|k| (count as u128 * k as u128 / blocks as u128) as usize);
+        let [first, end] = [block, block + 1].map(|k| count * k / blocks);
         let start_s = signal.time(first as f64);
         let found = tonal_events(&signal.samples[first..end], signal.rate, options)?;
         for mut event in found.events {

@@ -98,7 +98,7 @@ pub fn sweep<S: Subject, E: From<StudyError>>(
                 continue;
             }
             let place = plan.place(index);
-            let mut check = |_: f64, _: &str| emit(None);
+            let mut check = || emit(None);
             let trial = plan.subject.trial(&names, &place.values);
             let found = trial.map_err(StudyError::from).and_then(|trial| {
                 let plan = plan.response.scaled(trial.period.unwrap_or(1.0));

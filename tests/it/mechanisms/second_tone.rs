@@ -19,7 +19,10 @@ fn ramp([from, to]: [&str; 2], duration_ms: f64) -> Scene {
 #[track_caller]
 fn assert_agrees(part: ToneGrowth) {
     let computed = part.computed_per_s;
-    assert!((part.growth.rate / computed - 1.0).abs() < 0.02, "{part:?}");
+    assert!(
+        (part.growth.value / computed - 1.0).abs() < 0.02,
+        "{part:?}"
+    );
     assert!(part.growth.half_width < 0.02 * computed.abs(), "{part:?}");
 }
 

@@ -98,7 +98,7 @@ pub enum Motion {
 }
 
 /// Type of attractor, classified by the exponents. It is serialised as its [`Attractor::name`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Attractor {
@@ -122,6 +122,7 @@ pub enum Attractor {
     /// This number of exponents is shown to be positive (two or more).
     Hyperchaos(usize),
     /// A relevant exponent is undetermined, or too few exponents are known.
+    #[default]
     Undecided,
 }
 

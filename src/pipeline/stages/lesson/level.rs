@@ -1,7 +1,7 @@
 //! The velocity level, and the growth rate and frequency of a small vibration.
 
 use crate::analysis::stats::LineFit;
-use crate::pipeline::message::{Growth, SmallFrequency};
+use crate::report::Measured;
 
 /// RMS level of the velocity in segments, and its growth rate while the vibration is small.
 ///
@@ -24,7 +24,12 @@ pub struct Level {
     /// Time (s) and level (m/s) at the start of the fit.
     anchor: Option<[f64; 2]>,
     line: LineFit,
-    crossings: Crossings,
+    /// Time (s) and velocity (m/s) of the last sample since then.
+    before: Option<[f64; 2]>,
+    /// Number of upward zero crossings so far, and the line of their times over their numbers, whose slope is the mean
+    /// period. A vibration of several modes scatters about it, which widens the interval.
+    crossings: u32,
+    periods: LineFit,
     /// Time at which the vibration became too large for the linear theory, s.
     ended: Option<f64>,
 }
@@ -45,8 +50,15 @@ impl Level {
 
     /// Processes a velocity (m/s). Returns whether it completes a segment.
     pub fn push(&mut self, time: f64, velocity: f64) -> bool {
-        if self.anchor.is_some() && self.ended.is_none() {
-            self.crossings.push(time, velocity);
+        if self.anchor.is_some()
+            && self.ended.is_none()
+            && let Some([t, v]) = self.before.replace([time, velocity])
+            && v < 0.0
+            && velocity >= 0.0
+        {
+            let at = t + (time - t) * v / (v - velocity);
+            self.periods.push(f64::from(self.crossings), at);
+            self.crossings += 1;
         }
         self.squares += velocity * velocity;
         self.count += 1;
@@ -72,13 +84,10 @@ impl Level {
         true
     }
 
-    /// Slope of the straight line fitted to the logarithm of the level while the vibration is small.
-    pub fn growth(&self) -> Option<Growth> {
+    /// Slope of the straight line fitted to the logarithm of the level while the vibration is small, 1/s.
+    pub fn growth(&self) -> Option<Measured> {
         let fit = self.line.fit()?;
-        Some(Growth {
-            rate: fit.slope,
-            half_width: fit.half_width,
-        })
+        Some(Measured::new(fit.slope, fit.half_width))
     }
 
     /// Whether the vibration has become too large for the linear theory.
@@ -86,9 +95,12 @@ impl Level {
         self.ended.is_some()
     }
 
-    /// Frequency while the vibration is small, from its upward zero crossings.
-    pub fn frequency(&self) -> Option<SmallFrequency> {
-        self.crossings.frequency()
+    /// Mean frequency while the vibration is small, from its upward zero crossings, Hz; `None` for fewer crossings than a
+    /// fit needs.
+    pub fn frequency(&self) -> Option<Measured> {
+        let fit = self.periods.fit().filter(|fit| fit.slope > 0.0)?;
+        let half_width = fit.half_width / (fit.slope * fit.slope);
+        Some(Measured::new(1.0 / fit.slope, half_width))
     }
 
     /// Predicted level at a time (s) for growth at a rate (1/s) since the start of the fit; `None` before it,
@@ -96,38 +108,6 @@ impl Level {
     pub fn predicted(&self, time: f64, rate: f64) -> Option<f64> {
         let [since, level] = self.anchor.filter(|_| self.ended.is_none())?;
         Some(level * (rate * (time - since)).exp())
-    }
-}
-
-/// Times of the upward zero crossings of a signal. Their line over the number of the crossing has the mean period as its
-/// slope; a signal of several modes scatters about it, which widens the interval.
-#[derive(Default)]
-struct Crossings {
-    before: Option<[f64; 2]>,
-    count: u32,
-    line: LineFit,
-}
-
-impl Crossings {
-    /// Processes a sample at a time, s.
-    fn push(&mut self, time: f64, value: f64) {
-        if let Some([t, v]) = self.before.replace([time, value])
-            && v < 0.0
-            && value >= 0.0
-        {
-            let at = t + (time - t) * v / (v - value);
-            self.line.push(f64::from(self.count), at);
-            self.count += 1;
-        }
-    }
-
-    /// Mean frequency; `None` for fewer crossings than a fit needs.
-    fn frequency(&self) -> Option<SmallFrequency> {
-        let fit = self.line.fit().filter(|fit| fit.slope > 0.0)?;
-        Some(SmallFrequency {
-            frequency_hz: 1.0 / fit.slope,
-            half_width_hz: fit.half_width / (fit.slope * fit.slope),
-        })
     }
 }
 
@@ -151,19 +131,19 @@ mod tests {
     fn a_growing_vibration_has_its_rate_and_its_frequency() {
         let level = growing(0.0);
         let (growth, frequency) = (level.growth().unwrap(), level.frequency().unwrap());
-        assert!((growth.rate / 200.0 - 1.0).abs() < 1e-3, "{growth:?}");
-        let off = (frequency.frequency_hz - 1734.5).abs();
-        assert!(off <= frequency.half_width_hz.max(0.1), "{frequency:?}");
-        assert!(frequency.half_width_hz < 1.0, "{frequency:?}");
+        assert!((growth.value / 200.0 - 1.0).abs() < 1e-3, "{growth:?}");
+        let off = (frequency.value - 1734.5).abs();
+        assert!(off <= frequency.half_width.max(0.1), "{frequency:?}");
+        assert!(frequency.half_width < 1.0, "{frequency:?}");
     }
 
     #[test]
     fn a_second_mode_widens_the_interval_of_the_frequency() {
         let mixed = growing(0.3).frequency().unwrap();
-        let off = (mixed.frequency_hz - 1734.5).abs();
-        assert!(off <= mixed.half_width_hz, "{mixed:?}");
+        let off = (mixed.value - 1734.5).abs();
+        assert!(off <= mixed.half_width, "{mixed:?}");
         let pure = growing(0.0).frequency().unwrap();
-        assert!(mixed.half_width_hz > 3.0 * pure.half_width_hz);
+        assert!(mixed.half_width > 3.0 * pure.half_width);
     }
 
     #[test]

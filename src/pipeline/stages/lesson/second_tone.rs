@@ -7,7 +7,8 @@ use crate::analysis::{
     stats::LineFit,
     tones::{Window, line_amplitude},
 };
-use crate::pipeline::message::{Growth, SecondToneGrowth, SecondToneLevel, ToneGrowth, TorusBirth};
+use crate::pipeline::message::{SecondToneGrowth, SecondToneLevel, ToneGrowth, TorusBirth};
+use crate::report;
 
 /// Length of a window in periods of the second tone: its lines are then 6 bins from the first tone, whose main lobe has 4.
 const PERIODS: f64 = 6.0;
@@ -179,10 +180,7 @@ fn fitted(stretch: &[Measured], grows: bool, span: f64) -> Option<ToneGrowth> {
     let computed_per_s = (last.integral - first.integral) / (last.time - first.time);
     Some(ToneGrowth {
         tilts: [first, last].map(|at| at.predicted.tilt),
-        growth: Growth {
-            rate: computed_per_s + fit.slope,
-            half_width: fit.half_width,
-        },
+        growth: report::Measured::new(computed_per_s + fit.slope, fit.half_width),
         computed_per_s,
     })
 }
@@ -243,7 +241,7 @@ mod tests {
         let (decay, growth) = (found.decay.unwrap(), found.growth.unwrap());
         for part in [decay, growth] {
             assert!(
-                (part.growth.rate / part.computed_per_s - 1.0).abs() < 0.01,
+                (part.growth.value / part.computed_per_s - 1.0).abs() < 0.01,
                 "{part:?}"
             );
             assert!(part.growth.half_width < 0.02 * part.computed_per_s.abs());
@@ -255,7 +253,7 @@ mod tests {
     fn a_tone_with_another_rate_has_this_rate() {
         for factor in [0.8, 1.2] {
             let growth = ramp(factor).found().unwrap().growth.unwrap();
-            let share = growth.growth.rate / growth.computed_per_s;
+            let share = growth.growth.value / growth.computed_per_s;
             assert!((share / factor - 1.0).abs() < 0.01, "{growth:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Detection of the end of a transient from the modal energies.
+//! The end of a transient, from the energies of the modes of a vibration.
 //!
 //! The energy of each mode is averaged over blocks of a few periods. The mean of its logarithm is compared
 //! between the third and the last quarter of all blocks so far. This is the idea of J. Geweke's diagnostic
@@ -8,13 +8,10 @@
 //! mode that grows. Modes below 1e-12 of the total energy are ignored.
 //!
 //! Some transients look settled for a long time, for example transient chaos that ends in a tone. Therefore
-//! the measurement window is tested as well: the motion has changed if a mode with a significant share of
-//! the energy differs between the two halves of the window. If exponents are computed, a change of the local
-//! exponents counts as well ([`ChangeDetector`](crate::pipeline::ChangeDetector)).
-//!
-//! A motion that decays to rest is settled when its amplitude falls below the silence threshold.
+//! the motion after the transient is tested as well: it has changed if a mode with a significant share of
+//! the energy differs between its two halves.
 
-use crate::analysis::stats::{mean, trend};
+use crate::stats::{mean, trend};
 
 /// Share of the total energy below which a mode is ignored.
 const NEGLIGIBLE_SHARE: f64 = 1e-12;
@@ -34,9 +31,9 @@ const MIN_SHARE: f64 = 0.01;
 /// Minimum number of blocks for a decision.
 const MIN_BLOCKS: usize = 16;
 
-/// Block averages of the modal energies.
+/// Block averages of the energies of modes.
 #[derive(Clone, Debug)]
-pub(super) struct TransientDetector {
+pub struct TransientDetector {
     /// Logarithms of the mean energy of each mode, then of the total energy, one for each block.
     channels: Vec<Vec<f64>>,
     /// Sums of the current block, and its samples so far.
