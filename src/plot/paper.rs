@@ -14,9 +14,9 @@
 use super::response::{
     self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, samples, section, section_axes,
 };
-use super::sensitivities::contributions;
 pub use super::sweep::bifurcation;
-use super::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
+use super::{Axis, Color, Figure, Layer, Panel, chaos};
+use super::{figure::lettered, sensitivities::contributions};
 use crate::analysis::{delay::DelayChoice, recurrence::RecurrenceImage};
 use crate::fem::{ModeKind, SurfaceMesh};
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, Model, Stribeck};
@@ -219,12 +219,8 @@ pub fn motion(
             response::recurrence(recurrence(portrait).as_ref(), false),
         ]);
     }
-    let lettered = panels.into_iter().zip('a'..).map(|(panel, letter)| {
-        let title = format!("{letter}: {}", panel.title);
-        panel.with_title(title)
-    });
     let name = format!("figure-{number}");
-    Figure::grid(&name, &title, 66.0, 3, lettered.collect())
+    Figure::grid(&name, &title, 66.0, 3, lettered('a', panels))
 }
 
 /// The recurrence plot; `None` for a constant signal.
@@ -237,16 +233,9 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
 /// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
-    let delay = 1e6 * dt * choice.lag as f64;
-    let (lag, dimension) = (choice.lag, choice.dimension);
-    let title = format!("a: average mutual information: delay {delay:.0} µs");
-    let information = mutual_information(choice, (dt, "s"), &format!("{lag} samples"));
-    let information = information.with_title(title);
-    let title = format!("b: false nearest neighbours: dimension {dimension}");
-    let neighbours = false_neighbours(choice, &format!("m = {dimension}")).with_title(title);
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
-    let rows = vec![vec![information, neighbours]];
-    Figure::new("figure-8", &title, 80.0, rows)
+    let panels = lettered('a', chaos::embedding(dt, choice));
+    Figure::grid("figure-8", &title, 80.0, 2, panels)
 }
 
 /// Title of the motion at a tilt (degrees).

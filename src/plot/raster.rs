@@ -14,7 +14,7 @@ const DOTS: f32 = 96.0;
 
 pub fn tree(svg: &str) -> Result<Tree, FigureError> {
     let options = Options {
-        fontdb: fonts(),
+        fontdb: Arc::clone(&FONTS),
         font_family: text::FAMILY.to_owned(),
         ..Options::default()
     };
@@ -43,13 +43,10 @@ pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
 }
 
 /// The font, parsed once.
-fn fonts() -> Arc<fontdb::Database> {
-    static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-        let mut fonts = fontdb::Database::new();
-        for face in text::FACES {
-            fonts.load_font_data(face.to_vec());
-        }
-        Arc::new(fonts)
-    });
-    Arc::clone(&FONTS)
-}
+static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = fontdb::Database::new();
+    for face in text::FACES {
+        fonts.load_font_data(face.to_vec());
+    }
+    Arc::new(fonts)
+});

@@ -2,6 +2,7 @@
 //! section, recurrence plot. The figures of the paper and of the attractors and the recordings of sweeps use
 //! them.
 
+use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::{Axis, Color, Image, Layer, Panel, SectionAxes, Unit, full_scale, round_up, units};
 use crate::analysis::{recurrence::RecurrenceImage, tones::SpectralLine};
@@ -18,6 +19,8 @@ pub const WINDOW: f64 = 5e-3;
 const FINER: usize = 5;
 /// Maximum number of labelled spectral lines.
 pub const NAMED_LINES: usize = 6;
+/// Maximum number of points of a spectrum; it exceeds the number of pixels.
+const SPECTRUM_POINTS: usize = 2000;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
@@ -89,6 +92,19 @@ pub fn common_range(found: &[&SettledResponse], least: [f64; 2]) -> [f64; 2] {
     largest.map(|size| round_up(1.02 * size))
 }
 
+/// A curve of many points: the lowest and the highest of each interval, so that about `most` remain.
+pub fn envelope(points: Vec<[f64; 2]>, most: usize) -> Vec<[f64; 2]> {
+    if points.len() <= most {
+        return points;
+    }
+    let intervals = points.chunks(points.len().div_ceil(most / 2));
+    let ends = intervals.flat_map(|part| {
+        let [x, _] = part[part.len() / 2];
+        extent(part.iter().map(|point| point[1])).map(|y| [x, y])
+    });
+    ends.collect()
+}
+
 /// Delay reconstruction of an interpolated motion with samples `dt` (s) apart in two dimensions.
 pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     let lag = (FINER as f64 * LAG / dt).round().max(1.0) as usize;
@@ -149,7 +165,8 @@ impl SpectrumAxes {
         let end = self.x.range[1];
         let points = values.iter().enumerate();
         let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
-        let points = points.take_while(|point| point[0] <= end).collect();
+        let points = points.take_while(|point| point[0] <= end);
+        let points = envelope(points.collect(), SPECTRUM_POINTS);
         let shown = lines.iter().filter(|line| line.frequency <= end);
         let peaks = shown.take(NAMED_LINES).map(|line| {
             let frequency = self.x.unit.factor * line.frequency;
@@ -275,6 +292,24 @@ mod tests {
         let far = SHADES - 1;
         assert_eq!(classes(&found, true), [far, SHADES, 0, far]);
         assert_eq!(classes(&found, false), [far, SHADES, far, far]);
+    }
+
+    #[test]
+    fn an_envelope_keeps_lines_and_noise_floor() {
+        let points = (0..16_000).map(|k| {
+            let value = match k {
+                800 => 1.0,
+                1001 => 1e-6,
+                _ => 1e-3,
+            };
+            [f64::from(k), value]
+        });
+        let points: Vec<[f64; 2]> = points.collect();
+        let thin = envelope(points.clone(), SPECTRUM_POINTS);
+        assert_eq!(thin.len(), SPECTRUM_POINTS);
+        assert_eq!((thin[101], thin[124]), ([808.0, 1.0], [1000.0, 1e-6]));
+        let few = &points[..SPECTRUM_POINTS];
+        assert_eq!(envelope(few.to_vec(), SPECTRUM_POINTS), few);
     }
 
     #[test]

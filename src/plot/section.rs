@@ -180,12 +180,8 @@ impl SectionAxes {
         });
         let bars = Layer::areas(bars.collect(), 0.6, color).with_id("bars");
         let y = Axis::linear("number of crossings", [0.0, round_up(1.05 * most)]);
-        let panel = Panel::new("times between crossings", x, y, vec![bars]);
-        if returns.is_empty() {
-            panel.with_note("fewer than two crossings")
-        } else {
-            panel
-        }
+        let note = returns.is_empty().then_some("fewer than two crossings");
+        Panel::new("times between crossings", x, y, vec![bars]).with_note(note.unwrap_or_default())
     }
 }
 
