@@ -285,11 +285,8 @@ pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 /// The lower end of an axis of growth rates, from the smallest and the largest: overdamped modes would determine it.
 pub fn lowest_growth([low, high]: [f64; 2]) -> f64 {
-    if high > 0.0 {
-        low.max(-1.2 * high)
-    } else {
-        low
-    }
+    let bound = if high > 0.0 { -1.2 * high } else { low };
+    low.max(bound)
 }
 
 fn drawable([low, high]: [f64; 2]) -> [f64; 2] {

@@ -130,11 +130,8 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let growth = |point: &MapPoint| {
             let growth = point.largest_growth_per_s?;
             let share = (growth - low) / (high - low).max(f64::MIN_POSITIVE);
-            Some(if growth > 0.0 {
-                1 + (171.0 * share) as u8
-            } else {
-                0
-            })
+            let shade = (171.0 * share) as u8;
+            Some(if growth > 0.0 { 1 + shade } else { 0 })
         };
         let title = format!("largest growth rate: {low:.0} (pale) to {high:.0} 1/s; green: stable");
         let colors = [&[STABLE][..], &shades[8..180]].concat();

@@ -18,6 +18,7 @@ const ROUNDING: f64 = 0.01;
 pub type TextStyle = (f64, bool, Color);
 
 /// The document so far, with the boxes of its texts.
+#[derive(Default)]
 pub struct Canvas {
     pub out: String,
     /// Font size, points.
@@ -45,12 +46,10 @@ impl Canvas {
     /// An empty page of a size and a font size in points.
     pub fn new([width, height]: [f64; 2], font_size: f64) -> Self {
         Self {
-            out: String::new(),
             font_size,
             page: Rect::from_origin_size((0.0, 0.0), (width, height)),
-            texts: Vec::new(),
             fits: true,
-            plots: 0.0,
+            ..Self::default()
         }
     }
 
@@ -149,11 +148,9 @@ impl PlotArea<'_> {
 
     /// Positions of the points within the axes.
     pub fn inside<'b>(&self, points: impl IntoIterator<Item = &'b [f64; 2]>) -> Vec<[f64; 2]> {
-        let points = points.into_iter().filter(|[x, y]| {
-            let mut shares = [self.panel.x.fraction(*x), self.panel.y.fraction(*y)].into_iter();
-            shares.all(|share| (-1e-9..=1.0 + 1e-9).contains(&share))
-        });
-        points.filter_map(|point| self.position(*point)).collect()
+        let room = self.rect.inflate(ROUNDING, ROUNDING);
+        let places = points.into_iter().filter_map(|point| self.position(*point));
+        places.filter(|[x, y]| room.contains((*x, *y))).collect()
     }
 }
 
@@ -175,7 +172,7 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
             let points = peaks.iter().map(|(point, _)| point);
             markers(canvas, layer, layer.size, area.inside(points))
         }
-        Shape::Image(image) => return draw_image(canvas, area, image),
+        Shape::Image(image) => return canvas.out.extend(image_element(area, image)),
     };
     draw_path(canvas, layer, &path);
 }
@@ -183,15 +180,11 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
 /// Draws the legend sample of a layer, starting at a position.
 pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width: f64) {
     let [top, bottom] = [-0.4, 0.4].map(|half| y + half * canvas.font_size);
-    let end = x + width;
+    let (middle, end) = (x + 0.5 * width, x + width);
     let path = match &layer.shape {
         Shape::Lines(_) => line([[x, y], [end, y]]),
-        Shape::Areas(_) | Shape::Image(_) => {
-            line([[x, top], [end, top], [end, bottom], [x, bottom]])
-        }
-        Shape::Points(_) | Shape::Peaks(_) => {
-            markers(canvas, layer, SAMPLE, vec![[x + 0.5 * width, y]])
-        }
+        Shape::Points(_) | Shape::Peaks(_) => markers(canvas, layer, SAMPLE, vec![[middle, y]]),
+        _ => line([[x, top], [end, top], [end, bottom], [x, bottom]]),
     };
     draw_path(canvas, layer, &path);
 }
@@ -242,37 +235,28 @@ fn markers(canvas: &Canvas, layer: &Layer, radius: f64, places: Vec<[f64; 2]>) -
     markers.collect()
 }
 
-fn draw_image(canvas: &mut Canvas, area: &PlotArea<'_>, image: &Image) {
-    let corners = [[image.x[0], image.y[1]], [image.x[1], image.y[0]]];
-    let [Some([x1, y1]), Some([x2, y2])] = corners.map(|corner| area.position(corner)) else {
-        return;
-    };
-    let Some(png) = encode(image) else {
-        return;
-    };
-    let data = base64::engine::general_purpose::STANDARD.encode(png);
-    let (width, height) = (x2 - x1, y2 - y1);
-    canvas.push(format_args!(
-        "<image x=\"{x1:.2}\" y=\"{y1:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
-         preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
-         xlink:href=\"data:image/png;base64,{data}\"/>"
-    ));
-}
-
-/// The image as a PNG with a palette; `None` if it has no pixels.
-fn encode(image: &Image) -> Option<Vec<u8>> {
-    let [width, height] = image.size.map(|side| side as u32);
+/// An image as an element with a PNG that has its palette; `None` if it has no pixels.
+fn image_element(area: &PlotArea<'_>, image: &Image) -> Option<String> {
+    let [x1, y1] = area.position([image.x[0], image.y[1]])?;
+    let [x2, y2] = area.position([image.x[1], image.y[0]])?;
+    let [columns, rows] = image.size.map(|side| side as u32);
     let colors = image.palette.iter();
     let palette: Vec<u8> = colors.flat_map(|(color, _)| color.on_light()).collect();
     let mut data = Vec::new();
-    let mut encoder = png::Encoder::new(&mut data, width, height);
+    let mut encoder = png::Encoder::new(&mut data, columns, rows);
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(palette);
     let mut writer = encoder.write_header().ok()?;
     writer.write_image_data(&image.pixels).ok()?;
     writer.finish().ok()?;
-    Some(data)
+    let data = base64::engine::general_purpose::STANDARD.encode(data);
+    let (width, height) = (x2 - x1, y2 - y1);
+    Some(format!(
+        "<image x=\"{x1:.2}\" y=\"{y1:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
+         preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
+         xlink:href=\"data:image/png;base64,{data}\"/>\n"
+    ))
 }
 
 /// Labels the peaks of a layer in the given order, each above its tip, beside it, or in a free row above with a line to the tip.

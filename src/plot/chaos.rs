@@ -104,17 +104,11 @@ pub fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
     let shares = choice.neighbours.share.iter().zip(1..);
     let shares = shares.map(|(share, m)| [f64::from(m), 100.0 * share]);
     let shares: Vec<[f64; 2]> = shares.collect();
-    let m = choice.dimension;
-    let share = shares
-        .get(m.wrapping_sub(1))
-        .map_or(0.0, |[_, share]| *share);
-    let lowest = if choice.unfolded {
-        ""
-    } else {
-        ", the lowest share"
-    };
+    let (m, unfolded) = (choice.dimension, choice.unfolded);
+    let share = shares.get(m.wrapping_sub(1));
+    let share = short(share.map_or(0.0, |[_, share]| *share));
+    let lowest = if unfolded { "" } else { ", the lowest share" };
     let theiler = Unit::write(dt * choice.theiler as f64, "s");
-    let share = short(share);
     let caption = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
     let x = Axis::integers("embedding dimension m", shares.len());
     let y = Axis::linear("false nearest neighbours, %", [-3.0, 105.0]);

@@ -183,10 +183,9 @@ pub enum Shape {
 }
 
 /// The shape of a marker.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Marker {
     /// A filled circle.
-    #[default]
     Dot,
     /// An open circle.
     Ring,

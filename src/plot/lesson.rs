@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::response::SpectrumAxes;
+use super::response::{run_spectrum_axes, spectrum};
 use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{stats::range, tones::SpectralLine};
 use crate::pipeline::message::{
@@ -88,30 +88,31 @@ impl LessonPictures {
         let Some(computed) = &header.computed else {
             return;
         };
-        match (computed.mechanism.evidence(), record) {
-            (Evidence::Growth, Record::Samples(frame)) if !frame.kicks.is_empty() => {
+        let evidence = computed.mechanism.evidence();
+        match record {
+            Record::Samples(frame) if evidence == Evidence::Growth && !frame.kicks.is_empty() => {
                 self.course = Course::default();
             }
-            (Evidence::Growth, Record::LevelSample(sample)) => self.add_level(sample),
-            (_, Record::LevelSample(LevelSample { tone, .. })) => {
+            Record::LevelSample(sample) if evidence == Evidence::Growth => self.add_level(sample),
+            Record::LevelSample(LevelSample { tone, .. }) => {
                 let point = tone.map(|tone| [tone.tilt.to_degrees(), tone.frequency]);
                 let falls = tone.is_some_and(|tone| tone.way == TiltDirection::Down);
                 self.tones.extend(point.map(|point| (point, falls)));
                 self.tones.drain(..self.tones.len().saturating_sub(LOOP));
             }
-            (Evidence::Divergence, Record::TrajectoryDivergence(found)) => {
+            Record::TrajectoryDivergence(found) if evidence == Evidence::Divergence => {
                 let saturated = found.saturated_s;
                 self.course.end = saturated.map(|time| 2.0 * time - found.start_s);
                 let distance = vec![found.distance];
                 self.course.push(found.time_s, distance, 2.0 * COURSE);
                 self.divergence = Some(*found);
             }
-            (Evidence::Modes, Record::Samples(frame)) => {
+            Record::Samples(frame) if evidence == Evidence::Modes => {
                 for sample in &frame.energy {
                     self.course.push(sample.time, sample.modal.clone(), COURSE);
                 }
             }
-            (Evidence::Contact, Record::Samples(frame)) => {
+            Record::Samples(frame) if evidence == Evidence::Contact => {
                 for snapshot in &frame.patch {
                     let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
                     let counts = states.map(|state| snapshot.count(state) as f64);
@@ -129,17 +130,12 @@ impl LessonPictures {
                     }
                 }
             }
-            (
-                _,
-                Record::Spectrum {
-                    bin,
-                    amplitude,
-                    peaks,
-                    ..
-                },
-            ) => {
-                self.spectrum = (*bin, amplitude.clone(), peaks.clone());
-            }
+            Record::Spectrum {
+                bin,
+                amplitude,
+                peaks,
+                ..
+            } => self.spectrum = (*bin, amplitude.clone(), peaks.clone()),
             _ => {}
         }
     }
@@ -259,7 +255,8 @@ impl LessonPictures {
         let (bin, amplitude, lines) = &self.spectrum;
         let named = lines.iter().filter(|line| !line.label.is_empty());
         let named: Vec<SpectralLine> = named.cloned().collect();
-        let mut panel = SpectrumAxes::of_run(header).panel(*bin, amplitude, &named, Color::Run);
+        let axes = run_spectrum_axes(header);
+        let mut panel = spectrum(&axes, *bin, amplitude.iter().copied(), &named, Color::Run);
         for layer in &mut panel.layers {
             match &*layer.id {
                 "computed" => layer.label = "computed, unstable modes".to_owned(),

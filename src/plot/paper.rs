@@ -12,7 +12,7 @@
 //! | 11 | [`bifurcation`]: maxima, exponents and spectral lines over the tilt |
 
 use super::response::{
-    self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, samples, section, section_axes,
+    self, LAG, SMALLEST, interpolated, largest, samples, section, section_axes, spectrum_axes,
 };
 pub use super::sweep::bifurcation;
 use super::{Axis, Color, Figure, Layer, Panel, chaos};
@@ -209,12 +209,12 @@ pub fn motion(
         let (dt, color) = (portrait.dt_s, Color::Regime(response.regime));
         let strongest = response.lines.first();
         let strongest = strongest.map_or(SMALLEST[0], |line| line.amplitude);
-        let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);
+        let plane = spectrum_axes(strongest, DECADES, HIGHEST);
         let fine = interpolated(&samples(portrait), dt);
         panels.extend([
             response::time_series(&fine, dt, color),
             response::phase_portrait(&fine, None, color),
-            response::spectrum(&plane, portrait, &response.lines),
+            response::motion_spectrum(&plane, portrait, &response.lines),
             response::reconstruction(&fine, dt, color),
             response::recurrence(recurrence(portrait).as_ref(), false),
         ]);

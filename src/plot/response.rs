@@ -117,81 +117,77 @@ pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     Panel::new(title, x, y, vec![curve])
 }
 
-/// The common axes of several spectra.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpectrumAxes {
-    x: Axis,
-    y: Axis,
-    /// Frequencies of modes that are marked, Hz.
-    marked: Vec<f64>,
+/// The axes of spectra, without data: amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to
+/// `highest` (Hz).
+pub fn spectrum_axes(largest: f64, decades: i32, highest: f64) -> Panel {
+    let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
+    let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
+    let y = Axis::decades("amplitude", [top - decades, top]);
+    Panel::new(
+        "spectrum",
+        x,
+        y.written_in(Unit::of("m", largest)),
+        Vec::new(),
+    )
 }
 
-impl SpectrumAxes {
-    /// Amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
-    pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
-        let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
-        let y = Axis::decades("amplitude", [top - decades, top]);
-        Self {
-            x: Axis::linear("frequency", [0.0, highest]).of("Hz"),
-            y: y.written_in(Unit::of("m", largest)),
-            marked: Vec::new(),
+/// The axes of the spectra of a run: velocity amplitudes of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its
+/// full scale. Frequencies that the lesson computes are marked.
+pub fn run_spectrum_axes(header: &Header) -> Panel {
+    let (name, [low, high], largest) = match &header.subject {
+        Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),
+        Subject::Signal(signal) => {
+            let full = full_scale(signal);
+            let top = full.log10().ceil() as i32;
+            ("amplitude", [top - 7, top], full)
         }
-    }
+    };
+    let highest = header.highest_frequency();
+    let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
+    let y = Axis::decades(name, [low, high]);
+    let y = y.written_in(Unit::of(units(&header.subject)[1], largest));
+    let computed = header.computed.iter();
+    let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
+    let unstable = computed.flat_map(|computed| computed.unstable());
+    let marks = unstable.filter(|mode| mode.frequency_hz <= highest);
+    let marks = marks.map(|mode| y.range.map(|end| [mode.frequency_hz, end]).to_vec());
+    let marks = Layer::lines(marks.collect(), Color::Faint).with_id("computed");
+    let marks = Vec::from_iter(Some(marks).filter(Layer::has_points));
+    Panel::new("spectrum", x, y, marks)
+}
 
-    /// Velocity amplitudes of a run of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its full scale.
-    /// Frequencies that the lesson computes are marked.
-    pub fn of_run(header: &Header) -> Self {
-        let (name, [low, high], largest) = match &header.subject {
-            Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),
-            Subject::Signal(signal) => {
-                let full = full_scale(signal);
-                let top = full.log10().ceil() as i32;
-                ("amplitude", [top - 7, top], full)
-            }
+/// A spectrum on some axes, with values `bin` (Hz) apart, and its labelled lines, strongest first.
+pub fn spectrum(
+    axes: &Panel,
+    bin: f64,
+    values: impl IntoIterator<Item = f64>,
+    lines: &[SpectralLine],
+    color: Color,
+) -> Panel {
+    let mut panel = axes.clone();
+    let Axis { range, unit, .. } = &axes.x;
+    let points = values.into_iter().enumerate();
+    let points = points.map(|(k, amplitude)| [bin * k as f64, amplitude]);
+    let points = points.take_while(|point| point[0] <= range[1]);
+    let points = envelope(points.collect(), SPECTRUM_POINTS);
+    let shown = lines.iter().filter(|line| line.frequency <= range[1]);
+    let peaks = shown.take(NAMED_LINES).map(|line| {
+        let frequency = unit.factor * line.frequency;
+        let name = match &*line.label {
+            "" => format!("{frequency:.2}"),
+            name => format!("{name}: {frequency:.2}"),
         };
-        let unit = Unit::of(units(&header.subject)[1], largest);
-        let computed = header.computed.iter();
-        let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
-        let unstable = computed.flat_map(|computed| computed.unstable());
-        Self {
-            x: Axis::linear("frequency", [0.0, header.highest_frequency()]).of("Hz"),
-            y: Axis::decades(name, [low, high]).written_in(unit),
-            marked: unstable.map(|mode| mode.frequency_hz).collect(),
-        }
-    }
-
-    /// A spectrum with values `bin` (Hz) apart, and its labelled lines, strongest first.
-    pub fn panel(&self, bin: f64, values: &[f64], lines: &[SpectralLine], color: Color) -> Panel {
-        let end = self.x.range[1];
-        let points = values.iter().enumerate();
-        let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
-        let points = points.take_while(|point| point[0] <= end);
-        let points = envelope(points.collect(), SPECTRUM_POINTS);
-        let shown = lines.iter().filter(|line| line.frequency <= end);
-        let peaks = shown.take(NAMED_LINES).map(|line| {
-            let frequency = self.x.unit.factor * line.frequency;
-            let name = match &*line.label {
-                "" => format!("{frequency:.2}"),
-                name => format!("{name}: {frequency:.2}"),
-            };
-            ([line.frequency, line.amplitude], name)
-        });
-        let computed = (!self.marked.is_empty()).then(|| {
-            let marked = self.marked.iter().filter(|hz| **hz <= end);
-            let marked = marked.map(|hz| self.y.range.map(|y| [*hz, y]).to_vec());
-            Layer::lines(marked.collect(), Color::Faint).with_id("computed")
-        });
-        let curves = [Layer::line(points, color), Layer::peaks(peaks.collect())];
-        let layers = computed.into_iter().chain(curves).collect();
-        Panel::new("spectrum", self.x.clone(), self.y.clone(), layers)
-    }
+        ([line.frequency, line.amplitude], name)
+    });
+    let peaks = Layer::peaks(peaks.collect());
+    panel.layers.extend([Layer::line(points, color), peaks]);
+    panel
 }
 
 /// The spectrum of a motion with its labelled lines.
-pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
+pub fn motion_spectrum(axes: &Panel, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
     let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
-    let amplitude: Vec<f64> = amplitude.collect();
-    axes.panel(motion.spectrum_bin_hz, &amplitude, lines, Color::Faint)
+    spectrum(axes, motion.spectrum_bin_hz, amplitude, lines, Color::Faint)
 }
 
 /// The axes of the sections of some responses. `letter` is the symbol of the displacement, `fallback` the half-width

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::chaos::{divergence, embedding, largest_exponents, zero_one_path};
 use super::lyapunov::current_spectrum;
-use super::response::{self, SpectrumAxes, WINDOW};
+use super::response::{self, WINDOW, run_spectrum_axes, spectrum};
 use super::{Color, Figure, FullScale, LessonPictures, Panel, SectionAxes, Unit};
 use crate::analysis::chaos::ScalingRegion;
 use crate::analysis::poincare::SectionPoint;
@@ -93,7 +93,7 @@ impl RedrawTimer {
 #[derive(Debug)]
 pub struct RunPanels {
     header: Arc<Header>,
-    spectrum: SpectrumAxes,
+    spectrum: Panel,
     section: SectionAxes,
     /// The latest intersections, oldest first.
     recent: VecDeque<SectionPoint>,
@@ -109,7 +109,7 @@ impl RunPanels {
     /// The pictures after a header.
     pub fn new(header: Arc<Header>) -> Self {
         Self {
-            spectrum: SpectrumAxes::of_run(&header),
+            spectrum: run_spectrum_axes(&header),
             section: SectionAxes::of_run(&header),
             recent: VecDeque::with_capacity(PASSAGES),
             redraw: RedrawTimer::default(),
@@ -122,7 +122,7 @@ impl RunPanels {
 
     /// The spectrum without data.
     pub fn empty_spectrum(&self) -> Panel {
-        self.spectrum.panel(1.0, &[], &[], Color::Ink)
+        spectrum(&self.spectrum, 1.0, [], &[], Color::Ink)
     }
 
     /// Draws the pictures that a record changes.
@@ -136,7 +136,8 @@ impl RunPanels {
                 amplitude,
                 peaks,
             } => {
-                let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
+                let values = amplitude.iter().copied();
+                let panel = spectrum(&self.spectrum, *bin, values, peaks, Color::Ink);
                 draw(*time, "spectrum", panel);
             }
             Record::Recurrence { time, image } => {

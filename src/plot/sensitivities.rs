@@ -76,7 +76,7 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
 /// 1 %, from the top. `title` names the scene.
 pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure {
     let panels = modes.iter().map(|mode| panel(mode));
-    let columns = if modes.len() == 1 { 1 } else { 2 };
+    let columns = modes.len().clamp(1, 2);
     let row = ROW_MM[1] + ROW_MM[0] * MOST as f64;
     let title = format!("{title}: growth rate if a number increases by 1 %");
     Figure::grid("sensitivities", &title, row, columns, panels.collect())

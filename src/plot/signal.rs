@@ -32,10 +32,8 @@ const RIDGE: Color = Color::Series(6);
 /// The rows of a figure and its height, mm.
 type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
-/// A figure: name, what it shows, and its picture.
-type Drawing = (&'static str, &'static str, fn(&SignalAnalysis) -> Picture);
-
-const FIGURES: [Drawing; 13] = [
+/// The figures: name, what it shows, and its picture.
+const FIGURES: [(&str, &str, fn(&SignalAnalysis) -> Picture); 13] = [
     ("events", "Tonal events", events),
     ("waveform", "Waveform", waveform),
     ("spectrum", "Spectrum", spectrum),
@@ -125,11 +123,10 @@ fn waveform(report: &SignalAnalysis) -> Picture {
     let signal = &report.signal;
     let all = &signal.samples;
     let count = all.len();
-    let period = match report.tones.lines.first() {
-        Some(line) => signal.rate / line.line.frequency,
-        None => count as f64 / (100.0 * CLOSE_PERIODS),
-    };
-    let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
+    let line = report.tones.lines.first();
+    let periods = line.map(|line| CLOSE_PERIODS * signal.rate / line.line.frequency);
+    let close = periods.unwrap_or(0.01 * count as f64).ceil() as usize;
+    let close = close.clamp(2.min(count), count);
     let y = Axis::with_margin("signal", all.iter().copied()).written_in(unit(report));
     let panel = |title: &str, from: usize| {
         let curve = curve((from..count).map(|k| [signal.time(k as f64), all[k]]));
@@ -307,13 +304,10 @@ fn measures(report: &SignalAnalysis) -> Picture {
     let share = Axis::linear("", [0.0, 1.05]);
     let duration = Axis::linear("duration", [0.0, 1.08 * most(&lengths)]).of("s");
     let nats = Axis::linear("nats", [0.0, 1.1 * most(&entropy)]);
+    let title = "mean line lengths L and TT, recurrence time T²";
     let rows = [
         ("RR, DET and LAM", share, shares),
-        (
-            "mean line lengths L and TT, recurrence time T²",
-            duration,
-            lengths,
-        ),
+        (title, duration, lengths),
         ("entropy of the diagonal line lengths", nats, entropy),
     ];
     let rows = rows.map(|(title, y, layers)| vec![Panel::new(title, times.clone(), y, layers)]);

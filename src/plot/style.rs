@@ -40,9 +40,6 @@ impl Format {
     }
 }
 
-/// Smallest and largest side of a figure, mm.
-const SIDES: [f64; 2] = [20.0, 2000.0];
-
 /// Width and height of a slide, mm.
 const SLIDE_MM: [f64; 2] = [254.0, 143.0];
 
@@ -50,14 +47,14 @@ const SLIDE_MM: [f64; 2] = [254.0, 143.0];
 ///
 /// # Errors
 /// What to write, if the text is not two sides within the allowed range.
-pub fn parse_size(text: &str) -> Result<[f64; 2], String> {
-    let [least, most] = SIDES;
-    let side = |text: &str| text.trim().parse().ok();
+pub fn parse_size(text: &str) -> Result<[f64; 2], &'static str> {
+    let side = |text: &str| {
+        let side = text.trim().parse().ok();
+        side.filter(|side| (20.0..=2000.0).contains(side))
+    };
     let sides = text.split_once('x');
     let sides = sides.and_then(|(width, height)| Some([side(width)?, side(height)?]));
-    let allowed = sides.filter(|sides| sides.iter().all(|side| (least..=most).contains(side)));
-    let remedy = "write WIDTHxHEIGHT in mm, each";
-    allowed.ok_or_else(|| format!("{remedy} {least} to {most}, such as 180x120"))
+    sides.ok_or("write WIDTHxHEIGHT in mm, each 20 to 2000, such as 180x120")
 }
 
 /// Style and size of figures.

@@ -56,12 +56,11 @@ pub fn font_size(figure: &Figure, options: &FigureOptions, mm: [f64; 2]) -> Opti
 pub fn page(
     figure: &Figure,
     options: &FigureOptions,
-    (mm, font_size): ([f64; 2], f64),
+    ([mm_width, mm_height], font_size): ([f64; 2], f64),
     marks: bool,
 ) -> Canvas {
-    let [width, height] = mm.map(|side| side * POINTS);
+    let [width, height] = [mm_width, mm_height].map(|side| side * POINTS);
     let mut canvas = Canvas::new([width, height], font_size);
-    let [mm_width, mm_height] = mm;
     let title = escape(&figure.title);
     canvas.push(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
@@ -283,15 +282,11 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
     let (panel, em) = (texts.panel, canvas.font_size);
     let Rect { x0, y0, x1, y1 } = frame;
     let (left, below) = (x0 - 0.4 * em, y1 + 0.4 * em);
-    let (right, top, color) = if panel.has_image() {
-        (x0, y1, Color::Faint)
-    } else {
-        (x1, y0, Color::Grid)
-    };
-    let counts = [texts.x_ticks.len(), texts.y_ticks.len()];
-    for (axis, count) in [&panel.x, &panel.y].into_iter().zip(counts) {
-        canvas.fits &= count > 1 || axis.scale != Scale::Linear;
-    }
+    let image = panel.has_image();
+    let [right, top] = if image { [x0, y1] } else { [x1, y0] };
+    let color = if image { Color::Faint } else { Color::Grid };
+    let enough = |axis: &Axis, count| count > 1 || axis.scale != Scale::Linear;
+    canvas.fits &= enough(&panel.x, texts.x_ticks.len()) && enough(&panel.y, texts.y_ticks.len());
     for (value, label) in &texts.x_ticks {
         let x = x0 + frame.width() * panel.x.fraction(*value);
         canvas.line([x, top, x, below], color, 0.7);
@@ -308,7 +303,7 @@ fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
     }
     let [left, bottom] = [[x0, y0, x0, y1], [x0, y1, x1, y1]];
     let sides = [left, bottom, [x0, y0, x1, y0], [x1, y0, x1, y1]];
-    for side in &sides[..if panel.has_image() { 4 } else { 2 }] {
+    for side in &sides[..if image { 4 } else { 2 }] {
         canvas.line(*side, Color::Faint, 0.7);
     }
 }

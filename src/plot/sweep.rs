@@ -189,8 +189,12 @@ impl<'a> ParameterPanels<'a> {
             let id = format!("exponent-{}", k + 1);
             layers.extend(points.into_iter().map(|points| points.with_id(&*id)));
         }
-        let values = exponent_axis_values(numbers().flat_map(all)).chain([0.0]);
-        let y = Axis::with_margin("exponent, 1/s", values);
+        let values = numbers().flat_map(all).flat_map(|exponent| {
+            let half = exponent.half_width.min(INTERVAL);
+            [-half, 0.0, half].map(|part| exponent.value + part)
+        });
+        let values = values.filter(|value| *value > SMALLEST_EXPONENT);
+        let y = Axis::with_margin("exponent, 1/s", values.chain([0.0]));
         let title = "largest Lyapunov exponents with 95 % intervals";
         Some(Panel::new(title, self.axis.clone(), y, layers))
     }
@@ -225,15 +229,6 @@ impl<'a> ParameterPanels<'a> {
         let title = "spectral lines by amplitude relative to the strongest";
         Panel::new(title, self.axis.clone(), y, layers)
     }
-}
-
-/// The values that an axis of exponents must contain: the exponents and the near parts of their intervals.
-fn exponent_axis_values(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
-    let ends = exponents.flat_map(|e| {
-        let low = e.low().max(e.value - INTERVAL);
-        [e.value, low, e.high().min(e.value + INTERVAL)]
-    });
-    ends.filter(|value| value.is_finite() && *value > SMALLEST_EXPONENT)
 }
 
 /// The maxima of a response, m; a joint at rest has one, at zero.

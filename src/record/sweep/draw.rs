@@ -147,8 +147,8 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
 fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
     let lines = found.map_or(&[][..], |found| &found.lines);
     match found.and_then(|found| found.portrait.as_ref()) {
-        Some(motion) => response::spectrum(&scales.spectrum, motion, lines),
-        None => scales.spectrum.panel(1.0, &[], lines, Color::Faint),
+        Some(motion) => response::motion_spectrum(&scales.spectrum, motion, lines),
+        None => response::spectrum(&scales.spectrum, 1.0, [], lines, Color::Faint),
     }
 }
 

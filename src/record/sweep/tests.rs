@@ -223,10 +223,7 @@ fn points_at_a_value_have_common_scales() {
     let [low, high] = shown.x.range.map(|end| 1e6 * end);
     assert_eq!(shown.x.unit.symbol, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
-    assert_eq!(
-        scales.spectrum.panel(1.0, &[], &[], Color::Ink).x.range[1],
-        5e3
-    );
+    assert_eq!(scales.spectrum.x.range[1], 5e3);
     // An empty sweep has valid axes, too.
     let nothing = study(&plan, &[]);
     let empty = SharedScales::new(&nothing);
