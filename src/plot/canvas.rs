@@ -137,13 +137,9 @@ impl PlotArea<'_> {
             let near = axis.fraction(value).clamp(-1e3, 1e3);
             if value.abs() == FAR { end } else { near }
         };
-        let shares = [share(&self.panel.x, x), 1.0 - share(&self.panel.y, y)];
-        let Rect { x0, y0, .. } = self.rect;
-        let place = [
-            x0 + shares[0] * self.rect.width(),
-            y0 + shares[1] * self.rect.height(),
-        ];
-        (x.is_finite() && y.is_finite()).then_some(place)
+        let right = self.rect.x0 + self.rect.width() * share(&self.panel.x, x);
+        let down = self.rect.y1 - self.rect.height() * share(&self.panel.y, y);
+        (x.is_finite() && y.is_finite()).then_some([right, down])
     }
 
     /// Positions of the points within the axes.
@@ -229,9 +225,8 @@ fn markers(canvas: &Canvas, layer: &Layer, radius: f64, places: Vec<[f64; 2]>) -
         Marker::Up => format!("m-{half:.2},{low:.2}l{half:.2},-{high:.2} {half:.2},{high:.2}z"),
         Marker::Down => format!("m-{half:.2},-{low:.2}l{half:.2},{high:.2} {half:.2},-{high:.2}z"),
     };
-    let markers = places
-        .iter()
-        .map(|[x, y]| format!("M{x:.2},{y:.2}{outline}"));
+    let places = places.iter();
+    let markers = places.map(|[x, y]| format!("M{x:.2},{y:.2}{outline}"));
     markers.collect()
 }
 
@@ -266,12 +261,7 @@ pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
         return;
     };
     let em = canvas.font_size;
-    let Rect {
-        x0: left,
-        x1: right,
-        y0: top,
-        ..
-    } = area.rect;
+    let (left, right) = (area.rect.x0, area.rect.x1);
     let tips = peaks.iter();
     let tips = tips.filter_map(|(point, name)| Some((area.inside([point]).pop()?, name)));
     let tips: Vec<([f64; 2], &String)> = tips.collect();
@@ -283,7 +273,7 @@ pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
         let centre = x.clamp((left + half).min(right - half), right - half);
         let row = |k: usize| [centre, tip - (1.0 + 1.2 * k as f64) * em];
         // Next to the tip, also for peaks just below the top.
-        let level = tip.max(top + 0.7 * em);
+        let level = tip.max(area.rect.y0 + 0.7 * em);
         let beside = [1.0, -1.0].map(|side| [x + side * (half + 0.7 * em), level]);
         let places = [row(0)].into_iter().chain(beside);
         let mut places = places.chain((1..NAME_ROWS).map(row));

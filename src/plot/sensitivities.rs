@@ -37,8 +37,7 @@ pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode])
 /// The stacked contributions of the terms of the model to the growth rate of each mode, positive ones to the right and
 /// negative ones to the left of zero, with their sum. Strong damping does not determine the axis.
 pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
-    let color =
-        |cause: Cause| Color::Series(Cause::ALL.iter().position(|c| *c == cause).unwrap_or(0));
+    let color = |cause: Cause| Color::Series(cause as usize);
     let rows = modes.iter().map(|(name, mode)| {
         let mut ends = [0.0_f64; 2];
         let bars = mode.causes.iter().map(|cause| {

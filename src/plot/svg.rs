@@ -120,10 +120,8 @@ fn rows(canvas: &mut Canvas, figure: &Figure, top: f64, marks: bool) {
             canvas.fits &= plot[0] >= LEAST_PLOT[0] * em && plot[1] >= LEAST_PLOT[1] * em;
             texts.draw_header(canvas, [x + indent(texts.panel, left, em), y + 0.2 * em]);
             let [along, up] = sides(texts.panel, plot);
-            let corner = (
-                x + left + 0.5 * (plot[0] - along),
-                y + height - plot[1] - BELOW * em,
-            );
+            let above = y + height - plot[1] - BELOW * em;
+            let corner = (x + left + 0.5 * (plot[0] - along), above);
             let frame = Rect::from_origin_size(corner, (along.max(em), up.max(em)));
             draw_panel(canvas, texts, frame, marks);
             let name = texts.panel.y.label();

@@ -58,9 +58,8 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let exponents = shared.exponents(EXPONENTS);
     // The caption names the panels by their letters.
     let first = if exponents.is_some() { 'a' } else { 'b' };
-    let panels = exponents
-        .into_iter()
-        .chain([shared.maxima(), shared.lines()]);
+    let panels = exponents.into_iter();
+    let panels = panels.chain([shared.maxima(), shared.lines()]);
     let panels = lettered(first, panels);
     let starts = start_labels(plan);
     let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
@@ -265,9 +264,8 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let unsettled = unsettled.map(|(place, _)| [place.values[0], place.values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
-    regimes
-        .layers
-        .extend(Some(crosses).filter(Layer::has_points));
+    let crosses = Some(crosses).filter(Layer::has_points);
+    regimes.layers.extend(crosses);
     let mut panels = vec![regimes];
     let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
