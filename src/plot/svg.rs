@@ -16,7 +16,7 @@ const LEAST_PLOT: [f64; 2] = [6.0, 3.5];
 const EDGE: f64 = 0.6;
 const GAP: f64 = 0.65;
 /// Width of a legend sample, and space after it and after its text, relative to the font size.
-const SAMPLE: f64 = 1.2;
+const SAMPLE: f64 = 0.9;
 const AFTER: [f64; 2] = [0.4, 1.2];
 /// Height of the labels and the name of a horizontal axis, relative to the font size.
 const BELOW: f64 = 3.6;
