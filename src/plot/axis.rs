@@ -155,8 +155,8 @@ impl Axis {
         }
     }
 
-    /// Values that are round in the unit of the axis, at most about `most`, with their labels: decimals, or powers of ten if
-    /// any is very small or large.
+    /// Values that are round in the unit of the axis, at most about `most`, with their labels: decimals, or powers of ten
+    /// if any is very small or large.
     pub fn ticks(&self, most: usize) -> Vec<(f64, String)> {
         let [low, high] = self.range.map(|end| self.unit.factor * end);
         let rough = (high - low) / most.max(1) as f64;

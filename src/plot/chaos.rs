@@ -1,5 +1,5 @@
-//! Choice of a delay embedding, as in Fig. 8 of the paper, and evidence of chaos in a signal: divergence of nearby states, 0-1
-//! test, exponents over time.
+//! Choice of a delay embedding, as in Fig. 8 of the paper, and evidence of chaos in a signal: divergence of nearby
+//! states, 0-1 test, exponents over time.
 
 use super::{Axis, Color, Layer, Panel, Unit, axis::extent, round_up};
 use crate::analysis::chaos::{Divergence, ScalingRegion, ZeroOne};
@@ -79,8 +79,8 @@ pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
     Panel::new("largest exponent of each window", x, y, layers).with_note(note.unwrap_or_default())
 }
 
-/// The choice of a delay embedding of samples `dt` (s) apart, with its reasons: average mutual information over the delay, and
-/// share of false nearest neighbours over the dimension, each with the chosen value.
+/// The choice of a delay embedding of samples `dt` (s) apart, with its reasons: average mutual information over the delay,
+/// and share of false nearest neighbours over the dimension, each with the chosen value.
 pub fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
     let bits = &choice.mutual.bits;
     let curve = bits.iter().enumerate();

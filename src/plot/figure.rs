@@ -159,7 +159,7 @@ pub struct Layer {
     pub shape: Shape,
     /// Width of lines or radius of points, in points for a font size of 8 points; opacity of areas, 0 to 1.
     pub size: f64,
-    /// Shape of the markers of points.
+    /// Shape of the markers of points; the viewer has dots for all.
     pub marker: Marker,
     /// Whether lines are dashed.
     pub dashed: bool,

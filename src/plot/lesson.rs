@@ -70,9 +70,9 @@ impl Course {
 /// What the pictures of the lesson of a run show, kept from its records.
 #[derive(Debug, Default)]
 pub struct LessonPictures {
-    /// What the lesson is about: level and prediction, m/s; or the distance of the perturbed trajectory; or the energy of each
-    /// mode, J; or, of the contact of a joint, normal force and friction, N, and the numbers of nodes that slip, stick and are
-    /// separated; or, of a small system, displacement (m), velocity (m/s), and 1 while it sticks.
+    /// What the lesson is about: level and prediction, m/s; or the distance of the perturbed trajectory; or the energy of
+    /// each mode, J; or, of the contact of a joint, normal force and friction, N, and the numbers of nodes that slip, stick
+    /// and are separated; or, of a small system, displacement (m), velocity (m/s), and 1 while it sticks.
     course: Course,
     /// Tilt (deg) and strongest line (Hz), each with whether the tilt falls.
     tones: VecDeque<([f64; 2], bool)>,

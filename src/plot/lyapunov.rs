@@ -94,8 +94,8 @@ pub fn current_spectrum(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
     Panel::new("Lyapunov exponents", index, values, layers).with_caption(caption)
 }
 
-/// The first exponents times a factor with their intervals, with one marker for each sign, on an axis with a name; in grey the
-/// values that count as zero.
+/// The first exponents times a factor with their intervals, with one marker for each sign, on an axis with a name; in
+/// grey the values that count as zero.
 fn by_sign(spectrum: &LyapunovSpectrum, count: usize, (factor, name): (f64, &str)) -> Panel {
     let bound = factor * spectrum.resolution;
     let x = Axis::integers("index", count);

@@ -76,8 +76,8 @@ impl Figure {
 }
 
 impl FigureOptions {
-    /// The smallest width and height, mm, of the proportions of the chosen ones at which all texts have room; `None` if they
-    /// have room.
+    /// The smallest width and height, mm, of the proportions of the chosen ones at which all texts have room; `None` if
+    /// they have room.
     pub fn needed_size(&self, figures: &[Figure]) -> Option<[f64; 2]> {
         let has_room = |size: &[f64; 2]| {
             let mut figures = figures.iter();

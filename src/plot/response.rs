@@ -117,8 +117,8 @@ pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     Panel::new(title, x, y, vec![curve])
 }
 
-/// The axes of spectra, without data: amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to
-/// `highest` (Hz).
+/// The axes of spectra, without data: amplitudes of the displacement over `decades` decades below `largest` (m),
+/// frequencies up to `highest` (Hz).
 pub fn spectrum_axes(largest: f64, decades: i32, highest: f64) -> Panel {
     let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
     let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
@@ -131,8 +131,8 @@ pub fn spectrum_axes(largest: f64, decades: i32, highest: f64) -> Panel {
     )
 }
 
-/// The axes of the spectra of a run: velocity amplitudes of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its
-/// full scale. Frequencies that the lesson computes are marked.
+/// The axes of the spectra of a run: velocity amplitudes of 0.0001 to 100 mm/s; of a signal from a file, seven decades
+/// below its full scale. Frequencies that the lesson computes are marked.
 pub fn run_spectrum_axes(header: &Header) -> Panel {
     let (name, [low, high], largest) = match &header.subject {
         Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),

@@ -92,13 +92,12 @@ fn curve(points: impl Iterator<Item = [f64; 2]>) -> Layer {
 fn events(report: &SignalAnalysis) -> Picture {
     let mut panel = spectrogram_panel(report);
     let events = report.events();
+    let reference = report.level_reference();
+    let shown = format!("events with number and level ({reference}) at their starts");
     let title = match (&report.sound, events.len()) {
         (None, _) => "no tonal events: the sample rate is not that of sound",
         (Some(_), 0) => "no tonal events",
-        (Some(_), _) => {
-            let reference = report.level_reference();
-            &format!("events with number and level ({reference}) at their starts")
-        }
+        _ => &shown,
     };
     if !events.is_empty() {
         let ridges = events.iter().map(|event| {

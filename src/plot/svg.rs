@@ -235,7 +235,8 @@ fn entry_width(layer: &Layer, em: f64) -> f64 {
     text::width(&layer.label, em, false) + (SAMPLE + AFTER[0] + AFTER[1]) * em
 }
 
-/// Ticks of an axis of a length, at least two, as many as are `spacing` apart and have labels of a size that do not overlap.
+/// Ticks of an axis of a length, at least two, as many as are `spacing` apart and have labels of a size that do not
+/// overlap.
 fn ticks(axis: &Axis, length: f64, spacing: f64, size: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
     let most = ((length / spacing) as usize).clamp(2, MOST_TICKS);
     let is_apart = |pair: &[(f64, String)]| {

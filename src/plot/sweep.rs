@@ -27,7 +27,8 @@ const SMALLEST_EXPONENT: f64 = -250.0;
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 50.0;
 
-/// The panels of some starts over one parameter, on axes that are the same for all starts; recordings have those of one start.
+/// The panels of some starts over one parameter, on axes that are the same for all starts; recordings have those of one
+/// start.
 pub struct ParameterPanels<'a> {
     axis: Axis,
     /// The starts shown, each with the marker of its points, and their places on the axis and responses.
