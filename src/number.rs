@@ -40,7 +40,7 @@ pub(crate) fn brief(value: f64, unit: &str) -> String {
 }
 
 /// A number without zeros at the end of its decimals.
-fn without_zeros(digits: &str) -> &str {
+pub(crate) fn without_zeros(digits: &str) -> &str {
     if digits.contains('.') {
         digits.trim_end_matches('0').trim_end_matches('.')
     } else {
@@ -76,7 +76,7 @@ pub(crate) fn tenths(angle: f64) -> f64 {
 }
 
 /// A number with this many decimals, without the sign of a value that rounds to zero.
-fn rounded(value: f64, decimals: usize) -> String {
+pub(crate) fn rounded(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(zero) if zero.bytes().all(|b| matches!(b, b'0' | b'.')) => zero.to_owned(),

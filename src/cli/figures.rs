@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 use super::error::CliError;
 use super::output::{check_file, not_writable};
 use crate::export::replace_file;
-use crate::plot::{Figure, FigureOptions, Format, Size, Style};
+use crate::plot::{Figure, FigureOptions, Format, Style, parse_size};
 
 /// Most panels of a figure: the sensitivities of all modes.
 const MOST_PANELS: u32 = 24;
@@ -38,8 +38,8 @@ pub struct FigureStyle {
     pub format: Vec<Format>,
     /// Width and height of each figure in mm, such as 180x120 [default: 254x143 for slides, else depends on the
     /// figure].
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[f64; 2]>,
 }
 
 /// Default formats of studies.
@@ -101,9 +101,9 @@ impl FigureStyle {
             Some(_) => figures.to_vec(),
             None => self.arrange(figures),
         };
-        if let Some(least) = options.needed_size(&figures) {
+        if let Some([width, height]) = options.needed_size(&figures) {
             return Err(CliError::Input(format!(
-                "--size is too small for all texts of the figures; give --size {least} or more"
+                "--size is too small for all texts of the figures; give --size {width}x{height} or more"
             )));
         }
         if single.is_none() {
@@ -154,7 +154,7 @@ mod tests {
             let folder = tempfile::tempdir().expect("temporary folder");
             let mut args = FigureStyle {
                 style,
-                size: Some("36x20".parse().expect("a size")),
+                size: Some(parse_size("36x20").expect("a size")),
                 ..FigureStyle::default()
             };
             let write = |style: &FigureStyle| {
@@ -163,7 +163,7 @@ mod tests {
             let refused = write(&args).expect_err("too small");
             assert_eq!(refused.exit_code(), 2);
             let message = refused.to_string();
-            args.size = message.split(' ').find_map(|word| word.parse().ok());
+            args.size = message.split(' ').find_map(|word| parse_size(word).ok());
             assert!(args.size.is_some(), "{message}");
             write(&args).expect("the named size suffices");
         }

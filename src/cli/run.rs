@@ -102,8 +102,8 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
         .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
         .figures(&args.figures, PIXELS, RUN_FIGURES)?;
     let watch = Watch::new(stop);
-    let figures = args.figures.path.is_some().then(RunFigures::default);
-    let simulated = simulate(args, &scene, (&files, figures.as_ref()), stop, &watch);
+    let mut figures = args.figures.path.is_some().then(RunFigures::default);
+    let simulated = simulate(args, &scene, (&files, figures.as_mut()), stop, &watch);
     let (summary, audio) = simulated.map_err(CliError::during("run"))?;
     let result = RunResult::new(&scene, &summary, audio);
     let saved = files.path("--save");
@@ -111,7 +111,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
         ["--save", "--npz", "--wav"]
             .into_iter()
             .try_for_each(|option| files.write(option, |_| Ok::<_, CliError>(())))?;
-        files.draw(|| figures.as_ref().map_or(Vec::new(), RunFigures::figures))
+        files.draw(|| figures.as_mut().map_or(Vec::new(), RunFigures::figures))
     });
     if let Some(recording) = saved.filter(|_| matches!(ended, Ok(()) | Err(CliError::Interrupted)))
     {
@@ -129,7 +129,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
-    (files, figures): (&Outputs<'_>, Option<&RunFigures>),
+    (files, figures): (&Outputs<'_>, Option<&mut RunFigures>),
     stop: &Arc<AtomicBool>,
     watch: &Watch<'_>,
 ) -> Result<(Summary, Option<String>), Cause> {
@@ -138,8 +138,8 @@ fn simulate(
     let simulation = Simulation::new(scene)?;
     start_thread_pool()?;
     interrupt::start_work();
-    let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-    sinks.extend(figures.map(|figures| -> Box<dyn Sink> { Box::new(figures.clone()) }));
+    let mut sinks: Vec<Box<dyn Sink + '_>> = Vec::new();
+    sinks.extend(figures.map(|figures| -> Box<dyn Sink + '_> { Box::new(figures) }));
     // The recording is the last sink, so it gets its final name only after the samples.
     if let Some(path) = files.path("--npz") {
         sinks.push(Box::new(SamplesSink::new(path)));

@@ -186,6 +186,9 @@ pub struct ViewCursor {
 impl State {
     /// Adds a record.
     fn update(&mut self, record: Record, magnification: f64) {
+        if let Some(header) = &self.header {
+            self.lesson.accept(header, &record);
+        }
         match record {
             Record::Header(header) => {
                 *self = Self {
@@ -204,8 +207,6 @@ impl State {
             } => {
                 let amplitude: Vec<f32> = amplitude.iter().map(|&a| a as f32).collect();
                 let (amplitude, bin) = self.pooled(&amplitude, bin, SPECTRUM_BINS);
-                let amplitudes = amplitude.iter().map(|a| f64::from(*a)).collect();
-                self.lesson.add_spectrum(bin, amplitudes, &peaks);
                 self.strobe.frequency = peaks.first().map_or(0.0, |line| line.frequency);
                 let spectrum = Message::default()
                     .value("spectrum_bin_hz", bin)
@@ -242,8 +243,6 @@ impl State {
                 let at = points.iter().map(|point| point.at.map(|x| x as f32));
                 self.points.extend(at, POINTS);
             }
-            Record::LevelSample(sample) => self.lesson.add_level(&sample),
-            Record::TrajectoryDivergence(divergence) => self.lesson.add_divergence(&divergence),
             _ => {}
         }
     }
@@ -268,7 +267,6 @@ impl State {
         let pairs = frame.displacement.iter().zip(&frame.velocity);
         let pairs = pairs.map(|(&u, &v)| [u as f32, v as f32]);
         self.samples.extend(pairs, SAMPLES);
-        self.lesson.add_frame(&header, frame);
         let row = self.strobe.sample(frame);
         if let Some(q) = frame.q.chunks_exact(frame.modes.max(1)).nth(row) {
             let pose = q.iter().map(|&q| q as f32);

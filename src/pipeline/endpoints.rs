@@ -76,14 +76,14 @@ impl Sink for Vec<Record> {
 type Derive = dyn FnMut(&Record) -> Vec<Record> + Send;
 
 /// Passes every record to several sinks.
-pub struct Tee {
-    sinks: Vec<Box<dyn Sink>>,
+pub struct Tee<'a> {
+    sinks: Vec<Box<dyn Sink + 'a>>,
     derive: Box<Derive>,
 }
 
-impl Tee {
+impl<'a> Tee<'a> {
     /// Passes records to `sinks` in the given order.
-    pub fn new(sinks: Vec<Box<dyn Sink>>) -> Self {
+    pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         let derive = Box::new(|_: &Record| Vec::new());
         Self { sinks, derive }
     }
@@ -95,7 +95,7 @@ impl Tee {
     }
 }
 
-impl Sink for Tee {
+impl Sink for Tee<'_> {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let derived = (self.derive)(&record);
         for record in [record].into_iter().chain(derived) {

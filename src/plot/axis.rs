@@ -1,13 +1,12 @@
-//! Axes: quantity, unit, range, scale and ticks.
+//! Axes: quantity, unit with an SI prefix, range, scale and ticks.
 
 use serde::Serialize;
 
-use super::text::power_of_ten;
-use super::unit::Unit;
+use super::text::shown;
 use crate::analysis::stats::range;
+use crate::number::{rounded, short, without_zeros};
 
 /// An axis of a panel.
-#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// The quantity; may be empty.
@@ -156,11 +155,10 @@ impl Axis {
         }
     }
 
-    /// Values that are round in the unit of the axis, at most about `most`, with their labels. On a logarithmic axis
-    /// the labels are powers of ten unless all read well as decimals.
+    /// Values that are round in the unit of the axis, at most about `most`, with their labels: decimals, or powers of ten
+    /// if any is very small or large.
     pub fn ticks(&self, most: usize) -> Vec<(f64, String)> {
-        let shown = self.range.map(|end| self.unit.factor * end);
-        let [low, high] = shown;
+        let [low, high] = self.range.map(|end| self.unit.factor * end);
         let rough = (high - low) / most.max(1) as f64;
         let ticks = match self.scale {
             Scale::Rows => {
@@ -173,30 +171,32 @@ impl Axis {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
                 let mut ticks = round_numbers(low, high);
                 ticks.retain(inside);
-                if ticks.len() > most.min(MOST_ROUND) {
-                    ticks.retain(|tick| is_power_of_ten(*tick));
+                let powers = ticks.iter().copied().filter(|tick| is_power_of_ten(*tick));
+                let powers: Vec<f64> = powers.collect();
+                if ticks.len() > most.min(MOST_ROUND) && powers.len() > 1 {
+                    ticks = powers;
                 }
-                if ticks.len() < 2 {
-                    multiples(low, high, round_step(rough, &STEPS))
-                } else {
-                    let step = ticks.len().div_ceil(most.max(1));
-                    ticks.into_iter().step_by(step).collect()
-                }
+                let step = ticks.len().div_ceil(most.max(1)).max(1);
+                ticks.into_iter().step_by(step).collect()
             }
         };
-        let plain = ticks.iter().all(|tick| (1e-2..=1e4).contains(tick));
-        let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
-        let largest = low.abs().max(high.abs());
-        let label = |tick: f64| match self.scale {
-            Scale::Logarithmic if powers && !plain => power_of_ten(&format!("{:.0}", tick.log10())),
-            Scale::Logarithmic if !(1e-2..1e6).contains(&tick) => scientific(tick),
-            Scale::Logarithmic => trimmed(tick, 3),
-            _ if tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(tick),
-            _ => trimmed(tick, decimals(shown)),
+        let (decimals, plain) = match self.scale {
+            Scale::Logarithmic => (3, ticks.iter().all(|tick| (1e-2..1e5).contains(tick))),
+            // As many as distinguish the values of the range.
+            _ => (
+                (2.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize,
+                (1e-3..1e5).contains(&low.abs().max(high.abs())),
+            ),
         };
-        let ticks = ticks.into_iter();
-        let labelled = ticks.map(|tick| (tick / self.unit.factor, label(tick)));
-        labelled.collect()
+        let ticks = ticks.into_iter().map(|tick| {
+            let label = if plain || tick == 0.0 {
+                without_zeros(&rounded(tick, decimals)).to_owned()
+            } else {
+                format!("{tick:.1e}").replace(".0e", "e")
+            };
+            (tick / self.unit.factor, shown(&label))
+        });
+        ticks.collect()
     }
 }
 
@@ -271,24 +271,6 @@ fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Number of decimals that distinguishes the values of a range.
-fn decimals([low, high]: [f64; 2]) -> usize {
-    (2.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize
-}
-
-/// A number without trailing zeros.
-fn trimmed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let digits = text.trim_end_matches('0').trim_end_matches('.');
-    let text = if text.contains('.') { digits } else { &text };
-    let text = if text == "-0" { "0" } else { text };
-    text.replace('-', "−")
-}
-
-fn scientific(value: f64) -> String {
-    format!("{value:.1e}").replace(".0e", "e").replace('-', "−")
-}
-
 /// Whether a positive value is a power of ten.
 fn is_power_of_ten(value: f64) -> bool {
     let exponent = value.log10();
@@ -303,22 +285,8 @@ pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 /// The lower end of an axis of growth rates, from the smallest and the largest: overdamped modes would determine it.
 pub fn lowest_growth([low, high]: [f64; 2]) -> f64 {
-    if high > 0.0 {
-        low.max(-1.2 * high)
-    } else {
-        low
-    }
-}
-
-/// Exponents of the powers of ten that enclose the positive values; at least one decade.
-pub fn decades(values: impl Iterator<Item = f64>) -> [i32; 2] {
-    let [low, high] = range(values.filter(|v| *v > 0.0).map(f64::log10));
-    if low > high {
-        return [-1, 0];
-    }
-    let ends = [low, high].map(|end| end.clamp(-300.0, 300.0));
-    let [low, high] = [ends[0].floor() as i32, ends[1].ceil() as i32];
-    [low, high.max(low + 1)]
+    let bound = if high > 0.0 { -1.2 * high } else { low };
+    low.max(bound)
 }
 
 fn drawable([low, high]: [f64; 2]) -> [f64; 2] {
@@ -330,6 +298,62 @@ fn drawable([low, high]: [f64; 2]) -> [f64; 2] {
     }
     let half = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
     [low - half, high + half]
+}
+
+/// Units that take a prefix.
+const PREFIXED: [&str; 11] = [
+    "m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "J", "s", "Hz",
+];
+
+/// SI prefixes from 1e-12 to 1e6.
+pub const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
+
+/// A unit for displayed values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unit {
+    /// Symbol; may be empty.
+    pub symbol: String,
+    /// Factor from the unit of the values to this unit.
+    pub factor: f64,
+}
+
+impl Unit {
+    /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
+    /// power of ten.
+    pub fn of(unit: &str, largest: f64) -> Self {
+        let size = Some(largest).filter(|size| size.is_finite() && *size > 0.0);
+        let step = size.map_or(0, |size| (size.log10() / 3.0 + 1e-9).floor() as i32);
+        // Modal coordinates have a root of the mass before their unit.
+        let base = unit.strip_prefix("√kg ").unwrap_or(unit);
+        let (step, symbol) = if PREFIXED.contains(&base) {
+            // Kilometres of displacement and kiloseconds are not in use.
+            let is_large = ["Pa", "V", "A", "N", "Hz"].contains(&base);
+            let step = step.clamp(-4, if is_large { 2 } else { 0 });
+            let root = &unit[..unit.len() - base.len()];
+            let prefix = PREFIXES[(step + 4) as usize];
+            (step, format!("{root}{prefix}{base}"))
+        } else if (-1..=1).contains(&step) {
+            (0, unit.to_owned())
+        } else {
+            let power = format!("1e{}", 3 * step).replace('-', "−");
+            (step, format!("{power} {unit}").trim_end().to_owned())
+        };
+        Self {
+            symbol,
+            factor: 10f64.powi(-3 * step),
+        }
+    }
+
+    /// A value with its unit, such as `3.2 µm`.
+    pub fn write(value: f64, unit: &str) -> String {
+        let (value, symbol) = if PREFIXED.contains(&unit) {
+            let Self { symbol, factor } = Self::of(unit, value.abs());
+            (factor * value, symbol)
+        } else {
+            (value, unit.to_owned())
+        };
+        format!("{} {symbol}", short(value)).trim_end().to_owned()
+    }
 }
 
 #[cfg(test)]
@@ -387,9 +411,9 @@ mod tests {
         let linear = |range| labels(Axis::linear("x", range), 2);
         assert_eq!(linear([0.0, 1.0]), ["0", "0.5", "1"]);
         assert_eq!(linear([-40.0, 0.0]), ["−40", "−20", "0"]);
-        assert_eq!(linear([0.0, 4e-7]), ["0", "2e−7", "4e−7"]);
+        assert_eq!(linear([0.0, 4e-7]), ["0", "2 × 10⁻⁷", "4 × 10⁻⁷"]);
         assert_eq!(linear([0.0, 4000.0]), ["0", "2000", "4000"]);
-        assert_eq!(trimmed(-1e-17, 2), "0");
+        assert_eq!(without_zeros(&rounded(-1e-17, 2)), "0");
         let powers = |ends, most| labels(Axis::decades("x", ends), most);
         assert_eq!(powers([-6, 0], 3), ["10⁻⁶", "10⁻³", "10⁰"]);
         assert_eq!(powers([-1, 2], 4), ["0.1", "1", "10", "100"]);
@@ -426,13 +450,6 @@ mod tests {
     }
 
     #[test]
-    fn decades_enclose_all_values() {
-        assert_eq!(decades([0.02, 3.0].into_iter()), [-2, 1]);
-        assert_eq!(decades([1.0].into_iter()), [0, 1]);
-        assert_eq!(decades([].into_iter()), [-1, 0]);
-    }
-
-    #[test]
     fn keys_are_readable() {
         for (path, unit, name) in [
             ("load.tilt_deg", "deg", "tilt of the load, deg"),
@@ -465,5 +482,22 @@ mod tests {
         let log = Axis::decades("x", [-2, 1]);
         assert!((log.fraction(0.1) - 1.0 / 3.0).abs() < 1e-12);
         assert!(log.fraction(-1.0) < 0.0 && log.fraction(0.0).is_finite());
+    }
+
+    #[test]
+    fn units_fit_the_size() {
+        let symbol = |unit, largest| Unit::of(unit, largest).symbol;
+        assert_eq!(symbol("m", 7e-7), "nm");
+        assert_eq!(symbol("m", 1e-6), "µm");
+        assert_eq!(symbol("m/s", 0.02), "mm/s");
+        assert_eq!(symbol("Hz", 15e3), "kHz");
+        assert_eq!(symbol("s", 4e5), "s");
+        assert_eq!(symbol("", 0.3), "");
+        assert_eq!(symbol("counts", 3e7), "1e6 counts");
+        assert_eq!(symbol("√kg m/s", 0.02), "√kg mm/s");
+        assert_eq!(Unit::of("m", 0.0).factor, 1.0);
+        assert_eq!(Unit::write(0.3, "s"), "300 ms");
+        assert_eq!(Unit::write(-2e-5, "counts"), "-2e-5 counts");
+        assert_eq!(Unit::write(0.0, ""), "0");
     }
 }

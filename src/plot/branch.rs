@@ -7,10 +7,10 @@ use std::f64::consts::TAU;
 use strum::VariantArray as _;
 
 use super::axis::{extent, lowest_growth, readable};
-use super::color::{colormap, colormap_index};
+use super::color::colormap;
 use super::{Axis, Color, Figure, Layer, Panel, Rgb};
 use crate::analysis::{regime::Regime, stats::range};
-use crate::dynamics::continuation::PeriodicOrbit;
+use crate::dynamics::continuation::{Multiplier, PeriodicOrbit};
 use crate::joint::NamedMode;
 use crate::study::branch::{
     Branch, Curve, MapPoint, OrbitPoint, StabilityMap, SteadyBifurcationKind, TorusKind,
@@ -19,23 +19,12 @@ use crate::study::branch::{
 
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 62.0;
-/// Colours of the branches, cyclically.
-const BRANCH_COLORS: [Color; 4] = [
-    Color::Series(0),
-    Color::Series(1),
-    Color::Series(4),
-    Color::Series(3),
-];
 /// Radius of the plot of the multipliers.
 const RADIUS: f64 = 1.35;
 /// Vertices of the unit circle.
 const CIRCLE: u32 = 180;
 /// Colour of a stable grid point.
 const STABLE: Rgb = [226, 238, 230];
-/// Colours of grid points with unstable modes: positions in the colour map of the first, and steps between.
-const UNSTABLE_SHARES: [f64; 2] = [0.06, 0.075];
-/// Positions in the colour map of the smallest and the largest positive growth rate.
-const GROWTH_SHARES: [f64; 2] = [0.03, 0.7];
 /// Largest number of unstable modes with a colour of its own.
 const MAX_COLORS: usize = 8;
 
@@ -47,9 +36,7 @@ pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let x = parameter_axis(branch);
     let lowest = lowest_growth(range(all(branch, growth)));
     let growths = all(branch, growth).filter(|growth| *growth >= lowest);
-    let [low, high] = extent(growths.chain([0.0]));
-    let margin = 0.08 * (high - low);
-    let y = Axis::linear("growth rate, 1/s", [low - margin, high + margin]);
+    let y = Axis::with_margin("growth rate, 1/s", growths.chain([0.0]));
     let title = "growth rates of the modes of steady sliding";
     let upper = Panel::new(title, x.clone(), y, layers(branch, growth, Some(0.0)));
     let [_, highest] = extent(all(branch, frequency));
@@ -80,21 +67,17 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         modes.entry(mode.number).or_insert(&mode.mode);
     }
     modes.retain(|_, first| first.frequency_hz > 0.0);
-    let mut labels: Vec<&str> = Vec::new();
+    let mut colors: BTreeMap<&str, Color> = BTreeMap::new();
     let mut layers = Vec::from_iter(level.map(Layer::horizontal_line));
     for (number, first) in modes {
-        let label = &first.label[..];
-        let known = labels.iter().position(|known| *known == label);
-        let index = known.unwrap_or(labels.len());
-        if known.is_none() {
-            labels.push(label);
-        }
+        let next = Color::Series(colors.len());
+        let color = *colors.entry(&first.label).or_insert(next);
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
             Some(([point.at.value, of(mode)], !mode.unstable))
         });
-        layers.extend(stability_lines(course, Color::Series(index), label));
+        layers.extend(stability_lines(course, color, &first.label));
     }
     let marks = branch.steady_bifurcations().map(|found| {
         let kind = match found.kind {
@@ -104,11 +87,9 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         let y = level.unwrap_or(found.frequency_hz);
         ([found.at.value, y], kind)
     });
-    let marks: Vec<_> = marks.collect();
-    layers.push(Layer::rings(marks.iter().map(|(at, _)| *at)));
-    layers.push(Layer::peaks(marks));
-    let keys = labels.into_iter().zip(0..);
-    let keys = keys.map(|(label, k)| Layer::legend_entry(label, Color::Series(k)));
+    layers.push(Layer::peaks(marks.collect()));
+    let keys = colors.into_iter();
+    let keys = keys.map(|(label, color)| Layer::legend_entry(label, color));
     keys.chain(layers).collect()
 }
 
@@ -119,47 +100,42 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let name = readable(&axis.parameter, &axis.unit);
         Axis::cells(name, &axis.values)
     });
-    let image = |palette: &[Rgb], index: &dyn Fn(&MapPoint) -> Option<u8>| {
+    let panel = |title: &str, palette: &[Rgb], index: &dyn Fn(&MapPoint) -> Option<u8>| {
         let cells: Vec<Option<u8>> = map.grid.iter().map(index).collect();
-        Layer::cells([&x, &y], map.axes[0].values.len(), &cells, palette)
-    };
-    let panel = |title: String, mut layers: Vec<Layer>| {
-        layers.extend(curves(map));
-        Panel::new(title, x.clone(), y.clone(), layers)
+        let cells = Layer::cells([&x, &y], map.axes[0].values.len(), &cells, palette);
+        let layers = [cells].into_iter().chain(curves(map));
+        Panel::new(title, x.clone(), y.clone(), layers.collect())
     };
     let count = |point: &MapPoint| Some(point.unstable_modes?.min(MAX_COLORS));
-    let [first, step] = UNSTABLE_SHARES;
     let shades = colormap();
-    let colors = (1..=MAX_COLORS).map(|n| colormap_index(first + step * n as f64));
-    let colors = colors.map(|index| shades[usize::from(index)]);
+    let colors = (1..=MAX_COLORS).map(|count| shades[15 + 19 * count]);
     let colors: Vec<Rgb> = [STABLE].into_iter().chain(colors).collect();
-    let mut counted = vec![image(&colors, &|point| Some(count(point)? as u8))];
+    let title = match map.curves[..] {
+        [] => "number of unstable modes",
+        _ => "number of unstable modes; curves: Hopf points",
+    };
+    let mut counted = panel(title, &colors, &|point| Some(count(point)? as u8));
     let counts: BTreeSet<usize> = map.grid.iter().filter_map(count).collect();
-    counted.extend(counts.into_iter().map(|n| {
+    counted.layers.extend(counts.into_iter().map(|n| {
         let key = Layer::areas(Vec::new(), 1.0, Color::Shade([colors[n]; 2]));
         key.with_label(match n {
             MAX_COLORS => format!("{n} or more"),
             n => n.to_string(),
         })
     }));
-    let mut title = "number of unstable modes".to_owned();
-    if !map.curves.is_empty() {
-        title += "; curves: Hopf points";
-    }
-    let mut panels = vec![panel(title, counted)];
+    let mut panels = vec![counted];
     let growths = map.grid.iter().filter_map(|p| p.largest_growth_per_s);
     let [low, high] = range(growths.filter(|growth| *growth > 0.0));
     if low <= high {
-        let [pale, dark] = GROWTH_SHARES;
         let growth = |point: &MapPoint| {
             let growth = point.largest_growth_per_s?;
-            let share = pale + (dark - pale) * (growth - low) / (high - low).max(f64::MIN_POSITIVE);
-            let unstable = 1 + colormap_index(share).min(250);
-            Some(if growth > 0.0 { unstable } else { 0 })
+            let share = (growth - low) / (high - low).max(f64::MIN_POSITIVE);
+            let shade = (171.0 * share) as u8;
+            Some(if growth > 0.0 { 1 + shade } else { 0 })
         };
         let title = format!("largest growth rate: {low:.0} (pale) to {high:.0} 1/s; green: stable");
-        let image = image(&[&[STABLE][..], &shades[..251]].concat(), &growth);
-        panels.push(panel(title, vec![image]));
+        let colors = [&[STABLE][..], &shades[8..180]].concat();
+        panels.push(panel(&title, &colors, &growth));
     }
     let title = format!("{scene}: stability of steady sliding");
     Figure::grid("stability-map", &title, 85.0, 2, panels)
@@ -189,7 +165,7 @@ pub fn branch_figure(scene: &str, branch: &Branch) -> Figure {
     let mut layers = Vec::new();
     let branches = branch.orbit_branches();
     if branches > 1 {
-        let entry = |k| Layer::legend_entry(format!("branch {k}"), color(k));
+        let entry = |k| Layer::legend_entry(format!("branch {k}"), Color::Series(k));
         layers.extend((0..branches).map(entry));
     }
     let equilibria = branch.equilibria.iter();
@@ -276,7 +252,7 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
             magnitudes.collect()
         });
         // Lines behind are wider, so that those of a complex pair, which coincide, remain visible.
-        let line = Layer::lines(strips.collect(), Color::Exponent(k))
+        let line = Layer::lines(strips.collect(), Color::Series(k))
             .with_size(1.1 + 1.1 * k as f64)
             .with_label(label);
         layers.extend(Some(line).filter(Layer::has_points));
@@ -303,21 +279,19 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
         Layer::line(circle.collect(), Color::Ink).with_id("circle"),
         Layer::lines(cross, Color::Pale).with_id("cross"),
     ];
-    let points = branch.points.iter().collect();
-    // Each with its radius and its colours inside and outside of the circle.
-    let groups: Vec<(&str, Vec<&OrbitPoint>, f64, [Color; 2])> = match chosen {
-        None => vec![("all ", points, 0.8, [Color::Faint, Color::Accent])],
-        Some(chosen) => vec![
-            ("all ", points, 0.5, [Color::Pale; 2]),
-            ("", vec![chosen], 2.2, [Color::Ink, Color::Accent]),
-        ],
-    };
-    for (prefix, points, radius, colors) in groups {
-        for (side, color) in ["inside", "outside"].into_iter().zip(colors) {
-            let multipliers = points.iter().flat_map(|point| &point.orbit.multipliers);
-            let own = multipliers.filter(|m| (m.ln_magnitude > 1e-6) == (side == "outside"));
-            let places = own.map(|m| [m.re(), m.im()]).collect();
-            let layer = Layer::points(places, radius, color);
+    // Each with its radius and its colour inside of the circle.
+    for (prefix, points, radius, inside) in [
+        ("all ", branch.points.iter().collect(), 0.8, Color::Faint),
+        ("", Vec::from_iter(chosen), 2.2, Color::Ink),
+    ] {
+        let multipliers = points.iter().flat_map(|point| &point.orbit.multipliers);
+        let (outer, inner): (Vec<&Multiplier>, _) =
+            multipliers.partition(|m| m.ln_magnitude > 1e-6);
+        for (side, multipliers, color) in
+            [("inside", inner, inside), ("outside", outer, Color::Accent)]
+        {
+            let places = multipliers.iter().map(|m| [m.re(), m.im()]);
+            let layer = Layer::points(places.collect(), radius, color);
             layers.push(layer.with_id(format!("{prefix}{side}")));
         }
     }
@@ -325,16 +299,12 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
     Panel::new("multipliers in the unit circle", x, y, layers).square()
 }
 
-fn color(branch: usize) -> Color {
-    BRANCH_COLORS[branch % BRANCH_COLORS.len()]
-}
-
 /// The lines of all branches.
 fn lines(branch: &Branch, of: fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
     let layers = (0..branch.orbit_branches()).flat_map(|number| {
         let course = branch.course(number).into_iter();
         let points = course.map(|(orbit, stable)| Some(([orbit.parameter, of(orbit)], stable)));
-        stability_lines(points, color(number), &format!("branch {number}"))
+        stability_lines(points, Color::Series(number), &format!("branch {number}"))
     });
     layers.collect()
 }

@@ -1,7 +1,9 @@
-//! Evidence of chaos in a signal: divergence of nearby states, 0-1 test, exponents over time.
+//! Choice of a delay embedding, as in Fig. 8 of the paper, and evidence of chaos in a signal: divergence of nearby
+//! states, 0-1 test, exponents over time.
 
 use super::{Axis, Color, Layer, Panel, Unit, axis::extent, round_up};
 use crate::analysis::chaos::{Divergence, ScalingRegion, ZeroOne};
+use crate::analysis::delay::{DelayChoice, LagReason};
 use crate::number::{short, with_error};
 
 /// Mean logarithmic distance of nearby states over time, with its linear part. Times are in s, distances in `unit`.
@@ -72,10 +74,49 @@ pub fn largest_exponents(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
     let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);
     let x = Axis::linear("time", span).of("s");
     let y = Axis::with_margin("λ, 1/s", ends.chain([0.0]));
-    let mut panel = Panel::new("largest exponent of each window", x, y, layers);
-    if exponents.is_empty() {
-        panel.y = Axis::linear("λ, 1/s", [0.0, 100.0]);
-        panel.note = "no exponent so far: no window has a scaling region".to_owned();
-    }
-    panel
+    let missing = "no exponent so far: no window has a scaling region";
+    let note = exponents.is_empty().then_some(missing);
+    Panel::new("largest exponent of each window", x, y, layers).with_note(note.unwrap_or_default())
+}
+
+/// The choice of a delay embedding of samples `dt` (s) apart, with its reasons: average mutual information over the delay,
+/// and share of false nearest neighbours over the dimension, each with the chosen value.
+pub fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
+    let bits = &choice.mutual.bits;
+    let curve = bits.iter().enumerate();
+    let curve = curve.map(|(k, bits)| [dt * k as f64, *bits]).collect();
+    let largest = dt * bits.len().saturating_sub(1).max(1) as f64;
+    let [_, most] = extent(bits.iter().copied());
+    let x = Axis::linear("delay", [0.0, largest]).of("s");
+    let range = [0.0, round_up(most.max(1e-3))];
+    let y = Axis::linear("average mutual information, bits", range);
+    let (samples, delay) = (choice.lag, dt * choice.lag as f64);
+    let why = match choice.reason {
+        LagReason::FirstMinimum => "first minimum",
+        LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
+        LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
+    };
+    let (shown, unit) = (short(x.unit.factor * delay), &x.unit.symbol);
+    let caption = format!("τ = {shown} {unit} ({samples} samples): {why}");
+    let chosen = Layer::vertical_lines([delay], Color::Accent);
+    let layers = vec![Layer::line(curve, Color::Ink), chosen];
+    let mutual = Panel::new("average mutual information", x, y, layers).with_caption(caption);
+    let shares = choice.neighbours.share.iter().zip(1..);
+    let shares = shares.map(|(share, m)| [f64::from(m), 100.0 * share]);
+    let shares: Vec<[f64; 2]> = shares.collect();
+    let (m, unfolded) = (choice.dimension, choice.unfolded);
+    let share = shares.get(m.wrapping_sub(1));
+    let share = short(share.map_or(0.0, |[_, share]| *share));
+    let lowest = if unfolded { "" } else { ", the lowest share" };
+    let theiler = Unit::write(dt * choice.theiler as f64, "s");
+    let caption = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
+    let x = Axis::integers("embedding dimension m", shares.len());
+    let y = Axis::linear("false nearest neighbours, %", [-3.0, 105.0]);
+    let layers = vec![
+        Layer::line(shares.clone(), Color::Ink),
+        Layer::points(shares, 2.4, Color::Ink),
+        Layer::vertical_lines([m as f64], Color::Accent),
+    ];
+    let neighbours = Panel::new("false nearest neighbours", x, y, layers).with_caption(caption);
+    [mutual, neighbours]
 }

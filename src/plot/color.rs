@@ -1,8 +1,7 @@
 //! Colours by meaning: a colour has the same meaning in all figures and recordings.
 //!
 //! Types of motion have strong hues that are distinguishable with any kind of colour vision (after Okabe and
-//! Ito 2008). Exponents are violet, the largest the most saturated. Families of settings, measures and modes
-//! have muted hues (after Tol 2021).
+//! Ito 2008). Families of settings, measures, modes and exponents have muted hues (after Tol 2021).
 
 use serde::{Serialize, Serializer};
 
@@ -30,8 +29,6 @@ pub enum Color {
     Compared,
     /// A type of motion.
     Regime(Regime),
-    /// A Lyapunov exponent by index, from 0.
-    Exponent(usize),
     /// One of several series by index, from 0.
     Series(usize),
     /// A colour of a colour map, on a light and on a dark background.
@@ -47,15 +44,6 @@ const SERIES: [[Rgb; 2]; 7] = [
     [[136, 34, 85], [205, 120, 165]],
     [[153, 153, 51], [205, 205, 110]],
     [[136, 204, 238], [178, 224, 246]],
-];
-
-/// Colours of exponents, the largest first, on a light and on a dark background, repeated cyclically.
-const EXPONENTS: [[Rgb; 2]; 5] = [
-    [[63, 0, 125], [232, 200, 255]],
-    [[150, 70, 200], [186, 120, 240]],
-    [[205, 160, 230], [130, 85, 185]],
-    [[110, 95, 125], [165, 130, 205]],
-    [[185, 175, 195], [110, 80, 130]],
 ];
 
 impl Color {
@@ -78,7 +66,6 @@ impl Color {
                 Regime::Noise => [[120, 85, 60], [190, 150, 120]],
                 Regime::Undetermined => [[150, 155, 162], [154, 164, 178]],
             },
-            Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()],
             Self::Series(k) => SERIES[k % SERIES.len()],
             Self::Shade(pair) => pair,
         }
@@ -116,20 +103,11 @@ pub const INFERNO: [Rgb; 10] = [
     [0xfc, 0xff, 0xa4],
 ];
 
-/// A colour map of 256 colours from pale to dark (the reversed "magma" of matplotlib, interpolated).
-pub fn colormap() -> Vec<Rgb> {
-    const NODES: [Rgb; 9] = [
-        [252, 253, 191],
-        [254, 194, 135],
-        [251, 135, 97],
-        [229, 80, 100],
-        [181, 54, 122],
-        [129, 37, 129],
-        [79, 18, 123],
-        [28, 16, 68],
-        [0, 0, 4],
-    ];
-    gradient(&NODES).to_vec()
+/// The same map from pale to dark.
+pub fn colormap() -> [Rgb; 256] {
+    let mut colors = gradient(&INFERNO);
+    colors.reverse();
+    colors
 }
 
 /// Colours by linear interpolation between equally spaced nodes, at least two.
@@ -159,9 +137,8 @@ mod tests {
     #[test]
     fn colours_are_distinguishable() {
         let regimes = Regime::VARIANTS.iter().copied().map(Color::Regime);
-        let exponents = (0..EXPONENTS.len()).map(Color::Exponent);
         let series = (0..SERIES.len()).map(Color::Series);
-        let all: Vec<Color> = regimes.chain(exponents).chain(series).collect();
+        let all: Vec<Color> = regimes.chain(series).collect();
         let all: Vec<Color> = all.into_iter().chain([Color::Accent]).collect();
         for on in [Color::on_light, Color::on_dark] {
             for (k, one) in all.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Work-precision picture: error against CPU time, a panel for each setting.
 
-use super::{Axis, Color, Figure, Layer, Panel, axis::decades};
+use super::{Axis, Color, Figure, Layer, Panel};
 use crate::study::cost::{Cost, Setting, WorkPrecision, WorkPrecisionPoint};
 
 /// Smaller errors are drawn at the lower end of the axis.
@@ -23,7 +23,7 @@ fn panel(setting: Setting, sets: &[&WorkPrecision], scatter: Option<f64>) -> Pan
     let times = points().filter(|point| point.error.is_some());
     let x = Axis::rounded_logarithmic(setting.time(), times.map(|point| point.cpu_s));
     let errors = points().filter_map(found).map(|place| place[1]);
-    let y = Axis::decades("relative error", decades(errors.chain(scatter)));
+    let y = Axis::rounded_logarithmic("relative error", errors.chain(scatter));
     let mut layers = Vec::new();
     if let Some(scatter) = scatter {
         let ends = x.range.map(|x| [x, scatter]);

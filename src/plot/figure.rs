@@ -7,7 +7,6 @@ use super::{Axis, Color, Rgb};
 use crate::analysis::regime::Regime;
 
 /// Rows of panels with a title and a caption.
-#[must_use]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Stem of the file name, such as `recurrence`.
@@ -53,13 +52,13 @@ impl Figure {
 
     /// A figure for each panel, with the number of the panel in its name. A figure of one panel remains as it is.
     pub fn panels(&self) -> Vec<Self> {
-        let panels = || self.rows.iter().flatten();
-        if panels().count() == 1 {
+        let panels = self.rows.concat();
+        if panels.len() == 1 {
             return vec![self.clone()];
         }
-        let figures = panels().zip(1..).map(|(panel, number)| Self {
+        let figures = panels.into_iter().zip(1..).map(|(panel, number)| Self {
             name: format!("{}-{number}", self.name),
-            rows: vec![vec![panel.clone()]],
+            rows: vec![vec![panel]],
             ..self.clone()
         });
         figures.collect()
@@ -67,7 +66,6 @@ impl Figure {
 }
 
 /// Two axes with layers.
-#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Panel {
     /// A short title.
@@ -149,7 +147,6 @@ impl Panel {
 }
 
 /// One element of a panel. Values outside the axes are clipped; non-finite values are skipped.
-#[must_use]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Layer {
     /// Entity of the layer in a recording, relative to that of the panel.
@@ -162,7 +159,7 @@ pub struct Layer {
     pub shape: Shape,
     /// Width of lines or radius of points, in points for a font size of 8 points; opacity of areas, 0 to 1.
     pub size: f64,
-    /// Shape of the markers of points.
+    /// Shape of the markers of points; the viewer has dots for all.
     pub marker: Marker,
     /// Whether lines are dashed.
     pub dashed: bool,
@@ -186,10 +183,9 @@ pub enum Shape {
 }
 
 /// The shape of a marker.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Marker {
     /// A filled circle.
-    #[default]
     Dot,
     /// An open circle.
     Ring,
@@ -377,6 +373,15 @@ pub(super) fn regime_legend(shows: impl Fn(Regime) -> bool) -> impl Iterator<Ite
     let shown = Regime::VARIANTS.iter().copied();
     let shown = shown.filter(move |regime| shows(*regime));
     shown.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)))
+}
+
+/// The panels with letters before their titles.
+pub(super) fn lettered(first: char, panels: impl IntoIterator<Item = Panel>) -> Vec<Panel> {
+    let lettered = panels.into_iter().zip(first..).map(|(panel, letter)| {
+        let title = format!("{letter}: {}", panel.title);
+        panel.with_title(title)
+    });
+    lettered.collect()
 }
 
 /// A figure that cannot be rendered.

@@ -268,8 +268,8 @@ fn collisions(svg: &str) -> Vec<String> {
 fn no_text_covers_another() {
     let figures = [studies(), signals()].concat();
     let panels: Vec<Figure> = figures.iter().flat_map(Figure::panels).collect();
-    let sizes = SIZES.iter().map(|size| Some(size.parse().unwrap()));
-    let sizes: Vec<Option<Size>> = [None].into_iter().chain(sizes).collect();
+    let sizes = SIZES.iter().map(|size| Some(parse_size(size).unwrap()));
+    let sizes: Vec<Option<[f64; 2]>> = [None].into_iter().chain(sizes).collect();
     let mut wrong = Vec::new();
     for (style, figures) in [
         (Style::Paper, &figures),
@@ -281,7 +281,7 @@ fn no_text_covers_another() {
                 let mut options = FigureOptions { style, size: *size };
                 let name = &figure.name;
                 if let Some(least) = options.needed_size(std::slice::from_ref(figure)) {
-                    assert!(style != Style::Slides, "{name}: {least}");
+                    assert!(style != Style::Slides, "{name}: {least:?}");
                     options.size = Some(least);
                 }
                 let layout = svg::layout(figure, &options);

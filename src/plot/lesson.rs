@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use super::response::SpectrumAxes;
+use super::response::{run_spectrum_axes, spectrum};
 use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{stats::range, tones::SpectralLine};
 use crate::pipeline::message::{
-    Frame, Header, JointInfo, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
+    Header, JointInfo, LevelSample, NodeState, PredictedCurves, Record, StatusKind, Subject,
     TiltDirection, TrajectoryDivergence,
 };
 use crate::scene::{Evidence, Mechanism};
@@ -18,8 +18,8 @@ const COURSE: f64 = 0.5;
 /// Time over which the contact of a joint is shown, s, and that of a small system in periods.
 const CONTACT: f64 = 5e-3;
 const PERIODS: f64 = 6.0;
-/// Most points of the hysteresis loop in one direction.
-const LOOP: usize = 2000;
+/// Most points of the hysteresis loop.
+const LOOP: usize = 4000;
 /// Number of modes of which the energy is shown, those with the most.
 const MODES: usize = 6;
 
@@ -70,86 +70,89 @@ impl Course {
 /// What the pictures of the lesson of a run show, kept from its records.
 #[derive(Debug, Default)]
 pub struct LessonPictures {
-    /// Level and prediction, m/s.
-    level: Course,
-    /// Tilt (deg) and strongest line (Hz) with rising and with falling tilt, and the last of them.
-    tones: [VecDeque<[f64; 2]>; 2],
-    now: Vec<[f64; 2]>,
-    /// Distance of the perturbed trajectory, and the last result.
-    distance: Course,
+    /// What the lesson is about: level and prediction, m/s; or the distance of the perturbed trajectory; or the energy of
+    /// each mode, J; or, of the contact of a joint, normal force and friction, N, and the numbers of nodes that slip, stick
+    /// and are separated; or, of a small system, displacement (m), velocity (m/s), and 1 while it sticks.
+    course: Course,
+    /// Tilt (deg) and strongest line (Hz), each with whether the tilt falls.
+    tones: VecDeque<([f64; 2], bool)>,
+    /// The last result of the perturbed trajectory.
     divergence: Option<TrajectoryDivergence>,
-    /// Energy of each mode, J.
-    energy: Course,
-    /// Of a joint: normal force and friction, N, and the numbers of nodes that slip, stick and are separated.
-    contact: Course,
-    /// Displacement (m) and velocity (m/s) of a small system, and 1 while it sticks.
-    motion: Course,
     /// Spacing of the bins, Hz, amplitudes, m/s, and lines of the spectrum.
     spectrum: (f64, Vec<f64>, Vec<SpectralLine>),
 }
 
 impl LessonPictures {
-    /// Adds a level, or the strongest line at a tilt.
-    pub fn add_level(&mut self, sample: &LevelSample) {
-        let time = sample.time;
-        if let Some(tone) = &sample.tone {
-            let point = [tone.tilt.to_degrees(), tone.frequency];
-            let tones = &mut self.tones[usize::from(tone.way == TiltDirection::Down)];
-            tones.push_back(point);
-            tones.drain(..tones.len().saturating_sub(LOOP));
-            self.now = vec![point];
+    /// Keeps what the lesson of a run shows of a record.
+    pub fn accept(&mut self, header: &Header, record: &Record) {
+        let Some(computed) = &header.computed else {
             return;
+        };
+        let evidence = computed.mechanism.evidence();
+        match record {
+            Record::Samples(frame) if evidence == Evidence::Growth && !frame.kicks.is_empty() => {
+                self.course = Course::default();
+            }
+            Record::LevelSample(sample) if evidence == Evidence::Growth => self.add_level(sample),
+            Record::LevelSample(LevelSample { tone, .. }) => {
+                let point = tone.map(|tone| [tone.tilt.to_degrees(), tone.frequency]);
+                let falls = tone.is_some_and(|tone| tone.way == TiltDirection::Down);
+                self.tones.extend(point.map(|point| (point, falls)));
+                self.tones.drain(..self.tones.len().saturating_sub(LOOP));
+            }
+            Record::TrajectoryDivergence(found) if evidence == Evidence::Divergence => {
+                let saturated = found.saturated_s;
+                self.course.end = saturated.map(|time| 2.0 * time - found.start_s);
+                let distance = vec![found.distance];
+                self.course.push(found.time_s, distance, 2.0 * COURSE);
+                self.divergence = Some(*found);
+            }
+            Record::Samples(frame) if evidence == Evidence::Modes => {
+                for sample in &frame.energy {
+                    self.course.push(sample.time, sample.modal.clone(), COURSE);
+                }
+            }
+            Record::Samples(frame) if evidence == Evidence::Contact => {
+                for snapshot in &frame.patch {
+                    let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
+                    let counts = states.map(|state| snapshot.count(state) as f64);
+                    let contact = snapshot.forces().into_iter().chain(counts).collect();
+                    self.course.push(snapshot.time, contact, CONTACT);
+                }
+                if let Subject::Small(small) = &header.subject {
+                    for (k, &status) in frame.status.iter().enumerate() {
+                        let status = small.statuses.get(usize::from(status));
+                        let holds = status.is_some_and(|status| status.kind == StatusKind::Held);
+                        let [u, v] = [frame.displacement[k], frame.velocity[k]];
+                        let span = PERIODS / small.frequency_hz;
+                        let values = vec![u, v, f64::from(u8::from(holds))];
+                        self.course.push(frame.time(k), values, span);
+                    }
+                }
+            }
+            Record::Spectrum {
+                bin,
+                amplitude,
+                peaks,
+                ..
+            } => self.spectrum = (*bin, amplitude.clone(), peaks.clone()),
+            _ => {}
         }
+    }
+
+    fn add_level(&mut self, sample: &LevelSample) {
+        let time = sample.time;
         let predicted = sample.predicted.unwrap_or(f64::NAN);
-        let ends = [self.level.points.front(), self.level.points.back()];
+        let ends = [self.course.points.front(), self.course.points.back()];
         if let [Some((start, _)), Some((_, last))] = ends
             && last[1].is_finite()
             && predicted.is_nan()
         {
             // The growth and half as long after it.
-            self.level.end = Some(time + 0.5 * (time - start));
+            self.course.end = Some(time + 0.5 * (time - start));
         }
-        self.level.push(time, vec![sample.level, predicted], COURSE);
-    }
-
-    /// Adds a distance of the perturbed trajectory.
-    pub fn add_divergence(&mut self, divergence: &TrajectoryDivergence) {
-        let saturated = divergence.saturated_s;
-        self.distance.end = saturated.map(|time| 2.0 * time - divergence.start_s);
-        let (time, distance) = (divergence.time_s, vec![divergence.distance]);
-        self.distance.push(time, distance, 2.0 * COURSE);
-        self.divergence = Some(*divergence);
-    }
-
-    /// Sets the spectrum: spacing of the bins, Hz, amplitudes, m/s, and lines.
-    pub fn add_spectrum(&mut self, bin: f64, amplitude: Vec<f64>, lines: &[SpectralLine]) {
-        self.spectrum = (bin, amplitude, lines.to_vec());
-    }
-
-    /// Adds the energies, contact forces and states of a frame.
-    pub fn add_frame(&mut self, header: &Header, frame: &Frame) {
-        if !frame.kicks.is_empty() {
-            self.level = Course::default();
-        }
-        for sample in &frame.energy {
-            self.energy.push(sample.time, sample.modal.clone(), COURSE);
-        }
-        for snapshot in &frame.patch {
-            let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
-            let counts = states.map(|state| snapshot.count(state) as f64);
-            let contact = snapshot.forces().into_iter().chain(counts).collect();
-            self.contact.push(snapshot.time, contact, CONTACT);
-        }
-        if let Subject::Small(small) = &header.subject {
-            for (k, &status) in frame.status.iter().enumerate() {
-                let status = small.statuses.get(usize::from(status));
-                let holds = status.is_some_and(|status| status.kind == StatusKind::Held);
-                let [u, v] = [frame.displacement[k], frame.velocity[k]];
-                let span = PERIODS / small.frequency_hz;
-                let values = vec![u, v, f64::from(u8::from(holds))];
-                self.motion.push(frame.time(k), values, span);
-            }
-        }
+        self.course
+            .push(time, vec![sample.level, predicted], COURSE);
     }
 
     /// The pictures that the lesson of a run names; empty for a scene without a mechanism.
@@ -164,11 +167,13 @@ impl LessonPictures {
                     (1, Color::Compared, "computed growth"),
                 ];
                 let level = ("level", "m/s", Scale::Logarithmic);
-                vec![self.level.panel("Velocity level", level, &curves)]
+                vec![self.course.panel("Velocity level", level, &curves)]
             }
             Evidence::Turning | Evidence::Loop => {
-                let tones = self.tones.clone().map(Vec::from);
-                let picture = |joint| tone_loop(joint, tones, self.now.clone());
+                let way = |down| self.tones.iter().filter(move |(_, falls)| *falls == down);
+                let tones = [false, true].map(|down| way(down).map(|(at, _)| *at).collect());
+                let now = Vec::from_iter(self.tones.back().map(|(at, _)| *at));
+                let picture = |joint| tone_loop(joint, tones, now);
                 Vec::from_iter(header.joint().map(picture))
             }
             Evidence::Contact if header.joint().is_none() => vec![self.portrait()],
@@ -176,7 +181,7 @@ impl LessonPictures {
             Evidence::Contact => {
                 let curves = [(0, Color::Run, "normal"), (1, Color::Compared, "friction")];
                 let force = ("force", "N", Scale::Linear);
-                let forces = self.contact.panel("Contact force", force, &curves);
+                let forces = self.course.panel("Contact force", force, &curves);
                 vec![forces, self.nodes()]
             }
             Evidence::Modes => vec![self.energies(header), self.spectrum(header)],
@@ -191,7 +196,7 @@ impl LessonPictures {
         let title = "Distance of the perturbed trajectory";
         let axis = ("relative to the motion", "", Scale::Logarithmic);
         let curve = (0, Color::Run, "distance");
-        let mut panel = self.distance.panel(title, axis, &[curve]);
+        let mut panel = self.course.panel(title, axis, &[curve]);
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
             let at = |t: f64| {
                 let level = line.intercept + line.rate_per_s * (t - now.start_s);
@@ -207,7 +212,7 @@ impl LessonPictures {
     fn energies(&self, header: &Header) -> Panel {
         let modes = header.joint().map_or(&[][..], |joint| &joint.modes);
         let most = |k: &usize| {
-            let values = self.energy.points.iter().map(|(_, energies)| energies[*k]);
+            let values = self.course.points.iter().map(|(_, energies)| energies[*k]);
             values.fold(0.0, f64::max)
         };
         let mut order: Vec<usize> = (0..modes.len()).collect();
@@ -216,7 +221,7 @@ impl LessonPictures {
         let curves = curves.map(|(&k, color)| (k, Color::Series(color), &*modes[k].label));
         let curves: Vec<_> = curves.collect();
         let energy = ("energy", "J", Scale::Logarithmic);
-        self.energy.panel("Energy of each mode", energy, &curves)
+        self.course.panel("Energy of each mode", energy, &curves)
     }
 
     fn nodes(&self) -> Panel {
@@ -226,11 +231,11 @@ impl LessonPictures {
             (4, Color::Ink, "separated"),
         ];
         let nodes = ("nodes", "", Scale::Linear);
-        self.contact.panel("Contact nodes", nodes, &curves)
+        self.course.panel("Contact nodes", nodes, &curves)
     }
 
     fn portrait(&self) -> Panel {
-        let values = || self.motion.points.iter().map(|(_, values)| values);
+        let values = || self.course.points.iter().map(|(_, values)| values);
         let layer = |holds: f64, color, label| {
             let points = values().filter(|values| values[2] == holds);
             let points = points.map(|v| [v[0], v[1]]).collect();
@@ -250,7 +255,8 @@ impl LessonPictures {
         let (bin, amplitude, lines) = &self.spectrum;
         let named = lines.iter().filter(|line| !line.label.is_empty());
         let named: Vec<SpectralLine> = named.cloned().collect();
-        let mut panel = SpectrumAxes::of_run(header).panel(*bin, amplitude, &named, Color::Run);
+        let axes = run_spectrum_axes(header);
+        let mut panel = spectrum(&axes, *bin, amplitude.iter().copied(), &named, Color::Run);
         for layer in &mut panel.layers {
             match &*layer.id {
                 "computed" => layer.label = "computed, unstable modes".to_owned(),

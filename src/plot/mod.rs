@@ -16,11 +16,9 @@ mod canvas;
 mod chaos;
 mod color;
 mod cost;
-mod embedding;
 mod figure;
 mod lesson;
 mod lyapunov;
-mod marks;
 pub(crate) mod paper;
 mod raster;
 pub(crate) mod response;
@@ -32,19 +30,17 @@ mod style;
 mod svg;
 mod sweep;
 mod text;
-mod unit;
 
 #[cfg(test)]
 mod layout_tests;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Axis, FullScale, Scale, round_up};
+pub use axis::{Axis, FullScale, PREFIXES, Scale, Unit, round_up};
 pub use basins::basins_figure;
 pub use branch::{branch_figure, map_figure, modes_figure, multipliers_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
-use embedding::{false_neighbours, mutual_information};
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
 pub use lyapunov::lyapunov_figure;
@@ -55,10 +51,9 @@ pub use run::{
 pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
 pub use signal::{signal_figure_names, signal_figures};
-pub use style::{FigureOptions, Format, Size, SizeError, Style};
-pub use sweep::{exponents, maxima, start_label, sweep_figures};
+pub use style::{FigureOptions, Format, Style, parse_size};
+pub use sweep::{ParameterPanels, start_label, sweep_figures};
 pub use text::shown;
-pub use unit::{PREFIXES, Unit};
 
 impl Figure {
     /// The figure as an SVG document.
@@ -81,19 +76,18 @@ impl Figure {
 }
 
 impl FigureOptions {
-    /// The smallest size of the proportions of the chosen one at which all texts have room; `None` if they have room.
-    pub fn needed_size(&self, figures: &[Figure]) -> Option<Size> {
-        let has_room = |size: &Size| {
+    /// The smallest width and height, mm, of the proportions of the chosen ones at which all texts have room; `None` if
+    /// they have room.
+    pub fn needed_size(&self, figures: &[Figure]) -> Option<[f64; 2]> {
+        let has_room = |size: &[f64; 2]| {
             let mut figures = figures.iter();
-            figures.all(|figure| svg::font_size(figure, self, size.0).is_some())
+            figures.all(|figure| svg::font_size(figure, self, *size).is_some())
         };
-        let Size(sides) = self.size.filter(|size| !has_room(size))?;
-        let larger = (0..500).map(|k| {
-            let grown = sides.map(|side| side * (1.0 + 0.01 * f64::from(k)));
-            Size(grown.map(f64::ceil))
-        });
+        let size = self.size.filter(|size| !has_room(size))?;
+        let larger = (0..500).map(|k| 1.0 + 0.01 * f64::from(k));
+        let larger = larger.map(|factor| size.map(|side| (side * factor).ceil()));
         // Of very long or high pages none may suffice.
-        let square = Size(self.default_mm([figure::PAGE_MM; 2]));
+        let square = self.default_mm([figure::PAGE_MM; 2]);
         larger.chain([square]).find(has_room).or(Some(square))
     }
 }

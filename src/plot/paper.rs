@@ -12,11 +12,11 @@
 //! | 11 | [`bifurcation`]: maxima, exponents and spectral lines over the tilt |
 
 use super::response::{
-    self, LAG, SMALLEST, SpectrumAxes, interpolated, largest, samples, section, section_axes,
+    self, LAG, SMALLEST, interpolated, largest, samples, section, section_axes, spectrum_axes,
 };
-use super::sensitivities::contributions;
 pub use super::sweep::bifurcation;
-use super::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
+use super::{Axis, Color, Figure, Layer, Panel, chaos};
+use super::{figure::lettered, sensitivities::contributions};
 use crate::analysis::{delay::DelayChoice, recurrence::RecurrenceImage};
 use crate::fem::{ModeKind, SurfaceMesh};
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, Model, Stribeck};
@@ -209,22 +209,18 @@ pub fn motion(
         let (dt, color) = (portrait.dt_s, Color::Regime(response.regime));
         let strongest = response.lines.first();
         let strongest = strongest.map_or(SMALLEST[0], |line| line.amplitude);
-        let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);
+        let plane = spectrum_axes(strongest, DECADES, HIGHEST);
         let fine = interpolated(&samples(portrait), dt);
         panels.extend([
             response::time_series(&fine, dt, color),
             response::phase_portrait(&fine, None, color),
-            response::spectrum(&plane, portrait, &response.lines),
+            response::motion_spectrum(&plane, portrait, &response.lines),
             response::reconstruction(&fine, dt, color),
             response::recurrence(recurrence(portrait).as_ref(), false),
         ]);
     }
-    let lettered = panels.into_iter().zip('a'..).map(|(panel, letter)| {
-        let title = format!("{letter}: {}", panel.title);
-        panel.with_title(title)
-    });
     let name = format!("figure-{number}");
-    Figure::grid(&name, &title, 66.0, 3, lettered.collect())
+    Figure::grid(&name, &title, 66.0, 3, lettered('a', panels))
 }
 
 /// The recurrence plot; `None` for a constant signal.
@@ -237,16 +233,9 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
 /// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
-    let delay = 1e6 * dt * choice.lag as f64;
-    let (lag, dimension) = (choice.lag, choice.dimension);
-    let title = format!("a: average mutual information: delay {delay:.0} µs");
-    let information = mutual_information(choice, (dt, "s"), &format!("{lag} samples"));
-    let information = information.with_title(title);
-    let title = format!("b: false nearest neighbours: dimension {dimension}");
-    let neighbours = false_neighbours(choice, &format!("m = {dimension}")).with_title(title);
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
-    let rows = vec![vec![information, neighbours]];
-    Figure::new("figure-8", &title, 80.0, rows)
+    let panels = lettered('a', chaos::embedding(dt, choice));
+    Figure::grid("figure-8", &title, 80.0, 2, panels)
 }
 
 /// Title of the motion at a tilt (degrees).

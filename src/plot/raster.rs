@@ -14,11 +14,15 @@ const DOTS: f32 = 96.0;
 
 pub fn tree(svg: &str) -> Result<Tree, FigureError> {
     let options = Options {
-        fontdb: fonts(),
+        fontdb: Arc::clone(&FONTS),
         font_family: text::FAMILY.to_owned(),
         ..Options::default()
     };
-    Tree::from_str(svg, &options).map_err(|error| FigureError(error.to_string()))
+    Tree::from_str(svg, &options).map_err(failure)
+}
+
+fn failure(error: impl ToString) -> FigureError {
+    FigureError(error.to_string())
 }
 
 /// Renders an SVG at a resolution in pixels per inch.
@@ -27,29 +31,24 @@ pub fn png(svg: &str, resolution: f32) -> Result<Vec<u8>, FigureError> {
     let scale = resolution / DOTS;
     let [width, height] = [tree.size().width(), tree.size().height()];
     let [width, height] = [width, height].map(|side| (side * scale).round() as u32);
-    let error = || FigureError("its size is zero or too large".to_owned());
-    let mut pixels = Pixmap::new(width, height).ok_or_else(error)?;
+    let size = "its size is zero or too large";
+    let mut pixels = Pixmap::new(width, height).ok_or_else(|| failure(size))?;
     let enlarged = Transform::from_scale(scale, scale);
     resvg::render(&tree, enlarged, &mut pixels.as_mut());
-    let png = pixels.encode_png();
-    png.map_err(|error| FigureError(error.to_string()))
+    pixels.encode_png().map_err(failure)
 }
 
 /// Converts an SVG to a single-page PDF.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
     let page = PageOptions { dpi: DOTS };
-    svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page)
-        .map_err(|error| FigureError(error.to_string()))
+    svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page).map_err(failure)
 }
 
 /// The font, parsed once.
-fn fonts() -> Arc<fontdb::Database> {
-    static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-        let mut fonts = fontdb::Database::new();
-        for face in text::FACES {
-            fonts.load_font_data(face.to_vec());
-        }
-        Arc::new(fonts)
-    });
-    Arc::clone(&FONTS)
-}
+static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = fontdb::Database::new();
+    for face in text::FACES {
+        fonts.load_font_data(face.to_vec());
+    }
+    Arc::new(fonts)
+});

@@ -2,6 +2,7 @@
 //! section, recurrence plot. The figures of the paper and of the attractors and the recordings of sweeps use
 //! them.
 
+use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::{Axis, Color, Image, Layer, Panel, SectionAxes, Unit, full_scale, round_up, units};
 use crate::analysis::{recurrence::RecurrenceImage, tones::SpectralLine};
@@ -18,6 +19,8 @@ pub const WINDOW: f64 = 5e-3;
 const FINER: usize = 5;
 /// Maximum number of labelled spectral lines.
 pub const NAMED_LINES: usize = 6;
+/// Maximum number of points of a spectrum; it exceeds the number of pixels.
+const SPECTRUM_POINTS: usize = 2000;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
@@ -89,6 +92,19 @@ pub fn common_range(found: &[&SettledResponse], least: [f64; 2]) -> [f64; 2] {
     largest.map(|size| round_up(1.02 * size))
 }
 
+/// A curve of many points: the lowest and the highest of each interval, so that about `most` remain.
+pub fn envelope(points: Vec<[f64; 2]>, most: usize) -> Vec<[f64; 2]> {
+    if points.len() <= most {
+        return points;
+    }
+    let intervals = points.chunks(points.len().div_ceil(most / 2));
+    let ends = intervals.flat_map(|part| {
+        let [x, _] = part[part.len() / 2];
+        extent(part.iter().map(|point| point[1])).map(|y| [x, y])
+    });
+    ends.collect()
+}
+
 /// Delay reconstruction of an interpolated motion with samples `dt` (s) apart in two dimensions.
 pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     let lag = (FINER as f64 * LAG / dt).round().max(1.0) as usize;
@@ -101,80 +117,77 @@ pub fn reconstruction(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     Panel::new(title, x, y, vec![curve])
 }
 
-/// The common axes of several spectra.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpectrumAxes {
-    x: Axis,
-    y: Axis,
-    /// Frequencies of modes that are marked, Hz.
-    marked: Vec<f64>,
+/// The axes of spectra, without data: amplitudes of the displacement over `decades` decades below `largest` (m),
+/// frequencies up to `highest` (Hz).
+pub fn spectrum_axes(largest: f64, decades: i32, highest: f64) -> Panel {
+    let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
+    let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
+    let y = Axis::decades("amplitude", [top - decades, top]);
+    Panel::new(
+        "spectrum",
+        x,
+        y.written_in(Unit::of("m", largest)),
+        Vec::new(),
+    )
 }
 
-impl SpectrumAxes {
-    /// Amplitudes of the displacement over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
-    pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
-        let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
-        let y = Axis::decades("amplitude", [top - decades, top]);
-        Self {
-            x: Axis::linear("frequency", [0.0, highest]).of("Hz"),
-            y: y.written_in(Unit::of("m", largest)),
-            marked: Vec::new(),
+/// The axes of the spectra of a run: velocity amplitudes of 0.0001 to 100 mm/s; of a signal from a file, seven decades
+/// below its full scale. Frequencies that the lesson computes are marked.
+pub fn run_spectrum_axes(header: &Header) -> Panel {
+    let (name, [low, high], largest) = match &header.subject {
+        Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),
+        Subject::Signal(signal) => {
+            let full = full_scale(signal);
+            let top = full.log10().ceil() as i32;
+            ("amplitude", [top - 7, top], full)
         }
-    }
+    };
+    let highest = header.highest_frequency();
+    let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
+    let y = Axis::decades(name, [low, high]);
+    let y = y.written_in(Unit::of(units(&header.subject)[1], largest));
+    let computed = header.computed.iter();
+    let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
+    let unstable = computed.flat_map(|computed| computed.unstable());
+    let marks = unstable.filter(|mode| mode.frequency_hz <= highest);
+    let marks = marks.map(|mode| y.range.map(|end| [mode.frequency_hz, end]).to_vec());
+    let marks = Layer::lines(marks.collect(), Color::Faint).with_id("computed");
+    let marks = Vec::from_iter(Some(marks).filter(Layer::has_points));
+    Panel::new("spectrum", x, y, marks)
+}
 
-    /// Velocity amplitudes of a run of 0.0001 to 100 mm/s; of a signal from a file, seven decades below its full scale.
-    /// Frequencies that the lesson computes are marked.
-    pub fn of_run(header: &Header) -> Self {
-        let (name, [low, high], largest) = match &header.subject {
-            Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-7, -1], 1e-3),
-            Subject::Signal(signal) => {
-                let full = full_scale(signal);
-                let top = full.log10().ceil() as i32;
-                ("amplitude", [top - 7, top], full)
-            }
+/// A spectrum on some axes, with values `bin` (Hz) apart, and its labelled lines, strongest first.
+pub fn spectrum(
+    axes: &Panel,
+    bin: f64,
+    values: impl IntoIterator<Item = f64>,
+    lines: &[SpectralLine],
+    color: Color,
+) -> Panel {
+    let mut panel = axes.clone();
+    let Axis { range, unit, .. } = &axes.x;
+    let points = values.into_iter().enumerate();
+    let points = points.map(|(k, amplitude)| [bin * k as f64, amplitude]);
+    let points = points.take_while(|point| point[0] <= range[1]);
+    let points = envelope(points.collect(), SPECTRUM_POINTS);
+    let shown = lines.iter().filter(|line| line.frequency <= range[1]);
+    let peaks = shown.take(NAMED_LINES).map(|line| {
+        let frequency = unit.factor * line.frequency;
+        let name = match &*line.label {
+            "" => format!("{frequency:.2}"),
+            name => format!("{name}: {frequency:.2}"),
         };
-        let unit = Unit::of(units(&header.subject)[1], largest);
-        let computed = header.computed.iter();
-        let computed = computed.filter(|computed| computed.mechanism.evidence() == Evidence::Modes);
-        let unstable = computed.flat_map(|computed| computed.unstable());
-        Self {
-            x: Axis::linear("frequency", [0.0, header.highest_frequency()]).of("Hz"),
-            y: Axis::decades(name, [low, high]).written_in(unit),
-            marked: unstable.map(|mode| mode.frequency_hz).collect(),
-        }
-    }
-
-    /// A spectrum with values `bin` (Hz) apart, and its labelled lines, strongest first.
-    pub fn panel(&self, bin: f64, values: &[f64], lines: &[SpectralLine], color: Color) -> Panel {
-        let end = self.x.range[1];
-        let points = values.iter().enumerate();
-        let points = points.map(|(k, amplitude)| [bin * k as f64, *amplitude]);
-        let points = points.take_while(|point| point[0] <= end).collect();
-        let shown = lines.iter().filter(|line| line.frequency <= end);
-        let peaks = shown.take(NAMED_LINES).map(|line| {
-            let frequency = self.x.unit.factor * line.frequency;
-            let name = match &*line.label {
-                "" => format!("{frequency:.2}"),
-                name => format!("{name}: {frequency:.2}"),
-            };
-            ([line.frequency, line.amplitude], name)
-        });
-        let computed = (!self.marked.is_empty()).then(|| {
-            let marked = self.marked.iter().filter(|hz| **hz <= end);
-            let marked = marked.map(|hz| self.y.range.map(|y| [*hz, y]).to_vec());
-            Layer::lines(marked.collect(), Color::Faint).with_id("computed")
-        });
-        let curves = [Layer::line(points, color), Layer::peaks(peaks.collect())];
-        let layers = computed.into_iter().chain(curves).collect();
-        Panel::new("spectrum", self.x.clone(), self.y.clone(), layers)
-    }
+        ([line.frequency, line.amplitude], name)
+    });
+    let peaks = Layer::peaks(peaks.collect());
+    panel.layers.extend([Layer::line(points, color), peaks]);
+    panel
 }
 
 /// The spectrum of a motion with its labelled lines.
-pub fn spectrum(axes: &SpectrumAxes, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
+pub fn motion_spectrum(axes: &Panel, motion: &PhasePortrait, lines: &[SpectralLine]) -> Panel {
     let amplitude = motion.spectrum_m.iter().map(|a| f64::from(*a));
-    let amplitude: Vec<f64> = amplitude.collect();
-    axes.panel(motion.spectrum_bin_hz, &amplitude, lines, Color::Faint)
+    spectrum(axes, motion.spectrum_bin_hz, amplitude, lines, Color::Faint)
 }
 
 /// The axes of the sections of some responses. `letter` is the symbol of the displacement, `fallback` the half-width
@@ -275,6 +288,24 @@ mod tests {
         let far = SHADES - 1;
         assert_eq!(classes(&found, true), [far, SHADES, 0, far]);
         assert_eq!(classes(&found, false), [far, SHADES, far, far]);
+    }
+
+    #[test]
+    fn an_envelope_keeps_lines_and_noise_floor() {
+        let points = (0..16_000).map(|k| {
+            let value = match k {
+                800 => 1.0,
+                1001 => 1e-6,
+                _ => 1e-3,
+            };
+            [f64::from(k), value]
+        });
+        let points: Vec<[f64; 2]> = points.collect();
+        let thin = envelope(points.clone(), SPECTRUM_POINTS);
+        assert_eq!(thin.len(), SPECTRUM_POINTS);
+        assert_eq!((thin[101], thin[124]), ([808.0, 1.0], [1000.0, 1e-6]));
+        let few = &points[..SPECTRUM_POINTS];
+        assert_eq!(envelope(few.to_vec(), SPECTRUM_POINTS), few);
     }
 
     #[test]

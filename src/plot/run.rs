@@ -1,18 +1,15 @@
 //! The pictures of a run as panels, from its records. Recordings draw each one when it changes, and figures the last.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-use super::chaos::{divergence, largest_exponents, zero_one_path};
+use super::chaos::{divergence, embedding, largest_exponents, zero_one_path};
 use super::lyapunov::current_spectrum;
-use super::response::{self, SpectrumAxes, WINDOW};
+use super::response::{self, WINDOW, run_spectrum_axes, spectrum};
 use super::{Color, Figure, FullScale, LessonPictures, Panel, SectionAxes, Unit};
-use super::{false_neighbours, mutual_information};
 use crate::analysis::chaos::ScalingRegion;
-use crate::analysis::delay::{DelayChoice, LagReason};
 use crate::analysis::poincare::SectionPoint;
-use crate::number::short;
-use crate::pipeline::message::{Frame, Header, Record, SignalInfo, Subject};
+use crate::pipeline::message::{DisplayRates, Header, Record, SignalInfo, Subject};
 use crate::pipeline::{Sink, SinkError};
 
 /// Number of intersections shown; a 4 kHz squeak has 1,000 in 0.25 s.
@@ -75,27 +72,18 @@ pub fn full_scale(signal: &SignalInfo) -> f64 {
     (0.5 * (high - low)).max(range_shown(signal.span)[1])
 }
 
-/// Timer of the redraws of a plot, at most at the picture rate of the viewer; without a viewer every change
-/// is drawn.
+/// Timer of the redraws of a plot: the time of the last picture, s.
 #[derive(Debug, Default)]
-pub struct RedrawTimer {
-    /// Minimum interval between two pictures, s.
-    interval: f64,
-    /// Time of the last picture, s.
-    last: Option<f64>,
-}
+pub struct RedrawTimer(Option<f64>);
 
 impl RedrawTimer {
-    /// Takes the picture rate from a frame.
-    pub fn set_rate(&mut self, frame: &Frame) {
-        self.interval = frame.shown.map_or(0.0, |shown| 1.0 / shown.pictures);
-    }
-
-    /// Whether a picture is due at a time (s); if so, the interval starts again.
-    pub fn is_due(&mut self, time: f64) -> bool {
-        let due = self.last.is_none_or(|last| time >= last + self.interval);
+    /// Whether a picture is due at a time (s), at most at the picture rate of the viewer; without a viewer every change is
+    /// drawn. If so, the interval starts again.
+    pub fn is_due(&mut self, time: f64, shown: Option<DisplayRates>) -> bool {
+        let interval = shown.map_or(0.0, |shown| 1.0 / shown.pictures);
+        let due = self.0.is_none_or(|last| time >= last + interval);
         if due {
-            self.last = Some(time);
+            self.0 = Some(time);
         }
         due
     }
@@ -105,11 +93,12 @@ impl RedrawTimer {
 #[derive(Debug)]
 pub struct RunPanels {
     header: Arc<Header>,
-    spectrum: SpectrumAxes,
+    spectrum: Panel,
     section: SectionAxes,
     /// The latest intersections, oldest first.
     recent: VecDeque<SectionPoint>,
     redraw: RedrawTimer,
+    shown: Option<DisplayRates>,
     /// Time (s) and largest exponent between the ends of its interval (1/s) of each window that has one.
     largest: Vec<[f64; 4]>,
     /// Full scale of the Lyapunov exponents, 1/s.
@@ -120,10 +109,11 @@ impl RunPanels {
     /// The pictures after a header.
     pub fn new(header: Arc<Header>) -> Self {
         Self {
-            spectrum: SpectrumAxes::of_run(&header),
+            spectrum: run_spectrum_axes(&header),
             section: SectionAxes::of_run(&header),
             recent: VecDeque::with_capacity(PASSAGES),
             redraw: RedrawTimer::default(),
+            shown: None,
             largest: Vec::new(),
             exponents: FullScale::new(SMALLEST_EXPONENT),
             header,
@@ -132,21 +122,22 @@ impl RunPanels {
 
     /// The spectrum without data.
     pub fn empty_spectrum(&self) -> Panel {
-        self.spectrum.panel(1.0, &[], &[], Color::Ink)
+        spectrum(&self.spectrum, 1.0, [], &[], Color::Ink)
     }
 
     /// Draws the pictures that a record changes.
     pub fn accept(&mut self, record: &Record, draw: &mut Draw<'_>) {
         let [unit, _] = units(&self.header.subject);
         match record {
-            Record::Samples(frame) => self.redraw.set_rate(frame),
+            Record::Samples(frame) => self.shown = frame.shown,
             Record::Spectrum {
                 time,
                 bin,
                 amplitude,
                 peaks,
             } => {
-                let panel = self.spectrum.panel(*bin, amplitude, peaks, Color::Ink);
+                let values = amplitude.iter().copied();
+                let panel = spectrum(&self.spectrum, *bin, values, peaks, Color::Ink);
                 draw(*time, "spectrum", panel);
             }
             Record::Recurrence { time, image } => {
@@ -176,11 +167,10 @@ impl RunPanels {
                 }
                 let start = self.header.start();
                 let span = [start, (start + self.header.duration).max(*time)];
-                let [low, high] = match &self.header.subject {
-                    Subject::Joint(_) | Subject::Small(_) => [0.0, 1e-6],
-                    Subject::Signal(signal) => signal.span,
+                let distance = match &self.header.subject {
+                    Subject::Joint(_) | Subject::Small(_) => Unit::of(unit, 5e-7),
+                    Subject::Signal(signal) => Unit::of(unit, full_scale(signal)),
                 };
-                let distance = Unit::of(unit, 0.5 * (high - low));
                 let path = zero_one_path(zero_one, unit, PATH_POINTS).square();
                 let largest = largest_exponents(&self.largest, span);
                 draw(*time, "divergence", divergence(&found, &distance));
@@ -204,7 +194,7 @@ impl RunPanels {
         self.recent.extend(points);
         let surplus = self.recent.len().saturating_sub(PASSAGES);
         self.recent.drain(..surplus);
-        if points.is_empty() || !self.redraw.is_due(time) {
+        if points.is_empty() || !self.redraw.is_due(time, self.shown) {
             return;
         }
         let points: Vec<[f64; 2]> = self.recent.iter().map(|point| point.at).collect();
@@ -217,36 +207,9 @@ impl RunPanels {
     }
 }
 
-/// The choice of the delay embedding of samples `dt` (s) apart, with its reasons.
-fn embedding(dt: f64, choice: &DelayChoice) -> [Panel; 2] {
-    let why = match choice.reason {
-        LagReason::FirstMinimum => "first minimum",
-        LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
-        LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
-    };
-    let mutual = mutual_information(choice, (dt, "s"), "");
-    let unit = &mutual.x.unit;
-    let (samples, delay) = (choice.lag, unit.factor * dt * choice.lag as f64);
-    let (delay, unit) = (short(delay), &unit.symbol);
-    let lag = format!("τ = {delay} {unit} ({samples} samples): {why}");
-    let shares = &choice.neighbours.share;
-    let share = shares.get(choice.dimension.wrapping_sub(1));
-    let unfolded = choice.unfolded;
-    let lowest = if unfolded { "" } else { ", the lowest share" };
-    let share = short(100.0 * share.copied().unwrap_or(0.0));
-    let theiler = Unit::write(dt * choice.theiler as f64, "s");
-    let m = choice.dimension;
-    let dimension = format!("m = {m}: {share} % false{lowest}; Theiler window {theiler}");
-    let neighbours = false_neighbours(choice, "").with_caption(dimension);
-    [mutual.with_caption(lag), neighbours]
-}
-
-/// A sink that keeps the last pictures of a run for its figures; clones share them.
-#[derive(Clone, Debug, Default)]
-pub struct RunFigures(Arc<Mutex<Kept>>);
-
+/// A sink that keeps the last pictures of a run for its figures.
 #[derive(Debug, Default)]
-struct Kept {
+pub struct RunFigures {
     panels: Option<RunPanels>,
     lesson: LessonPictures,
     last: BTreeMap<&'static str, Panel>,
@@ -256,73 +219,57 @@ struct Kept {
 }
 
 impl RunFigures {
-    fn kept(&self) -> MutexGuard<'_, Kept> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The figures, in the order of [`RUN_FIGURES`]; those of analyses without a result are missing.
-    pub fn figures(&self) -> Vec<Figure> {
-        let kept = &mut *self.kept();
-        let Some(RunPanels { header, .. }) = &kept.panels else {
+    pub fn figures(&mut self) -> Vec<Figure> {
+        let Some(RunPanels { header, .. }) = &self.panels else {
             return Vec::new();
         };
-        let motion = response::interpolated(kept.samples.make_contiguous(), kept.dt);
+        let motion = response::interpolated(self.samples.make_contiguous(), self.dt);
         if !motion.is_empty() {
             if header.joint().is_some() {
-                let series = response::time_series(&motion, kept.dt, Color::Run);
-                kept.last.insert("displacement", series);
+                let series = response::time_series(&motion, self.dt, Color::Run);
+                self.last.insert("displacement", series);
             }
             let portrait = response::phase_portrait(&motion, None, Color::Run);
-            kept.last.insert("portrait", portrait.square());
+            self.last.insert("portrait", portrait.square());
         }
-        let lesson = kept.lesson.panels(header);
+        let lesson = self.lesson.panels(header);
         let title = format!("Lesson of {}", header.scene);
         let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", &title, 90.0, 1, lesson));
         let pictures = RUN_FIGURES.iter().filter_map(|name| {
-            let rows = vec![vec![kept.last.get(name)?.clone()]];
+            let rows = vec![vec![self.last.get(name)?.clone()]];
             Some(Figure::new(name, &header.scene, 100.0, rows))
         });
         lesson.into_iter().chain(pictures).collect()
     }
 }
 
-impl Sink for RunFigures {
+impl Sink for &mut RunFigures {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let kept = &mut *self.kept();
         if let Record::Header(header) = &record {
-            kept.panels = Some(RunPanels::new(Arc::clone(header)));
+            self.panels = Some(RunPanels::new(Arc::clone(header)));
         }
-        let Some(panels) = &mut kept.panels else {
+        let Some(panels) = &mut self.panels else {
             return Ok(());
         };
         panels.accept(&record, &mut |_, name, panel| {
-            kept.last.insert(name, panel);
+            self.last.insert(name, panel);
         });
-        match &record {
-            Record::Samples(frame) => {
-                kept.lesson.add_frame(&panels.header, frame);
-                kept.dt = frame.dt;
-                let samples = frame.displacement.iter().zip(&frame.velocity);
-                // Single precision, as the motions of studies.
-                let samples = samples.map(|(&u, &v)| [u as f32, v as f32].map(f64::from));
-                kept.samples.extend(samples);
-                let window = match &panels.header.subject {
-                    Subject::Small(small) => PERIODS / small.frequency_hz,
-                    Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
-                };
-                let most = (window / frame.dt) as usize;
-                let surplus = kept.samples.len().saturating_sub(most);
-                kept.samples.drain(..surplus);
-            }
-            Record::LevelSample(sample) => kept.lesson.add_level(sample),
-            Record::TrajectoryDivergence(found) => kept.lesson.add_divergence(found),
-            Record::Spectrum {
-                bin,
-                amplitude,
-                peaks,
-                ..
-            } => kept.lesson.add_spectrum(*bin, amplitude.to_vec(), peaks),
-            _ => {}
+        let header = &panels.header;
+        self.lesson.accept(header, &record);
+        if let Record::Samples(frame) = &record {
+            self.dt = frame.dt;
+            let samples = frame.displacement.iter().zip(&frame.velocity);
+            // Single precision, as the motions of studies.
+            let samples = samples.map(|(&u, &v)| [u as f32, v as f32].map(f64::from));
+            self.samples.extend(samples);
+            let window = match &header.subject {
+                Subject::Small(small) => PERIODS / small.frequency_hz,
+                Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
+            };
+            let most = (window / frame.dt) as usize;
+            let surplus = self.samples.len().saturating_sub(most);
+            self.samples.drain(..surplus);
         }
         Ok(())
     }
@@ -331,24 +278,19 @@ impl Sink for RunFigures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::message::DisplayRates;
 
     #[test]
     fn pictures_for_a_viewer_keep_their_interval() {
         let mut due = RedrawTimer::default();
-        assert!(due.is_due(0.0) && due.is_due(1e-3));
-        due.set_rate(&Frame {
-            shown: Some(DisplayRates {
-                speed: 1.0,
-                pictures: 20.0,
-                every: 1,
-                apart: 0,
-            }),
-            ..Frame::default()
+        assert!(due.is_due(0.0, None) && due.is_due(1e-3, None));
+        let shown = Some(DisplayRates {
+            speed: 1.0,
+            pictures: 20.0,
+            every: 1,
+            apart: 0,
         });
-        let drawn = (1..=120).filter(|ms| due.is_due(1e-3 * f64::from(*ms)));
+        let drawn = (1..=120).filter(|ms| due.is_due(1e-3 * f64::from(*ms), shown));
         assert_eq!(drawn.collect::<Vec<_>>(), [51, 101]);
-        due.set_rate(&Frame::default());
-        assert!(due.is_due(0.1211));
+        assert!(due.is_due(0.1211, None));
     }
 }

@@ -122,9 +122,8 @@ impl SectionAxes {
     /// Fits the axes to the intersections, but at least to a fraction of the motion, so that a periodic motion appears as
     /// a point. Two axes of the same quantity have the same scale.
     pub fn fit<'a>(&mut self, points: impl Iterator<Item = &'a [f64; 2]> + Clone) {
-        let spans: [[f64; 2]; 2] =
-            std::array::from_fn(|c| range(points.clone().map(|point| point[c])));
-        let halves: [f64; 2] = std::array::from_fn(|c| self.coordinates[c].half_width(spans[c]));
+        let spans = [0, 1].map(|c| range(points.clone().map(|point| point[c])));
+        let halves = [0, 1].map(|c| self.coordinates[c].half_width(spans[c]));
         let alike = self.coordinates[0].unit == self.coordinates[1].unit;
         let largest = halves[0].max(halves[1]);
         for (c, coordinate) in self.coordinates.iter_mut().enumerate() {
@@ -180,12 +179,8 @@ impl SectionAxes {
         });
         let bars = Layer::areas(bars.collect(), 0.6, color).with_id("bars");
         let y = Axis::linear("number of crossings", [0.0, round_up(1.05 * most)]);
-        let panel = Panel::new("times between crossings", x, y, vec![bars]);
-        if returns.is_empty() {
-            panel.with_note("fewer than two crossings")
-        } else {
-            panel
-        }
+        let note = returns.is_empty().then_some("fewer than two crossings");
+        Panel::new("times between crossings", x, y, vec![bars]).with_note(note.unwrap_or_default())
     }
 }
 

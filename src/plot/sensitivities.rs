@@ -37,8 +37,7 @@ pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode])
 /// The stacked contributions of the terms of the model to the growth rate of each mode, positive ones to the right and
 /// negative ones to the left of zero, with their sum. Strong damping does not determine the axis.
 pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
-    let color =
-        |cause: Cause| Color::Series(Cause::ALL.iter().position(|c| *c == cause).unwrap_or(0));
+    let color = |cause: Cause| Color::Series(cause as usize);
     let rows = modes.iter().map(|(name, mode)| {
         let mut ends = [0.0_f64; 2];
         let bars = mode.causes.iter().map(|cause| {
@@ -76,7 +75,7 @@ pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
 /// 1 %, from the top. `title` names the scene.
 pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure {
     let panels = modes.iter().map(|mode| panel(mode));
-    let columns = if modes.len() == 1 { 1 } else { 2 };
+    let columns = modes.len().clamp(1, 2);
     let row = ROW_MM[1] + ROW_MM[0] * MOST as f64;
     let title = format!("{title}: growth rate if a number increases by 1 %");
     Figure::grid("sensitivities", &title, row, columns, panels.collect())

@@ -4,7 +4,7 @@ use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::figure::{plain_palette, regime_legend};
 use super::{Axis, Color, Figure, Image, Layer, Panel, SectionAxes, Unit};
-use super::{chaos, false_neighbours, mutual_information, range_shown, response};
+use super::{chaos, range_shown, response};
 use crate::analysis::chaos::Divergence;
 use crate::analysis::levels::LevelReference;
 use crate::analysis::recurrence::{Measures, RecurrencePeriods};
@@ -22,6 +22,8 @@ const NAMED_LINES: usize = 8;
 /// Range of the spectrum and of the spectrogram below the strongest line, dB.
 const DEPTH_DB: f64 = 100.0;
 const SPECTROGRAM_DB: f64 = 80.0;
+/// Highest frequency shown over that of all lines and events.
+const HEADROOM: f64 = 1.25;
 /// Maximum number of rows of a spectrogram.
 const ROWS: usize = 600;
 /// Colour of ridges: visible on the dark colours of strong tones.
@@ -30,10 +32,8 @@ const RIDGE: Color = Color::Series(6);
 /// The rows of a figure and its height, mm.
 type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
-/// A figure: name, what it shows, and its picture.
-type Drawing = (&'static str, &'static str, fn(&SignalAnalysis) -> Picture);
-
-const FIGURES: [Drawing; 13] = [
+/// The figures: name, what it shows, and its picture.
+const FIGURES: [(&str, &str, fn(&SignalAnalysis) -> Picture); 13] = [
     ("events", "Tonal events", events),
     ("waveform", "Waveform", waveform),
     ("spectrum", "Spectrum", spectrum),
@@ -61,7 +61,7 @@ pub fn signal_figure_names() -> [&'static str; 13] {
 /// The figures of a report.
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
     let figures = FIGURES.into_iter().map(|(name, title, picture)| {
-        let skipped = |reason| (60.0, vec![vec![skipped_panel("skipped", reason)]]);
+        let skipped = |reason| (60.0, vec![vec![empty_panel("skipped", reason)]]);
         let (height, rows) = picture(report).unwrap_or_else(skipped);
         let title = format!("{title} of {}", report.signal.name);
         Figure::new(name, &title, height, rows)
@@ -76,43 +76,15 @@ fn unit(report: &SignalAnalysis) -> Unit {
     Unit::of(&report.signal.unit, largest)
 }
 
-/// An axis of times, s, in a unit that suits the duration.
-fn time_axis(report: &SignalAnalysis, times: [f64; 2]) -> Axis {
-    let seconds = report.signal.samples.len() as f64 / report.signal.rate;
-    Axis::linear("time", times).written_in(Unit::of("s", 0.5 * seconds.max(1e-6)))
-}
-
-/// An axis of frequencies up to the highest, Hz.
-fn frequency_axis(report: &SignalAnalysis, highest: f64) -> Axis {
-    let is_fast = report.signal.rate >= 4000.0;
-    let unit = Unit::of("Hz", if is_fast { 1e3 } else { 1.0 });
-    Axis::linear("frequency", [0.0, highest]).written_in(unit)
-}
-
-/// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.
-fn top(report: &SignalAnalysis) -> f64 {
-    report.highest_frequency(1.25)
-}
-
 /// A panel without data that says why.
-fn skipped_panel(title: &str, reason: SkipReason) -> Panel {
+fn empty_panel(title: &str, reason: impl ToString) -> Panel {
     let axis = Axis::linear("", [0.0, 1.0]);
     Panel::new(title, axis.clone(), axis, Vec::new()).with_note(reason.to_string())
 }
 
-/// A curve at the resolution of the figure: minimum and maximum of each interval if there are too many samples.
-fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Layer {
-    let stretch = values.len().div_ceil(MOST_POINTS / 2);
-    let ends = |(n, part): (usize, &[f64])| {
-        let x = at(n * stretch + part.len() / 2);
-        extent(part.iter().copied()).map(|y| [x, y])
-    };
-    let points = if values.len() <= MOST_POINTS {
-        let points = values.iter().enumerate();
-        points.map(|(k, &value)| [at(k), value]).collect()
-    } else {
-        values.chunks(stretch).enumerate().flat_map(ends).collect()
-    };
+/// A curve at the resolution of the figure.
+fn curve(points: impl Iterator<Item = [f64; 2]>) -> Layer {
+    let points = response::envelope(points.collect(), MOST_POINTS);
     Layer::line(points, Color::Ink).with_size(0.8)
 }
 
@@ -120,13 +92,12 @@ fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Layer {
 fn events(report: &SignalAnalysis) -> Picture {
     let mut panel = spectrogram_panel(report);
     let events = report.events();
+    let reference = report.level_reference();
+    let shown = format!("events with number and level ({reference}) at their starts");
     let title = match (&report.sound, events.len()) {
         (None, _) => "no tonal events: the sample rate is not that of sound",
         (Some(_), 0) => "no tonal events",
-        (Some(sound), _) => {
-            let reference = sound.level_reference;
-            &format!("events with number and level ({reference}) at their starts")
-        }
+        _ => &shown,
     };
     if !events.is_empty() {
         let ridges = events.iter().map(|event| {
@@ -151,16 +122,16 @@ fn waveform(report: &SignalAnalysis) -> Picture {
     let signal = &report.signal;
     let all = &signal.samples;
     let count = all.len();
-    let period = match report.tones.lines.first() {
-        Some(line) => signal.rate / line.line.frequency,
-        None => count as f64 / (100.0 * CLOSE_PERIODS),
-    };
-    let close = ((CLOSE_PERIODS * period).ceil() as usize).clamp(2.min(count), count);
+    let line = report.tones.lines.first();
+    let periods = line.map(|line| CLOSE_PERIODS * signal.rate / line.line.frequency);
+    let close = periods.unwrap_or(0.01 * count as f64).ceil() as usize;
+    let close = close.clamp(2.min(count), count);
     let y = Axis::with_margin("signal", all.iter().copied()).written_in(unit(report));
     let panel = |title: &str, from: usize| {
-        let curve = envelope(&all[from..], |k| signal.time((from + k) as f64));
+        let curve = curve((from..count).map(|k| [signal.time(k as f64), all[k]]));
         let times = [from as f64, count as f64 - 1.0].map(|sample| signal.time(sample));
-        Panel::new(title, time_axis(report, times), y.clone(), vec![curve])
+        let x = Axis::linear("time", times).of("s");
+        Panel::new(title, x, y.clone(), vec![curve])
     };
     let whole = panel("whole signal", 0);
     let end = panel("end of the signal", count - close);
@@ -180,10 +151,10 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
         (strongest.max(1e-300), format!("dB re {shown} {symbol}"))
     };
     let level = |a: f64| 20.0 * (a.max(1e-12 * strongest).max(1e-300) / zero).log10();
-    let shown = ((top(report) / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
-    let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
-    let levels: Vec<f64> = levels.collect();
-    let lowest = extent(levels.iter().copied())[0].max(level(strongest) - DEPTH_DB - 20.0);
+    let highest = report.highest_frequency(HEADROOM);
+    let shown = (highest / spectrum.bin).ceil() as usize + 1;
+    let levels = spectrum.amplitude.iter().take(shown).map(|&a| level(a));
+    let lowest = extent(levels.clone())[0].max(level(strongest) - DEPTH_DB - 20.0);
     let lines = report.tones.lines.iter().take(NAMED_LINES);
     let lines = lines.map(|named| &named.line);
     let named = lines.filter(|line| !line.label.is_empty());
@@ -192,9 +163,11 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
     let bases = bases(&report.tones.naming.bases);
     let floor = 100.0 * report.tones.broadband_share;
     let name = format!("amplitude, {}", reference.trim_end());
-    let x = frequency_axis(report, top(report));
+    let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
     let y = Axis::linear(name, [lowest, level(strongest) + 20.0]);
-    let layers = vec![envelope(&levels, |k| k as f64 * spectrum.bin), peaks];
+    let levels = levels.enumerate();
+    let curve = curve(levels.map(|(k, level)| [k as f64 * spectrum.bin, level]));
+    let layers = vec![curve, peaks];
     let title = format!("{bases}; broadband floor {floor:.2} %");
     let panel = Panel::new(title, x, y, layers);
     Ok((88.0, vec![vec![panel]]))
@@ -207,19 +180,17 @@ fn spectrogram(report: &SignalAnalysis) -> Picture {
 /// The spectrogram of the whole signal.
 fn spectrogram_panel(report: &SignalAnalysis) -> Panel {
     let columns = &report.spectrogram;
-    let image = columns.first().zip(columns.last()).map(|(first, last)| {
-        let shown = ((top(report) / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
-        let times = [first.centre, last.centre].map(|sample| report.signal.time(sample));
-        image(columns, shown, times, [0.0, shown as f64 * first.bin])
-    });
-    let (x, y, note) = match &image {
-        Some(image) => (image.x, image.y[1], ""),
-        None => ([0.0, 1.0], 1.0, "the signal is too short for a spectrogram"),
-    };
-    let (x, y) = (time_axis(report, x), frequency_axis(report, y));
     let title = format!("dark is strong; range {SPECTROGRAM_DB:.0} dB");
-    let layers = Vec::from_iter(image.map(Layer::image));
-    Panel::new(title, x, y, layers).with_note(note)
+    let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
+        return empty_panel(&title, "the signal is too short for a spectrogram");
+    };
+    let shown = (report.highest_frequency(HEADROOM) / first.bin).ceil() as usize;
+    let shown = shown.clamp(1, first.amplitude.len());
+    let times = [first.centre, last.centre].map(|sample| report.signal.time(sample));
+    let image = image(columns, shown, times, [0.0, shown as f64 * first.bin]);
+    let x = Axis::linear("time", image.x).of("s");
+    let y = Axis::linear("frequency", image.y).of("Hz");
+    Panel::new(title, x, y, vec![Layer::image(image)])
 }
 
 /// The lowest bins of the columns as an image; each pixel shows the largest amplitude of its bins.
@@ -262,11 +233,11 @@ fn bases(bases: &Bases) -> String {
 }
 
 fn delay(report: &SignalAnalysis) -> Picture {
-    let delay = &report.embedding.get()?.choice;
-    let lag = format!("τ = {}", delay.lag);
-    let mutual = mutual_information(delay, (1.0, "samples"), &lag);
-    let neighbours = false_neighbours(delay, &format!("m = {}", delay.dimension));
-    Ok((76.0, vec![vec![mutual, neighbours]]))
+    let panels = chaos::embedding(
+        1.0 / report.analysed().rate,
+        &report.embedding.get()?.choice,
+    );
+    Ok((76.0, vec![panels.into()]))
 }
 
 fn portrait(report: &SignalAnalysis) -> Picture {
@@ -307,7 +278,7 @@ fn period_marks(periods: &RecurrencePeriods, window: f64) -> impl Iterator<Item 
 
 fn measures(report: &SignalAnalysis) -> Picture {
     let windows = &report.recurrence.get()?.windows;
-    let times = time_axis(report, extent(windows.iter().map(|at| at.time_s)));
+    let times = Axis::linear("time", extent(windows.iter().map(|at| at.time_s))).of("s");
     let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
         let points = windows.iter();
         let points = points.filter_map(|at| Some([at.time_s, value(&at.measures)?]));
@@ -332,13 +303,10 @@ fn measures(report: &SignalAnalysis) -> Picture {
     let share = Axis::linear("", [0.0, 1.05]);
     let duration = Axis::linear("duration", [0.0, 1.08 * most(&lengths)]).of("s");
     let nats = Axis::linear("nats", [0.0, 1.1 * most(&entropy)]);
+    let title = "mean line lengths L and TT, recurrence time T²";
     let rows = [
         ("RR, DET and LAM", share, shares),
-        (
-            "mean line lengths L and TT, recurrence time T²",
-            duration,
-            lengths,
-        ),
+        (title, duration, lengths),
         ("entropy of the diagonal line lengths", nats, entropy),
     ];
     let rows = rows.map(|(title, y, layers)| vec![Panel::new(title, times.clone(), y, layers)]);
@@ -372,7 +340,7 @@ fn return_times(report: &SignalAnalysis) -> Picture {
 fn divergence(report: &SignalAnalysis) -> Picture {
     let panel = |title: &str, divergence: &Outcome<Divergence>| match divergence.get() {
         Ok(divergence) => chaos::divergence(divergence, &unit(report)).with_title(title),
-        Err(reason) => skipped_panel(&format!("{title}: skipped"), reason),
+        Err(reason) => empty_panel(&format!("{title}: skipped"), reason),
     };
     let rosenstein = panel("Rosenstein", &report.rosenstein);
     Ok((82.0, vec![vec![rosenstein, panel("Kantz", &report.kantz)]]))

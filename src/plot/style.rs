@@ -1,8 +1,6 @@
 //! Styles: font size, size and title of figures.
 
-use std::fmt;
 use std::path::Path;
-use std::str::FromStr;
 
 /// The medium of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,8 +16,8 @@ pub enum Style {
 }
 
 /// A file format of figures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
-#[strum(serialize_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr)]
+#[strum(serialize_all = "lowercase", ascii_case_insensitive)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Format {
     /// Scalable Vector Graphics.
@@ -31,14 +29,9 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats.
-    pub const ALL: [Self; 3] = [Self::Svg, Self::Png, Self::Pdf];
-
     /// The format of a file by its extension.
     pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?;
-        let mut all = Self::ALL.into_iter();
-        all.find(|format| ending.eq_ignore_ascii_case(format.ending()))
+        path.extension()?.to_str()?.parse().ok()
     }
 
     /// The file extension.
@@ -47,54 +40,36 @@ impl Format {
     }
 }
 
-/// Width and height of a figure, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Size(pub [f64; 2]);
-
-/// Smallest and largest side of a figure, mm.
-const SIDES: [f64; 2] = [20.0, 2000.0];
-
 /// Width and height of a slide, mm.
 const SLIDE_MM: [f64; 2] = [254.0, 143.0];
 
-impl fmt::Display for Size {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self([width, height]) = self;
-        write!(f, "{width}x{height}")
-    }
+/// Width and height of a figure, mm, from a text such as `180x120`.
+///
+/// # Errors
+/// What to write, if the text is not two sides within the allowed range.
+pub fn parse_size(text: &str) -> Result<[f64; 2], &'static str> {
+    let side = |text: &str| {
+        let side = text.trim().parse().ok();
+        side.filter(|side| (20.0..=2000.0).contains(side))
+    };
+    let sides = text.split_once('x');
+    let sides = sides.and_then(|(width, height)| Some([side(width)?, side(height)?]));
+    sides.ok_or("write WIDTHxHEIGHT in mm, each 20 to 2000, such as 180x120")
 }
-
-impl FromStr for Size {
-    type Err = SizeError;
-
-    fn from_str(text: &str) -> Result<Self, SizeError> {
-        let (width, height) = text.split_once('x').ok_or(SizeError)?;
-        let side = |text: &str| text.trim().parse().map_err(|_| SizeError);
-        let sides = [side(width)?, side(height)?];
-        let [least, most] = SIDES;
-        let is_allowed = sides.iter().all(|side| (least..=most).contains(side));
-        is_allowed.then_some(Self(sides)).ok_or(SizeError)
-    }
-}
-
-/// A size that is not two sides within the allowed range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("write WIDTHxHEIGHT in mm, each {} to {}, such as 180x120", SIDES[0], SIDES[1])]
-pub struct SizeError;
 
 /// Style and size of figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FigureOptions {
     /// The style.
     pub style: Style,
-    /// The size of all figures; `None` for the default size of each.
-    pub size: Option<Size>,
+    /// Width and height of all figures, mm; `None` for the default size of each.
+    pub size: Option<[f64; 2]>,
 }
 
 impl FigureOptions {
     /// The size of a figure whose size on paper is `own`, mm.
     pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
-        self.size.map_or(self.default_mm(own), |Size(size)| size)
+        self.size.unwrap_or_else(|| self.default_mm(own))
     }
 
     /// The default size of a figure whose size on paper is `own`, mm.
@@ -137,9 +112,9 @@ mod tests {
 
     #[test]
     fn sizes_are_two_sides() {
-        assert_eq!("180x120.5".parse(), Ok(Size([180.0, 120.5])));
+        assert_eq!(parse_size("180x120.5"), Ok([180.0, 120.5]));
         for text in ["180", "180x", "x3", "0x10", "180x1e9", "nanx50", "a x b"] {
-            assert_eq!(text.parse::<Size>(), Err(SizeError), "{text}");
+            assert!(parse_size(text).is_err(), "{text}");
         }
     }
 }

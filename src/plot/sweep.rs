@@ -7,7 +7,7 @@ use strum::VariantArray as _;
 
 use super::axis::readable;
 use super::color::{colormap, colormap_index};
-use super::figure::regime_legend;
+use super::figure::{lettered, regime_legend};
 use super::{Axis, Color, Figure, Layer, Marker, Panel, Rgb};
 use crate::analysis::{regime::Regime, stats::range, tones::SpectralLine};
 use crate::dynamics::Exponent;
@@ -27,13 +27,12 @@ const SMALLEST_EXPONENT: f64 = -250.0;
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 50.0;
 
-/// The panels over one parameter.
-struct ParameterPanels<'a> {
+/// The panels of some starts over one parameter, on axes that are the same for all starts; recordings have those of one
+/// start.
+pub struct ParameterPanels<'a> {
     axis: Axis,
-    /// The starts shown, each with the marker of its points.
-    starts: Vec<(Start, Marker)>,
-    /// Start, place on the axis, and response of each point shown.
-    shown: Vec<(Start, f64, &'a SettledResponse)>,
+    /// The starts shown, each with the marker of its points, and their places on the axis and responses.
+    starts: Vec<(Start, Marker, Vec<(f64, &'a SettledResponse)>)>,
     /// The responses of all starts, which determine the axes.
     all: Vec<&'a SettledResponse>,
     /// A line at each parameter between two points of a start shown at which the motion doubles; empty without any.
@@ -49,44 +48,28 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     }
     let shared = ParameterPanels::new(plan, points, &plan.starts);
     let panels = [shared.maxima(), shared.lines()].into_iter();
-    let panels = panels.chain(shared.exponents(EXPONENTS));
-    let names: Vec<String> = starts.map(Start::to_string).collect();
-    let starts = match plan.starts[..] {
-        [start] => start_label(start).to_owned(),
-        _ => format!("starts {}", names.join(", ")),
-    };
-    let title = format!("{}: {starts}", plan.subject.name);
-    let panels = panels.collect();
+    let panels = panels.chain(shared.exponents(EXPONENTS)).collect();
+    let title = format!("{}: {}", plan.subject.name, start_labels(plan));
     vec![Figure::grid("bifurcation", &title, ROW_MM, 1, panels)]
 }
 
 /// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let shared = ParameterPanels::new(plan, points, &plan.starts);
+    let exponents = shared.exponents(EXPONENTS);
     // The caption names the panels by their letters.
-    let panels = [
-        ("a", shared.exponents(EXPONENTS)),
-        ("b", Some(shared.maxima())),
-        ("c", Some(shared.lines())),
-    ];
-    let panels = panels.into_iter().filter_map(|(letter, panel)| {
-        let title = format!("{letter}: {}", panel.as_ref()?.title);
-        Some(panel?.with_title(title))
-    });
-    let starts: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
-    let starts = starts.join(", ");
+    let first = if exponents.is_some() { 'a' } else { 'b' };
+    let panels = exponents.into_iter();
+    let panels = panels.chain([shared.maxima(), shared.lines()]);
+    let panels = lettered(first, panels);
+    let starts = start_labels(plan);
     let title = format!("Fig. 11: Lyapunov exponents and bifurcation diagram, {starts}");
-    Figure::grid("figure-11", &title, ROW_MM, 1, panels.collect())
+    Figure::grid("figure-11", &title, ROW_MM, 1, panels)
 }
 
-/// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
-pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
-    ParameterPanels::new(plan, points, &[start]).maxima()
-}
-
-/// The exponents of one start, on axes that are the same for all starts; `None` without any. Recordings use it.
-pub fn exponents(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Option<Panel> {
-    ParameterPanels::new(plan, points, &[start]).exponents(usize::MAX)
+fn start_labels(plan: &SweepPlan) -> String {
+    let labels: Vec<&str> = plan.starts.iter().copied().map(start_label).collect();
+    labels.join(", ")
 }
 
 /// Name of the way in which points are started.
@@ -105,32 +88,32 @@ fn parameter_axis(axis: &sweep::Axis) -> Axis {
 
 impl<'a> ParameterPanels<'a> {
     /// The panels of the starts shown, side by side within a step of the parameter.
-    fn new(plan: &SweepPlan, points: &'a [SweepPoint], starts: &[Start]) -> Self {
+    pub fn new(plan: &SweepPlan, points: &'a [SweepPoint], starts: &[Start]) -> Self {
         let axis = parameter_axis(&plan.axes[0]);
         let [low, high] = axis.range;
         let step = (high - low) / plan.axes[0].values.len().max(1) as f64;
         let apart = OFFSET * step / starts.len() as f64;
         let middle = 0.5 * (starts.len() as f64 - 1.0);
-        let shown = starts.iter().enumerate().flat_map(|(k, &start)| {
+        let shown = starts.iter().enumerate().map(|(k, &start)| {
             let points = points.iter();
-            let points = points.filter(move |point| point.place.start == start);
+            let points = points.filter(|point| point.place.start == start);
             let shift = apart * (k as f64 - middle);
-            points.filter_map(move |p| Some((start, p.place.values[0] + shift, p.found()?)))
+            let shown = points.filter_map(|p| Some((p.place.values[0] + shift, p.found()?)));
+            let marker = match start {
+                Start::Upward if starts.len() > 1 => Marker::Up,
+                Start::Downward if starts.len() > 1 => Marker::Down,
+                _ => Marker::Dot,
+            };
+            (start, marker, shown.collect())
         });
-        let marker = |start| match start {
-            Start::Upward if starts.len() > 1 => Marker::Up,
-            Start::Downward if starts.len() > 1 => Marker::Down,
-            _ => Marker::Dot,
-        };
         let doublings = sweep::transitions(points).into_iter();
         let doublings = doublings.filter(|t| t.doubling.is_some() && starts.contains(&t.start));
         let doublings = doublings.map(|t| 0.5 * (t.from + t.to));
         let doublings = Layer::vertical_lines(doublings, Color::Ink).with_label("doubling");
         Self {
             axis,
-            shown: shown.collect(),
+            starts: shown.collect(),
             all: points.iter().filter_map(SweepPoint::found).collect(),
-            starts: starts.iter().map(|&start| (start, marker(start))).collect(),
             doublings: Some(doublings).filter(Layer::has_points),
         }
     }
@@ -139,7 +122,7 @@ impl<'a> ParameterPanels<'a> {
     fn start_legend(&self) -> impl Iterator<Item = Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
         let entry = |start: &Start| Layer::legend_entry(start.to_string(), Color::Ink);
-        starts.map(move |(start, marker)| entry(start).with_marker(*marker))
+        starts.map(move |(start, marker, _)| entry(start).with_marker(*marker))
     }
 
     /// Points with the markers of their starts; `of` returns the ordinates of a response.
@@ -149,27 +132,26 @@ impl<'a> ParameterPanels<'a> {
         color: Color,
         of: impl Fn(&'a SettledResponse) -> I,
     ) -> Vec<Layer> {
-        let layers = self.starts.iter().map(|(shown, marker)| {
-            let found = self.shown.iter().filter(|(start, ..)| start == shown);
-            let points = found.flat_map(|(_, x, found)| of(found).into_iter().map(|y| [*x, y]));
+        let layers = self.starts.iter().map(|(_, marker, shown)| {
+            let points = shown.iter();
+            let points = points.flat_map(|(x, found)| of(found).into_iter().map(|y| [*x, y]));
             Layer::points(points.collect(), radius, color).with_marker(*marker)
         });
         layers.filter(Layer::has_points).collect()
     }
 
     /// The maxima of the displacement in the colour of the regime.
-    fn maxima(&self) -> Panel {
+    pub fn maxima(&self) -> Panel {
         let all = self.all.iter().flat_map(|found| maxima_or_zero(found));
         let y = Axis::with_margin("maximum", all).of("m");
         let mut points = Vec::new();
         for &regime in Regime::VARIANTS {
             // The few points of a periodic motion are larger, so that they are visible.
-            for (few, radius) in [(false, 0.7), (true, 1.7)] {
-                points.extend(self.points(radius, Color::Regime(regime), |response| {
-                    let chosen = response.regime == regime && has_few(&response.maxima_m) == few;
-                    maxima_or_zero(response).filter(move |_| chosen)
-                }));
-            }
+            let few = matches!(regime, Regime::Silent | Regime::Periodic);
+            let (radius, color) = (if few { 1.7 } else { 0.7 }, Color::Regime(regime));
+            points.extend(self.points(radius, color, |response| {
+                maxima_or_zero(response).filter(move |_| response.regime == regime)
+            }));
         }
         let has = |color| points.iter().any(|layer| layer.color == color);
         let mut layers: Vec<Layer> = regime_legend(|kind| has(Color::Regime(kind))).collect();
@@ -181,7 +163,7 @@ impl<'a> ParameterPanels<'a> {
     }
 
     /// The largest exponents, at most `most`, with their intervals; `None` without any.
-    fn exponents(&self, most: usize) -> Option<Panel> {
+    pub fn exponents(&self, most: usize) -> Option<Panel> {
         let kth = |response: &SettledResponse, k: usize| -> Option<Exponent> {
             response.exponents.as_ref()?.exponents.get(k).copied()
         };
@@ -189,14 +171,15 @@ impl<'a> ParameterPanels<'a> {
         all(0).next()?;
         let mut layers = vec![Layer::horizontal_line(0.0)];
         let numbers = || (0..most).take_while(|k| all(*k).next().is_some());
-        let entry = |k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(k));
+        let entry = |k| Layer::legend_entry(format!("λ{}", k + 1), Color::Series(k));
         layers.extend(numbers().map(entry));
         layers.extend(self.start_legend());
         // The largest exponent is drawn last with the smallest marker, so that equal exponents remain
         // visible.
         for k in (0..numbers().count()).rev() {
-            let color = Color::Exponent(k);
-            let spans = self.shown.iter().filter_map(|(_, x, found)| {
+            let color = Color::Series(k);
+            let shown = self.starts.iter().flat_map(|(_, _, shown)| shown);
+            let spans = shown.filter_map(|(x, found)| {
                 let exponent = kth(found, k)?;
                 Some([*x, exponent.low(), exponent.high()])
             });
@@ -206,8 +189,12 @@ impl<'a> ParameterPanels<'a> {
             let id = format!("exponent-{}", k + 1);
             layers.extend(points.into_iter().map(|points| points.with_id(&*id)));
         }
-        let values = exponent_axis_values(numbers().flat_map(all)).chain([0.0]);
-        let y = Axis::with_margin("exponent, 1/s", values);
+        let values = numbers().flat_map(all).flat_map(|exponent| {
+            let half = exponent.half_width.min(INTERVAL);
+            [-half, 0.0, half].map(|part| exponent.value + part)
+        });
+        let values = values.filter(|value| *value > SMALLEST_EXPONENT);
+        let y = Axis::with_margin("exponent, 1/s", values.chain([0.0]));
         let title = "largest Lyapunov exponents with 95 % intervals";
         Some(Panel::new(title, self.axis.clone(), y, layers))
     }
@@ -244,29 +231,10 @@ impl<'a> ParameterPanels<'a> {
     }
 }
 
-/// The values that an axis of exponents must contain: the exponents and the near parts of their intervals.
-fn exponent_axis_values(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
-    let ends = exponents.flat_map(|e| {
-        let low = e.low().max(e.value - INTERVAL);
-        [e.value, low, e.high().min(e.value + INTERVAL)]
-    });
-    ends.filter(|value| value.is_finite() && *value > SMALLEST_EXPONENT)
-}
-
 /// The maxima of a response, m; a joint at rest has one, at zero.
 fn maxima_or_zero(response: &SettledResponse) -> impl Iterator<Item = f64> + '_ {
     let rests = response.maxima_m.is_empty().then_some(0.0);
     response.maxima_m.iter().copied().chain(rests)
-}
-
-/// Whether the maxima take only a few distinct values.
-fn has_few(maxima: &[f64]) -> bool {
-    let [low, high] = range(maxima.iter().copied());
-    let size = high.abs().max(low.abs());
-    let mut sorted = maxima.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
-    gaps.map(|gap| gap.min(0.01 * size)).sum::<f64>() < 0.05 * size
 }
 
 /// Maps of the regime and of the largest exponent over two parameters.
@@ -277,28 +245,29 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let points = points.iter().filter(|point| point.place.start == start);
     let found = points.filter_map(|point| Some((&point.place, point.found()?)));
     let found: Vec<(&Place, &SettledResponse)> = found.collect();
-    let image = |palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
+    let panel = |title: &str, palette: &[Rgb], color: &dyn Fn(&SettledResponse) -> Option<u8>| {
         // The first axis varies fastest.
         let mut cells = vec![None; columns * rows];
         for (place, response) in &found {
             cells[place.index % (columns * rows)] = color(response);
         }
-        Layer::cells([&x, &y], columns, &cells, palette)
+        let image = Layer::cells([&x, &y], columns, &cells, palette);
+        Panel::new(title, x.clone(), y.clone(), vec![image])
     };
-    let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
     let colors = Regime::VARIANTS.iter();
     let colors: Vec<Rgb> = colors.map(|kind| Color::Regime(*kind).on_light()).collect();
     // The palette is in the order of the variants.
-    let mut regimes = vec![image(&colors, &|response| Some(response.regime as u8))];
-    regimes.extend(regime_legend(|kind| {
-        found.iter().any(|(_, found)| found.regime == kind)
-    }));
+    let index = |response: &SettledResponse| Some(response.regime as u8);
+    let mut regimes = panel("type of motion", &colors, &index);
+    let is_found = |kind| found.iter().any(|(_, found)| found.regime == kind);
+    regimes.layers.extend(regime_legend(is_found));
     let unsettled = found.iter().filter(|(_, response)| !response.settled);
     let unsettled = unsettled.map(|(place, _)| [place.values[0], place.values[1]]);
     let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
     let crosses = crosses.with_label("not in steady state");
-    regimes.extend(Some(crosses).filter(Layer::has_points));
-    let mut panels = vec![panel("type of motion".to_owned(), regimes)];
+    let crosses = Some(crosses).filter(Layer::has_points);
+    regimes.layers.extend(crosses);
+    let mut panels = vec![regimes];
     let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
@@ -306,11 +275,10 @@ fn map(plan: &SweepPlan, start: Start, points: &[SweepPoint]) -> Figure {
     let values = || found.iter().filter_map(|(_, response)| largest(response));
     let [_, most] = range(values().chain([1.0]));
     if values().next().is_some() {
-        let image = image(&colormap()[..255], &|response| {
-            largest(response).map(|value| colormap_index(value.max(0.0) / most).min(254))
-        });
         let title = format!("largest exponent: pale is 0 or negative, black {most:.0} 1/s");
-        panels.push(panel(title, vec![image]));
+        panels.push(panel(&title, &colormap()[..255], &|response| {
+            largest(response).map(|value| colormap_index(value.max(0.0) / most).min(254))
+        }));
     }
     let title = format!("{}: {}", plan.subject.name, start_label(start));
     let mut figure = Figure::grid(&format!("regimes-{start}"), &title, 75.0, 1, panels);

@@ -162,7 +162,7 @@ fn a_doubling_is_marked_between_its_points() {
     let plan = plan(false);
     let mut points = points(&plan);
     let marks = |points: &[SweepPoint]| {
-        let panel = maxima(&plan, points, Start::Upward);
+        let panel = ParameterPanels::new(&plan, points, &[Start::Upward]).maxima();
         let dashed = panel.layers.iter().filter(|layer| layer.id == "chosen");
         // Each line has two ends.
         dashed.flat_map(Layer::points_of).count() / 2

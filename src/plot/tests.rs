@@ -481,8 +481,8 @@ fn every_shape_is_drawn_in_every_format_and_style() {
             svg.matches("Everything").count(),
             1 + usize::from(options.has_title())
         );
-        let [svg, png, pdf] =
-            Format::ALL.map(|format| everything().file(&options, format).unwrap());
+        let [svg, png, pdf] = [Format::Svg, Format::Png, Format::Pdf]
+            .map(|format| everything().file(&options, format).unwrap());
         assert!(svg.starts_with(b"<svg"));
         assert!(png.starts_with(b"\x89PNG"));
         assert!(pdf.starts_with(b"%PDF-"));
@@ -490,7 +490,7 @@ fn every_shape_is_drawn_in_every_format_and_style() {
     }
     let sized = FigureOptions {
         style: Style::Paper,
-        size: Some("90x60".parse().unwrap()),
+        size: Some(parse_size("90x60").unwrap()),
     };
     assert!(
         everything()

@@ -63,6 +63,9 @@ pub fn shown(text: &str) -> String {
     while let Some(c) = left.chars().next() {
         left = &left[c.len_utf8()..];
         let is_in_word = shown.ends_with(char::is_alphanumeric);
+        // A difference of frequencies, such as `2 f1 - f2`, has spaces at its sign.
+        let after = left.strip_prefix(" f").or_else(|| left.strip_prefix(' '));
+        let after = after.unwrap_or(left);
         if c == 'e'
             && let Some(power) = exponent(left)
             && let Some(before) = number_before(&shown)
@@ -73,28 +76,13 @@ pub fn shown(text: &str) -> String {
             }
             shown += &power_of_ten(power);
             left = &left[power.len()..];
-        } else if c == '-'
-            && (starts_with_digit(left) && !is_in_word || is_difference(&shown, left))
-        {
+        } else if c == '-' && !is_in_word && after.starts_with(|c: char| c.is_ascii_digit()) {
             shown.push('−');
         } else {
             shown.push(c);
         }
     }
     shown
-}
-
-/// Whether a number follows, as after a sign.
-fn starts_with_digit(after: &str) -> bool {
-    after.starts_with(|next: char| next.is_ascii_digit())
-}
-
-/// Whether a text ends and the next one begins as at the minus of `2 f1 - f2`.
-fn is_difference(before: &str, after: &str) -> bool {
-    let next = after.strip_prefix(' ').unwrap_or_default();
-    before.ends_with(' ')
-        && (starts_with_digit(next)
-            || starts_with_digit(next.strip_prefix('f').unwrap_or_default()))
 }
 
 /// The exponent with which a text starts, unless it belongs to a word.
@@ -113,7 +101,7 @@ fn number_before(text: &str) -> Option<usize> {
 }
 
 /// A power of ten with its exponent raised: `10⁻³`.
-pub fn power_of_ten(exponent: &str) -> String {
+fn power_of_ten(exponent: &str) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize]);
     format!("10{}", exponent.chars().map(raised).collect::<String>())

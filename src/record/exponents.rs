@@ -16,7 +16,7 @@ const SHORT: f64 = 0.1;
 pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
     let (spectrum, time) = (&found.spectrum, found.time);
     let names = (0..spectrum.exponents.len()).flat_map(|k| {
-        let color = style::on_dark(plot::Color::Exponent(k));
+        let color = style::on_dark(plot::Color::Series(k));
         let faint = style::faded(color, 0.55);
         let parts = [("lower end, ", faint), ("", color), ("upper end, ", faint)];
         parts.map(|(part, color)| (format!("λ{}, {part}1/s", k + 1), color))

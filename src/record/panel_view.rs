@@ -23,10 +23,8 @@ use super::plot::{CAPTION_HEIGHT, Plot, legend_height, texts};
 use super::stream::{Moment, RecordingStream};
 use super::style;
 use crate::escape;
-use crate::plot::{self, Image, Layer, Marker, Panel, Shape, shown};
+use crate::plot::{self, Image, Layer, Panel, Shape, shown};
 
-/// Half the size of a cross, pixels.
-const CROSS: f32 = 6.0;
 /// Lengths of the dashes and gaps of a dashed line, pixels.
 const STROKE: f32 = 8.0;
 const GAP: f32 = 6.0;
@@ -327,9 +325,7 @@ impl Entity {
             Shape::Points(points) => {
                 // Smaller points are not visible on a screen.
                 self.radius = (1.2 * layer.size).max(1.6) as f32;
-                if layer.marker == Marker::Cross {
-                    self.add_strips(places(points).into_iter().map(cross), color);
-                } else if layer.fading {
+                if layer.fading {
                     let fade = |k| style::fade(color, k, points.len());
                     let aged = places(points).into_iter().zip((1..).map(fade));
                     self.points.get_or_insert_default().extend(aged);
@@ -394,19 +390,6 @@ fn single(mut colors: Vec<Color>) -> Vec<Color> {
         colors.truncate(1);
     }
     colors
-}
-
-/// A cross as one polyline through its centre.
-fn cross([x, y]: [f32; 2]) -> Vec<[f32; 2]> {
-    let ends = [
-        [-1.0, -1.0],
-        [1.0, 1.0],
-        [0.0, 0.0],
-        [-1.0, 1.0],
-        [1.0, -1.0],
-    ];
-    let ends = ends.map(|[right, down]| [x + CROSS * right, y + CROSS * down]);
-    ends.to_vec()
 }
 
 /// The dashes of a dashed line.

@@ -87,9 +87,8 @@ impl Patch {
                 self.draw_legend(rec);
             }
         }
-        self.redraw.set_rate(frame);
         for snapshot in &frame.patch {
-            if self.redraw.is_due(snapshot.time) {
+            if self.redraw.is_due(snapshot.time, frame.shown) {
                 self.push_snapshot(rec, snapshot);
             }
         }

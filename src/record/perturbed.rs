@@ -64,8 +64,7 @@ impl PerturbedTrajectory {
         }
         let keep = (TRAIL / frame.dt).round() as usize;
         self.trail.drain(..self.trail.len().saturating_sub(keep));
-        self.redraw.set_rate(frame);
-        if !self.redraw.is_due(frame.end()) {
+        if !self.redraw.is_due(frame.end(), frame.shown) {
             return;
         }
         for (c, scale) in self.scales.iter_mut().enumerate() {

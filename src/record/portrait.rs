@@ -70,8 +70,7 @@ impl Portrait {
         // Whole pieces, so that a point stays in its piece: pieces that shift compress badly.
         let surplus = self.trail.len().saturating_sub(wanted) / piece * piece;
         self.trail.drain(..surplus);
-        self.redraw.set_rate(frame);
-        if !self.redraw.is_due(frame.end()) {
+        if !self.redraw.is_due(frame.end(), frame.shown) {
             return;
         }
         for (c, scale) in self.scales.iter_mut().enumerate() {

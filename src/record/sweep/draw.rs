@@ -4,7 +4,7 @@ use crate::record::sdk::{LineStrips3D, Radius};
 
 use super::{SweepStudy, description, scales::SharedScales};
 use crate::plot::response::{self, recurrence_caption, samples, section};
-use crate::plot::{self, Color, Layer, Panel, SectionAxes, Unit};
+use crate::plot::{self, Color, Layer, Panel, ParameterPanels, SectionAxes, Unit};
 use crate::record::paths::{self, Root};
 use crate::record::portrait;
 use crate::record::series::{PointSeries, SeriesTitles};
@@ -12,9 +12,6 @@ use crate::record::stream::{Moment, RecordingStream};
 use crate::record::style::{self, capitalize};
 use crate::study::response::{SettledResponse, section_lag};
 use crate::study::sweep::{Start, SweepPoint};
-
-/// Maximum number of points of a spectrum; it exceeds the number of pixels.
-const SPECTRUM_POINTS: usize = 2000;
 
 /// Notes of plots without data.
 const NOTHING_MOVES: &str = "no vibration";
@@ -34,9 +31,10 @@ pub struct StartWriter<'a> {
 impl<'a> StartWriter<'a> {
     /// The writer of a start.
     pub fn new(sweep: &'a SweepStudy<'a>, start: Start, scales: &'a SharedScales) -> Self {
-        let exponents = plot::exponents(sweep.plan, sweep.points, start);
+        let panels = ParameterPanels::new(sweep.plan, sweep.points, &[start]);
+        let exponents = panels.exponents(usize::MAX);
         let exponents = exponents.map(|panel| ("exponents", panel));
-        let diagrams = [("diagram", diagram(sweep, start))];
+        let diagrams = [("diagram", diagram(sweep, start, panels.maxima()))];
         let diagrams = diagrams.into_iter().chain(exponents).collect();
         let label = plot::start_label(start);
         let titles = SeriesTitles {
@@ -121,8 +119,7 @@ impl<'a> StartWriter<'a> {
 }
 
 /// The bifurcation diagram, with marks for failed runs.
-fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
-    let mut panel = plot::maxima(sweep.plan, sweep.points, start);
+fn diagram(sweep: &SweepStudy<'_>, start: Start, mut panel: Panel) -> Panel {
     let points = sweep.points.iter();
     let of_start = points.filter(|point| point.place.start == start);
     let failed = of_start.filter(|point| point.outcome.is_err());
@@ -146,15 +143,13 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     panel
 }
 
-/// The spectrum of a response, reduced to the resolution of the plot.
+/// The spectrum of a response.
 fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
     let lines = found.map_or(&[][..], |found| &found.lines);
-    let (bin, amplitude) = match found.and_then(|found| found.portrait.as_ref()) {
-        Some(motion) => thinned(motion.spectrum_bin_hz, &motion.spectrum_m),
-        None => (1.0, Vec::new()),
-    };
-    let amplitude: Vec<f64> = amplitude.into_iter().map(f64::from).collect();
-    scales.spectrum.panel(bin, &amplitude, lines, Color::Faint)
+    match found.and_then(|found| found.portrait.as_ref()) {
+        Some(motion) => response::motion_spectrum(&scales.spectrum, motion, lines),
+        None => response::spectrum(&scales.spectrum, 1.0, [], lines, Color::Faint),
+    }
 }
 
 /// The recurrence plot of a response, or the reason why there is none.
@@ -169,39 +164,4 @@ fn recurrence(rec: &RecordingStream, found: Option<&SettledResponse>, note: &str
         None => note.to_owned(),
     };
     response::recurrence(plot.as_ref(), true).with_caption(caption)
-}
-
-/// A spectrum with fewer points if it has too many: smallest and largest amplitude of each group of bins, in
-/// their order.
-fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f32>) {
-    let many = (2 * amplitude.len()).div_ceil(SPECTRUM_POINTS);
-    if many <= 2 {
-        return (bin, amplitude.to_vec());
-    }
-    let pairs = amplitude.chunks(many).flat_map(|bins| {
-        let by_size = |a: &usize, b: &usize| bins[*a].total_cmp(&bins[*b]);
-        let places = || 0..bins.len();
-        // The first of equal ones counts.
-        let mut ends = [places().min_by(by_size), places().rev().max_by(by_size)];
-        ends.sort_unstable();
-        ends.into_iter().flatten().map(|place| bins[place])
-    });
-    (0.5 * many as f64 * bin, pairs.collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_thinned_spectrum_keeps_lines_and_noise_floor() {
-        let mut amplitude = vec![1e-3f32; 8 * SPECTRUM_POINTS];
-        amplitude[800] = 1.0;
-        amplitude[1001] = 1e-6;
-        let (bin, thin) = thinned(2.0, &amplitude);
-        assert_eq!((bin, thin.len()), (16.0, SPECTRUM_POINTS));
-        assert_eq!((thin[100], thin[125]), (1.0, 1e-6f32));
-        let few = thinned(2.0, &amplitude[..SPECTRUM_POINTS]);
-        assert_eq!((few.0, few.1.len()), (2.0, SPECTRUM_POINTS));
-    }
 }

@@ -2,8 +2,8 @@
 //! points at one parameter value.
 
 use super::{SweepStudy, description, timeline::TimelineTicks};
-use crate::plot::SectionAxes;
-use crate::plot::response::{SMALLEST, SpectrumAxes, common_range, largest, section_axes};
+use crate::plot::response::{SMALLEST, common_range, largest, section_axes, spectrum_axes};
+use crate::plot::{Panel, SectionAxes};
 use crate::study::response::SettledResponse;
 use crate::study::sweep::SweepPoint;
 
@@ -23,7 +23,7 @@ pub struct SharedScales {
     /// The timeline.
     pub timeline: TimelineTicks,
     /// Axes of the spectra.
-    pub spectrum: SpectrumAxes,
+    pub spectrum: Panel,
     /// Largest displacement (m) and speed (m/s).
     largest: [f64; 2],
     /// Symbol of the displacement.
@@ -54,7 +54,7 @@ impl SharedScales {
     }
 }
 
-fn spectrum(found: &[&SettledResponse], largest: f64) -> SpectrumAxes {
+fn spectrum(found: &[&SettledResponse], largest: f64) -> Panel {
     let lines = || found.iter().flat_map(|response| &response.lines);
     let strongest = lines().map(|line| line.amplitude).fold(0.0, f64::max);
     let strong = lines().filter(|line| line.amplitude >= WEAK * strongest);
@@ -68,5 +68,5 @@ fn spectrum(found: &[&SettledResponse], largest: f64) -> SpectrumAxes {
     let highest = if end > 0.0 { highest.min(end) } else { highest };
     // Without lines, the displacement determines the scale.
     let top = if strongest > 0.0 { strongest } else { largest };
-    SpectrumAxes::new(top, DECADES, highest)
+    spectrum_axes(top, DECADES, highest)
 }
