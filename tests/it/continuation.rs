@@ -5,8 +5,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use squeakscope::dynamics::continuation::{
-    BifurcationKind, BranchEnd, ContinuationOptions, Family, FamilyError, Multiplier, OrbitBranch,
-    PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
+    BifurcationKind, BranchEnd, ContinuationOptions, Family, FamilyError, FamilyMember, Multiplier,
+    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
 use squeakscope::joint::BallJoint;
@@ -30,17 +30,13 @@ impl TiltFamily {
 }
 
 impl Family for TiltFamily {
-    fn system(&self, tilt_deg: f64) -> Result<Box<dyn System>, FamilyError> {
-        Ok(Box::new(self.ball.joint(tilt_deg.to_radians())?))
-    }
-
-    fn drive_period(&self, _tilt_deg: f64) -> Option<f64> {
-        None
-    }
-
-    fn observable(&self, tilt_deg: f64) -> Vec<f64> {
-        let joint = self.ball.joint(tilt_deg.to_radians()).unwrap();
-        joint.probe().to_vec()
+    fn member(&self, tilt_deg: f64) -> Result<FamilyMember, FamilyError> {
+        let joint = self.ball.joint(tilt_deg.to_radians())?;
+        Ok(FamilyMember {
+            drive_period: None,
+            observable: joint.probe().to_vec(),
+            system: Box::new(joint),
+        })
     }
 }
 
@@ -59,7 +55,7 @@ fn tone(
     [kick, tolerance]: [f64; 2],
     seed: u64,
 ) -> PeriodicOrbit {
-    let sys = family.system(tilt_deg).unwrap();
+    let sys = family.member(tilt_deg).unwrap().system;
     let m = sys.modes();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut z = vec![0.0; sys.dim()];
@@ -86,7 +82,7 @@ fn follow(family: &TiltFamily, start: PeriodicOrbit) -> OrbitBranch {
 /// The largest distance of a multiplier from the eigenvalues of a monodromy matrix by central differences of the plain
 /// method of order 8.
 fn distance_from_differences(family: &TiltFamily, orbit: &PeriodicOrbit) -> f64 {
-    let sys = family.system(orbit.parameter).unwrap();
+    let sys = family.member(orbit.parameter).unwrap().system;
     let sys = sys.as_ref();
     let (n, m) = (sys.tangent_dim(), sys.modes());
     let method = MethodName::Dop853.with(Accuracy::relative(1e-12), 1e-5);
@@ -161,7 +157,7 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
     );
     assert!((torus.torus_frequency_hz.unwrap() - 268.0087).abs() < 1e-3);
     // The exponents of a long simulation.
-    let sys = family.system(2.0).unwrap();
+    let sys = family.member(2.0).unwrap().system;
     let method = MethodName::Lawson54.with(Accuracy::relative(1e-7), 1e-4);
     let mut run = Integrator::new(method, sys.as_ref())
         .and_then(|run| run.with_tangents(3, 1))

@@ -1,6 +1,6 @@
 //! Systems from closures.
 
-use crate::continuation::{Family, FamilyError};
+use crate::continuation::{Family, FamilyError, FamilyMember};
 use crate::system::difference_of_change;
 use crate::{Differentiable, Switching, System};
 
@@ -167,13 +167,14 @@ impl Switching for OwnSystem {
     }
 }
 
-/// The systems that a closure returns for values of the parameter.
+/// The systems that a closure returns for values of the parameter; the observable is the first component of the state.
 impl<F: Fn(f64) -> OwnSystem> Family for F {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
-        Ok(Box::new(self(parameter)))
-    }
-
-    fn drive_period(&self, parameter: f64) -> Option<f64> {
-        self(parameter).drive_period
+    fn member(&self, parameter: f64) -> Result<FamilyMember, FamilyError> {
+        let system = self(parameter);
+        Ok(FamilyMember {
+            drive_period: system.drive_period,
+            observable: vec![1.0],
+            system: Box::new(system),
+        })
     }
 }

@@ -4,10 +4,9 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::dynamics::System;
 use crate::dynamics::continuation::{
-    Bifurcation, BifurcationKind, ContinuationOptions, Family, FamilyError, Multiplier,
-    OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
+    Bifurcation, BifurcationKind, ContinuationOptions, Family, FamilyError, FamilyMember,
+    Multiplier, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
@@ -28,12 +27,12 @@ const RETURN: f64 = 0.02;
 struct OverTilt<'a>(&'a BallJoint);
 
 impl Family for OverTilt<'_> {
-    fn system(&self, tilt: f64) -> Result<Box<dyn System>, FamilyError> {
-        Ok(Box::new(self.0.joint(tilt)?))
-    }
-
-    fn drive_period(&self, _tilt: f64) -> Option<f64> {
-        None
+    fn member(&self, tilt: f64) -> Result<FamilyMember, FamilyError> {
+        Ok(FamilyMember {
+            system: Box::new(self.0.joint(tilt)?),
+            drive_period: None,
+            observable: vec![1.0],
+        })
     }
 }
 

@@ -1,12 +1,12 @@
 //! The systems of a study over some parameters: their equilibria, and the systems for the continuation of periodic orbits.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use faer::Mat;
 
 use crate::dynamics::System;
-use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
+use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError, FamilyMember};
 use crate::dynamics::equilibrium::{Eigenmode, Linearised, derivative};
 use crate::joint::{LinearMode, NamedMode};
 use crate::pipeline::PipelineError;
@@ -23,8 +23,6 @@ pub struct SubjectFamily {
     names: Vec<String>,
     /// The last equilibrium, from which the next one is found.
     guess: RefCell<Vec<f64>>,
-    /// The last value of the first parameter, and the period of the drive there, s: both are asked for at each orbit.
-    drive: Cell<(f64, Option<f64>)>,
 }
 
 /// The system and its linearisation at its equilibrium, for some values of the parameters.
@@ -46,7 +44,6 @@ impl SubjectFamily {
             subject,
             names,
             guess: RefCell::default(),
-            drive: Cell::new((f64::NAN, None)),
         }
     }
 
@@ -116,23 +113,14 @@ impl SubjectFamily {
 }
 
 impl Family for SubjectFamily {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
+    /// The observable is the displacement of the probe, m.
+    fn member(&self, parameter: f64) -> Result<FamilyMember, FamilyError> {
         let trial = self.trial(&[parameter])?;
-        self.drive.set((parameter, trial.drive_period));
-        Ok(Box::new(trial.prepared.integrator.into_system()))
-    }
-
-    fn drive_period(&self, parameter: f64) -> Option<f64> {
-        match self.drive.get() {
-            (last, period) if last == parameter => period,
-            _ => self.trial(&[parameter]).ok()?.drive_period,
-        }
-    }
-
-    /// The displacement of the probe, m.
-    fn observable(&self, parameter: f64) -> Vec<f64> {
-        let trial = self.trial(&[parameter]);
-        trial.map_or_else(|_| vec![f64::NAN], |trial| trial.prepared.probe)
+        Ok(FamilyMember {
+            system: Box::new(trial.prepared.integrator.into_system()),
+            drive_period: trial.drive_period,
+            observable: trial.prepared.probe,
+        })
     }
 }
 

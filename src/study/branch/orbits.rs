@@ -9,7 +9,7 @@ use super::result::{At, Branch, BranchBifurcation};
 use crate::analysis::regime::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
-    BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, Family, OrbitBranch,
+    BifurcationKind, BranchEnd, BranchStart, ContinuationOptions, Criticality, OrbitBranch,
     PeriodicOrbit, ReturnSearch, continue_orbits, doubled_orbit, hopf_orbit, settled_orbit,
 };
 use crate::dynamics::equilibrium::{Eigenmode, EquilibriumError};
@@ -211,6 +211,7 @@ impl Study<'_> {
             ..ResponsePlan::default()
         }
         .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
+        let is_driven = trial.drive_period.is_some();
         let progress = &mut *self.progress;
         let found = response(trial, None, &plan, &mut || progress(0.0, &task));
         let found = found.map_err(|error| match error {
@@ -218,7 +219,7 @@ impl Study<'_> {
             error => no_orbit(name, value, &error),
         })?;
         // Whether a driven motion repeats is seen at the period of the drive.
-        if found.regime != Regime::Periodic && self.family.drive_period(value).is_none() {
+        if found.regime != Regime::Periodic && !is_driven {
             let kind = found.motion();
             let reason = format!("at {name} = {value} the settled motion is {kind}");
             return Err(StudyError::NoOrbit(reason));
@@ -228,7 +229,7 @@ impl Study<'_> {
 
     /// The orbit of a settled response at a value.
     fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, StudyError> {
-        let [settle_s, max_period_s] = match self.family.drive_period(value) {
+        let [settle_s, max_period_s] = match self.family.trial(&[value])?.drive_period {
             // The response ended at another phase of the drive than that at time zero, where the search begins.
             Some(drive) => DRIVES.map(|count| count * drive),
             None => {

@@ -16,10 +16,10 @@ use crate::analysis::tones::{
 };
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
-    BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, PeriodicOrbit,
-    ReturnSearch, continue_orbits, settled_orbit,
+    BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, FamilyMember,
+    PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
-use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
+use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName};
 use crate::study::{OnProgress, StudyError};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
@@ -216,9 +216,9 @@ impl TorusStudy<'_> {
 
     /// Lets the motion settle at a value of the parameter and measures its tones.
     fn settled(&mut self, parameter: f64) -> Result<TorusPoint, ContinuationError> {
-        let sys = self.family.system(parameter);
-        let sys = sys.map_err(|source| ContinuationError::Family { parameter, source })?;
-        let drive_hz = self.family.drive_period(parameter).map(f64::recip);
+        let member = self.family.member(parameter);
+        let member = member.map_err(|source| ContinuationError::Family { parameter, source })?;
+        let drive_hz = member.drive_period.map(f64::recip);
         let [first_hz, second_hz] = self.frequencies_hz;
         let first_hz = drive_hz.unwrap_or(first_hz);
         let rate = SAMPLES * first_hz;
@@ -232,7 +232,7 @@ impl TorusStudy<'_> {
         };
         let mut simulate = |beats: f64| {
             let count = (beats * rate / second_hz).ceil() as usize;
-            let signal = self.simulate(sys.as_ref(), parameter, (count, rate));
+            let signal = self.simulate(&member, (count, rate));
             signal.map_err(|source| ContinuationError::Integration { parameter, source })
         };
         let mut before = 0.0;
@@ -276,23 +276,23 @@ impl TorusStudy<'_> {
     /// period of a drive.
     fn simulate(
         &mut self,
-        sys: &dyn System,
-        value: f64,
+        member: &FamilyMember,
         (count, rate): (usize, f64),
     ) -> Result<Vec<f64>, DynamicsError> {
+        let sys = member.system.as_ref();
         let (mut integrator, mut z) = Integrator::started(self.method, sys, &self.state)?;
-        let factors = self.family.observable(value);
-        let n = sys.tangent_dim();
         let mut signal = Vec::with_capacity(count);
         for k in 1..=count {
             integrator.sample(k as f64 / rate, &mut z)?;
-            signal.push(factors.iter().zip(&z).map(|(a, z)| a * z).sum::<f64>());
+            let terms = member.observable.iter().zip(&z);
+            signal.push(terms.map(|(a, z)| a * z).sum::<f64>());
         }
         let end = count as f64 / rate;
-        let drive = self.family.drive_period(value);
-        let end = drive.map_or(end, |drive| (end / drive).ceil() * drive);
+        let end = member
+            .drive_period
+            .map_or(end, |drive| (end / drive).ceil() * drive);
         integrator.integrate_to(end)?;
-        self.state = integrator.state()[..n].to_vec();
+        self.state = integrator.state()[..sys.tangent_dim()].to_vec();
         Ok(signal)
     }
 

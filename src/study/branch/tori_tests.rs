@@ -1,8 +1,8 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::dynamics::Differentiable;
 use crate::dynamics::continuation::FamilyError;
+use crate::dynamics::{Differentiable, System};
 
 /// Angular frequency of the drive, rad/s.
 const DRIVE: f64 = 3.0;
@@ -74,13 +74,13 @@ struct OverFrequency {
 }
 
 impl Family for OverFrequency {
-    fn system(&self, omega: f64) -> Result<Box<dyn System>, FamilyError> {
+    fn member(&self, omega: f64) -> Result<FamilyMember, FamilyError> {
         let drive = self.drive;
-        Ok(Box::new(Driven { omega, drive }))
-    }
-
-    fn drive_period(&self, _omega: f64) -> Option<f64> {
-        Some(TAU / DRIVE)
+        Ok(FamilyMember {
+            system: Box::new(Driven { omega, drive }),
+            drive_period: Some(TAU / DRIVE),
+            observable: vec![1.0],
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::shooting::ShootingPoint;
-use super::{ContinuationError, ContinuationOptions, Family, StepLimits};
+use super::{ContinuationError, ContinuationOptions, Family, FamilyMember, StepLimits};
 use crate::stepper::Law;
 use crate::{DynamicsError, Integrator, System};
 
@@ -12,6 +12,8 @@ pub(super) struct Flow<'a> {
     pub family: &'a dyn Family,
     pub options: ContinuationOptions,
     pub newton_iterations: u64,
+    /// The last value of the parameter, and the period of the drive there, s.
+    drive: (f64, Option<f64>),
 }
 
 /// The ends of the segments.
@@ -41,6 +43,7 @@ impl<'a> Flow<'a> {
             family,
             options: *options,
             newton_iterations: 0,
+            drive: (f64::NAN, None),
         };
         let width = flow.width();
         if !(width > 0.0 && width.is_finite()) {
@@ -58,16 +61,30 @@ impl<'a> Flow<'a> {
         self.options.bounds[1] - self.options.bounds[0]
     }
 
+    /// Builds a system, with what is known of it besides.
+    pub fn member(&mut self, parameter: f64) -> Result<FamilyMember, ContinuationError> {
+        let member = self.family.member(parameter);
+        let member = member.map_err(|source| ContinuationError::Family { parameter, source })?;
+        self.drive = (parameter, member.drive_period);
+        Ok(member)
+    }
+
     /// Builds a system.
     pub fn system(&mut self, parameter: f64) -> Result<Box<dyn System>, ContinuationError> {
-        self.family
-            .system(parameter)
-            .map_err(|source| ContinuationError::Family { parameter, source })
+        Ok(self.member(parameter)?.system)
+    }
+
+    /// The period of the drive at a value of the parameter, s.
+    pub fn drive_period(&self, parameter: f64) -> Option<f64> {
+        match self.drive {
+            (last, period) if last == parameter => period,
+            _ => self.family.member(parameter).ok()?.drive_period,
+        }
     }
 
     /// The period of an orbit with unknowns `shot`, s: for a forced system it follows from the parameter.
     pub fn period(&self, shot: &ShootingPoint) -> f64 {
-        let forced = |count| Some(f64::from(count) * self.family.drive_period(shot.parameter)?);
+        let forced = |count| Some(f64::from(count) * self.drive_period(shot.parameter)?);
         shot.drive_periods.and_then(forced).unwrap_or(shot.period)
     }
 

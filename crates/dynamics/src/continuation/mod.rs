@@ -59,7 +59,7 @@ mod step;
 pub use bifurcation::{Bifurcation, BifurcationKind, Criticality, MotionBirth, Resonance};
 pub use branch::{BranchEnd, OrbitBranch};
 pub use error::ContinuationError;
-pub use family::{Family, FamilyError};
+pub use family::{Family, FamilyError, FamilyMember};
 pub use follow::{OnOrbit, continue_orbits};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};

@@ -116,7 +116,7 @@ pub struct PeriodicOrbit {
     /// Distance from 1 of the multiplier that is 1 for an autonomous orbit, the estimate of the error of the
     /// multipliers; `None` for a forced orbit.
     pub trivial_multiplier_error: Option<f64>,
-    /// Half the range of the observable ([`Family::observable`](super::Family::observable)) over the period.
+    /// Half the range of the observable ([`FamilyMember::observable`](super::FamilyMember::observable)) over the period.
     pub amplitude: f64,
     /// The observable and its rate at equal times over the period, the first ones again at the end.
     #[serde(skip)]

@@ -66,11 +66,11 @@ impl Flow<'_> {
             ..
         } = corrected;
         let parameter = shot.parameter;
-        let sys = self.system(parameter)?;
-        let sys = sys.as_ref();
+        let member = self.member(parameter)?;
+        let sys = member.system.as_ref();
         let (samples, ends) = self.samples(sys, &shot, true)?;
         let states = DMatrix::from_fn(SAMPLES, sys.tangent_dim(), |k, i| samples[k].z[i]);
-        let portrait = portrait(sys, &self.family.observable(parameter), &samples);
+        let portrait = portrait(sys, &member.observable, &samples);
         let observed = DVector::from_iterator(portrait.len(), portrait.iter().map(|at| at[0]));
         let half_range = |max: f64, min: f64| 0.5 * (max - min);
         let residual = residual(&shot, &ends, scale);

@@ -82,7 +82,7 @@ fn find_return(
 ) -> Result<(ShootingPoint, [f64; 2]), ContinuationError> {
     let failed = |source| ContinuationError::Integration { parameter, source };
     let n = sys.tangent_dim();
-    let drive = flow.family.drive_period(parameter);
+    let drive = flow.drive_period(parameter);
     let (mut integrator, mut z) =
         Integrator::started(flow.options.method, sys, state).map_err(failed)?;
     // A forced motion is needed at phase zero of its drive.
@@ -148,7 +148,7 @@ fn find_return(
     })
 }
 
-/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of [`Family::observable`].
+/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of the observable.
 /// The Hopf point is an equilibrium at a value of the parameter, with the mode whose eigenvalue is imaginary. The parameter
 /// of the orbit follows from the amplitude.
 ///
@@ -168,7 +168,7 @@ pub fn hopf_orbit(
         let (sin, cos) = (TAU * phase).sin_cos();
         vector.map(|x| x.re * cos - x.im * sin)
     };
-    let factors = family.observable(parameter);
+    let factors = flow.member(parameter)?.observable;
     let observed = DVector::from_fn(64, |k, _| {
         let z = &equilibrium + turn(k as f64 / 64.0);
         let terms = factors.iter().zip(z.as_slice());

@@ -257,7 +257,7 @@ fn impact_velocity(
     // The sample after the impact, carried back to the wall.
     let (t, state) = &jump[1];
     let [x, v] = [state[0], state[1]];
-    let sys = family.system(orbit.parameter).unwrap();
+    let sys = family.member(orbit.parameter).unwrap().system;
     let mut slope = [0.0; 2];
     sys.rhs(*t, state, &mut slope);
     v - slope[1] * (x / v)

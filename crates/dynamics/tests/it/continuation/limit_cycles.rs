@@ -198,7 +198,7 @@ fn the_hopf_normal_form_is_exact_from_its_birth_on() {
             out[3] = mu - r2 - 2.0 * w[1] * w[1];
         },
     );
-    let linearised = Linearised::new(&*family.system(0.0).unwrap(), &[0.0; 2]).unwrap();
+    let linearised = Linearised::new(&*family.member(0.0).unwrap().system, &[0.0; 2]).unwrap();
     let modes = linearised.modes().unwrap();
     let options = precise([-0.5, 1.0], 0.5);
     let start = hopf_orbit(&family, (0.0, &linearised, &modes[0]), 0.01, &options).unwrap();

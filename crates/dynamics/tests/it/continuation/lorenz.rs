@@ -32,7 +32,7 @@ fn the_orbit_of_the_subcritical_hopf_point_approaches_the_homoclinic_orbit() {
     assert!((rho - 24.736_842_1).abs() < 1e-7);
     let x = (BETA * (rho - 1.0)).sqrt();
     let omega = (BETA * (SIGMA + rho)).sqrt();
-    let system = family.system(rho).unwrap();
+    let system = family.member(rho).unwrap().system;
     let linearised = Linearised::new(&*system, &[x, x, rho - 1.0]).unwrap();
     let modes = linearised.modes().unwrap();
     let mode = modes.iter().find(|mode| mode.oscillates()).unwrap();

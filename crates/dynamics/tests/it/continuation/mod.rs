@@ -27,7 +27,7 @@ fn sample_orbit(
     count: usize,
     options: &ContinuationOptions,
 ) -> Vec<(f64, Vec<f64>)> {
-    let sys = family.system(orbit.parameter).expect("a system");
+    let sys = family.member(orbit.parameter).expect("a system").system;
     let sys = sys.as_ref();
     let mut run = Integrator::new(options.method, sys).expect("a valid method");
     if sys.switching().is_some() {

@@ -2,7 +2,7 @@
 
 pub use crate::systems::Equations;
 use squeakscope_dynamics::System;
-use squeakscope_dynamics::continuation::{Family, FamilyError};
+use squeakscope_dynamics::continuation::{Family, FamilyError, FamilyMember};
 
 /// A family of systems of first-order equations.
 pub struct Smooth<B> {
@@ -12,11 +12,12 @@ pub struct Smooth<B> {
 }
 
 impl<B: Fn(f64) -> Box<dyn System>> Family for Smooth<B> {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System>, FamilyError> {
-        Ok((self.build)(parameter))
-    }
-    fn drive_period(&self, parameter: f64) -> Option<f64> {
-        self.drive.map(|drive| drive(parameter))
+    fn member(&self, parameter: f64) -> Result<FamilyMember, FamilyError> {
+        Ok(FamilyMember {
+            system: (self.build)(parameter),
+            drive_period: self.drive.map(|drive| drive(parameter)),
+            observable: vec![1.0],
+        })
     }
 }
 
