@@ -32,8 +32,10 @@ const RIDGE: Color = Color::Series(6);
 /// The rows of a figure and its height, mm.
 type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
 
-/// The figures: name, what it shows, and its picture.
-const FIGURES: [(&str, &str, fn(&SignalAnalysis) -> Picture); 13] = [
+/// A figure: name, what it shows, and its picture.
+type Drawing = (&'static str, &'static str, fn(&SignalAnalysis) -> Picture);
+
+const FIGURES: [Drawing; 13] = [
     ("events", "Tonal events", events),
     ("waveform", "Waveform", waveform),
     ("spectrum", "Spectrum", spectrum),

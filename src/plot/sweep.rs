@@ -27,12 +27,15 @@ const SMALLEST_EXPONENT: f64 = -250.0;
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 50.0;
 
+/// Place of a point on the axis, and its response.
+type PlacedResponse<'a> = (f64, &'a SettledResponse);
+
 /// The panels of some starts over one parameter, on axes that are the same for all starts; recordings have those of one
 /// start.
 pub struct ParameterPanels<'a> {
     axis: Axis,
-    /// The starts shown, each with the marker of its points, and their places on the axis and responses.
-    starts: Vec<(Start, Marker, Vec<(f64, &'a SettledResponse)>)>,
+    /// The starts shown, each with the marker of its points.
+    starts: Vec<(Start, Marker, Vec<PlacedResponse<'a>>)>,
     /// The responses of all starts, which determine the axes.
     all: Vec<&'a SettledResponse>,
     /// A line at each parameter between two points of a start shown at which the motion doubles; empty without any.
