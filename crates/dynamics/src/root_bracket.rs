@@ -62,12 +62,11 @@ mod tests {
     /// A smooth function takes few evaluations; one with a vertical tangent and a step take at most one more than bisection.
     #[test]
     fn zeros_are_bracketed_to_the_resolution() {
-        let functions: [(&dyn Fn(f64) -> f64, f64, u32); 3] = [
-            (&|x| x.exp() - 3.0, 3.0_f64.ln(), 12),
-            (&|x| (x - 1.25).signum() * (x - 1.25).abs().sqrt(), 1.25, 46),
-            (&|x| if x < 0.3 { -1.0 } else { 1e6 }, 0.3, 46),
-        ];
-        for (function, zero, most) in functions {
+        let root = |x: f64| (x - 1.25).signum() * (x - 1.25).abs().sqrt();
+        let step = |x: f64| if x < 0.3 { -1.0 } else { 1e6 };
+        let functions: [&dyn Fn(f64) -> f64; 3] = [&|x| x.exp() - 3.0, &root, &step];
+        let zeros = [(3.0_f64.ln(), 12), (1.25, 46), (0.3, 46)];
+        for (function, (zero, most)) in functions.into_iter().zip(zeros) {
             let mut bracket = RootBracket::new([0.0, 3.0], 1e-13);
             let mut values = bracket.ends.map(function);
             let mut count = 0;
