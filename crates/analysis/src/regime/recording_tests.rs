@@ -26,7 +26,7 @@ pub fn stretches(kind: Kind, snr_db: [f64; 2], seed: u64) -> Vec<Stretch> {
     let events = found.unwrap().events;
     let known = events.iter().filter_map(|event| {
         let right = match kind {
-            Kind::Squeaks => right_for_squeak(&recording, event)?,
+            Kind::Squeaks | Kind::Change => right_for_squeak(kind, &recording, event)?,
             _ => right_for_resonance(kind, &recording, event)?,
         };
         Some(stretch(&recording, &events, event, right))
@@ -35,7 +35,11 @@ pub fn stretches(kind: Kind, snr_db: [f64; 2], seed: u64) -> Vec<Stretch> {
 }
 
 /// The right verdicts on a squeak: the lines of a modulated tone are those of a torus.
-fn right_for_squeak(recording: &Recording, event: &TonalEvent) -> Option<&'static [Regime]> {
+fn right_for_squeak(
+    kind: Kind,
+    recording: &Recording,
+    event: &TonalEvent,
+) -> Option<&'static [Regime]> {
     let sounding = recording
         .squeaks
         .iter()
@@ -44,10 +48,10 @@ fn right_for_squeak(recording: &Recording, event: &TonalEvent) -> Option<&'stati
         return None;
     };
     let is_squeak = (event.frequency_hz / squeak.frequency_hz - 1.0).abs() < 0.02;
-    is_squeak.then_some(if squeak.modulation.is_some() {
-        &[Periodic, QuasiPeriodic]
-    } else {
-        &[Periodic]
+    is_squeak.then_some(match squeak.modulation {
+        _ if kind == Kind::Change => &[Transient, Undetermined],
+        Some(_) => &[Periodic, QuasiPeriodic],
+        None => &[Periodic],
     })
 }
 
