@@ -64,5 +64,9 @@ pub const MAX_SAMPLE: f64 = 1e140;
 // Tests of the program use the test signals, too, by the name of this crate.
 #[cfg(test)]
 extern crate self as squeakscope_analysis;
+#[allow(dead_code, reason = "the generator has more than the fits need")]
+#[cfg(test)]
+#[path = "../../../tests/it/squeaks/generator/mod.rs"]
+mod generator;
 #[cfg(test)]
 mod test_signals;

@@ -184,7 +184,9 @@ fn assert_range(recording: &Recording) {
 #[test]
 fn recordings_have_the_stated_range() {
     for seed in TUNING_SEEDS.take(12) {
-        assert_range(&recording(Kind::Squeaks, -10.0..=30.0, seed));
+        for kind in [Kind::Squeaks, Kind::Change] {
+            assert_range(&recording(kind, -10.0..=30.0, seed));
+        }
     }
 }
 

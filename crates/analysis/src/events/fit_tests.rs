@@ -5,14 +5,9 @@ use rayon::prelude::*;
 use super::kind::{CLASSES, MODEL, inputs};
 use super::search::candidates;
 use super::{EventKind, EventOptions, TonalEvent};
+use crate::generator::{Kind, Recording, TUNING_SEEDS, recording};
 use crate::logistic::Model;
 use crate::logistic::fit::Example;
-
-#[allow(dead_code, reason = "the generator has more than the fit needs")]
-#[path = "../../../../tests/it/squeaks/generator/mod.rs"]
-mod generator;
-
-use generator::{Kind, Recording, TUNING_SEEDS, recording};
 
 /// Recordings of squeaks at -10 to 30 dB, of a resonance and of bursts, which have few events each, and of each other sound.
 const SQUEAKS: u64 = 500;

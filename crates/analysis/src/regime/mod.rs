@@ -301,4 +301,6 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
 #[cfg(test)]
 mod fit_tests;
 #[cfg(test)]
+mod recording_tests;
+#[cfg(test)]
 mod tests;

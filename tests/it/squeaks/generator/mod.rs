@@ -33,7 +33,7 @@ use rustfft::num_complex::Complex64;
 
 use background::amplitude;
 use spectrum::{Room, add, filtered, log_uniform, rms};
-use squeak::{Plan, Sound};
+use squeak::{Plan, SecondTone, Sound};
 
 /// Seeds for the development of methods.
 pub const TUNING_SEEDS: Range<u64> = 0..1_000_000;
@@ -64,6 +64,8 @@ pub enum Kind {
     Resonance,
     /// No squeak: creak, chatter or rattle over noise.
     Bursts,
+    /// One to three squeaks whose type of motion changes: a second tone sets in.
+    Change,
 }
 
 /// The truth about a squeak; the module says how each quantity is defined.
@@ -90,7 +92,7 @@ pub struct Recording {
     pub rate_hz: f64,
     /// Samples; full scale is 1.
     pub samples: Vec<f64>,
-    /// The squeaks by start; none unless the kind is [`Kind::Squeaks`].
+    /// The squeaks by start; none unless the kind is [`Kind::Squeaks`] or [`Kind::Change`].
     pub squeaks: Vec<Squeak>,
     /// What else is in it, in words.
     pub parts: Vec<&'static str>,
@@ -199,7 +201,7 @@ fn add_decoy(
     Some((name, resonance_hz))
 }
 
-/// One to three squeaks of `n` samples that can be distinguished, with their sounds; none in a recording of another kind.
+/// One to three squeaks of `n` samples that can be distinguished, with their sounds; none in a recording without squeaks.
 fn plans(
     kind: Kind,
     n: usize,
@@ -210,10 +212,13 @@ fn plans(
 ) -> Vec<(Plan, Sound)> {
     let length_s = n as f64 / rate_hz;
     let mut plans: Vec<(Plan, Sound)> = Vec::new();
-    if kind == Kind::Squeaks {
+    if matches!(kind, Kind::Squeaks | Kind::Change) {
         let count = [1, 1, 1, 2, 2, 3][rng.random_range(0..6)];
         while plans.len() < count {
-            let plan = Plan::draw(rate_hz, length_s, snr_db, rng);
+            let mut plan = Plan::draw(rate_hz, length_s, snr_db, rng);
+            if kind == Kind::Change {
+                plan.second = Some(SecondTone::draw(rng));
+            }
             if plans.iter().any(|(other, _)| plan.is_like(other)) {
                 continue;
             }

@@ -39,6 +39,32 @@ impl Edge {
     }
 }
 
+/// A tone with a subharmonic or incommensurate frequency, which changes the type of motion.
+pub struct SecondTone {
+    /// Frequency over that of the squeak.
+    ratio: f64,
+    /// Amplitude over that of the squeak's fundamental.
+    size: f64,
+    /// When it sets in, share of the duration.
+    onset: f64,
+}
+
+impl SecondTone {
+    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            ratio: [0.5, 0.618, 1.5, 1.414][rng.random_range(0..4)],
+            size: rng.random_range(0.3..1.0),
+            onset: rng.random_range(0.35..0.65),
+        }
+    }
+
+    /// The tone at a share of the duration and a phase of the squeak, rad.
+    fn at(&self, share: f64, phase: f64) -> f64 {
+        let rise = ((share - self.onset) / 0.05).clamp(0.0, 1.0);
+        rise * self.size * (self.ratio * phase).cos()
+    }
+}
+
 /// A squeak to be made.
 pub struct Plan {
     start_s: f64,
@@ -52,6 +78,8 @@ pub struct Plan {
     /// Rate in Hz and depth of the amplitude modulation; the depth is 0 without.
     pub modulation: (f64, f64),
     swell: (f64, Wander),
+    /// A second tone that sets in during the squeak.
+    pub second: Option<SecondTone>,
     edges: [Edge; 2],
     /// Amplitudes of all partials, the first is 1.
     pub partials: Vec<f64>,
@@ -94,6 +122,7 @@ impl Plan {
             swell: (rng.random_range(0.0..1.5), Wander::draw(rng, 0.3, 3.0)),
             edges: [Edge::draw(rng), Edge::draw(rng)],
             snr_db: rng.random_range(snr_db.clone()),
+            second: None,
         }
     }
 
@@ -119,7 +148,7 @@ impl Plan {
     fn source(&self, n: usize, rate_hz: f64) -> (Vec<Complex64>, Vec<Complex64>) {
         let mut fundamental = vec![Complex64::ZERO; n];
         let mut rest = fundamental.clone();
-        let mut phase = 0.0;
+        let (mut phase, mut whole_phase) = (0.0, 0.0);
         let margin = 0.4;
         let first = ((self.start_s - margin).max(0.0) * rate_hz) as usize;
         let last = (((self.start_s + self.duration_s + margin) * rate_hz) as usize).min(n);
@@ -128,12 +157,16 @@ impl Plan {
             let u = (t / self.duration_s - 0.5).clamp(-0.5, 0.5);
             let frequency = self.frequency(u, t);
             phase = (phase + TAU * frequency / rate_hz) % TAU;
+            whole_phase += TAU * frequency / rate_hz;
             let (rate, depth) = self.modulation;
             let level = self.edges[0].at(t)
                 * self.edges[1].at(self.duration_s - t)
                 * amplitude(self.swell.0 * self.swell.1.at(t))
                 * (1.0 + depth * (TAU * rate * t).sin());
             fundamental[i] = Complex64::from_polar(level, phase);
+            if let Some(second) = &self.second {
+                rest[i].re += level * second.at(u + 0.5, whole_phase);
+            }
             for (k, gain) in self.partials.iter().enumerate().skip(1) {
                 let order = (k + 1) as f64;
                 if order * frequency < 0.48 * rate_hz {
