@@ -7,12 +7,17 @@
 //!
 //! The first writes `results.csv`, the second the page's tables and figure; without `SQUEAKSCOPE_WRITE` nothing is
 //! written. `squeaks::study::tuning` prints the same counts for the tuning seeds, and which recordings have misses or
-//! false events.
+//! false events. `squeaks::study::verdicts` prints the verdicts on squeaks of the guide's page on types of motion.
 
 use std::collections::BTreeMap;
 use std::fs;
 
-use super::generator::{JUDGING_SEEDS, Kind, TUNING_SEEDS};
+use rayon::prelude::*;
+use squeakscope::analysis::regime::Regime;
+use squeakscope::import::Signal;
+use squeakscope::study::signal::{SignalOptions, analyse_signal};
+
+use super::generator::{JUDGING_SEEDS, Kind, TUNING_SEEDS, recording};
 use super::score::{Counts, Score};
 use super::{OTHERS, scores};
 
@@ -92,4 +97,42 @@ fn judging() {
 fn tuning() {
     let counts = study(TUNING_SEEDS.start, 30, |line| println!("{line}"));
     println!("{}", counts.csv("squeakscope"));
+}
+
+/// Verdict on the strongest event of a recording with squeaks; `None` if that is no squeak.
+fn verdict_on_strongest(snr_db: f64, seed: u64) -> Option<Regime> {
+    let recording = recording(Kind::Squeaks, snr_db..=snr_db, seed);
+    let signal = Signal {
+        name: String::new(),
+        unit: String::new(),
+        rate: recording.rate_hz,
+        start: 0.0,
+        samples: recording.samples,
+    };
+    let found = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(()));
+    let found = found.expect("analysed");
+    let event = &found.sound.as_ref()?.tonal.events[found.stretch.event? - 1];
+    let mut squeaks = recording.squeaks.iter();
+    squeaks.find(|squeak| (event.frequency_hz / squeak.frequency_hz - 1.0).abs() < 0.02)?;
+    Some(found.verdict.get().expect("classified").regime)
+}
+
+#[test]
+#[ignore = "takes some minutes; prints the guide's table of verdicts on squeaks in recordings"]
+fn verdicts() {
+    let mut all = BTreeMap::new();
+    for snr_db in [10, 15, 20, 30] {
+        let first = JUDGING_SEEDS.start + 400_000 + 1000 * snr_db;
+        let seeds = (first..first + 24).into_par_iter();
+        let found = seeds.filter_map(|seed| verdict_on_strongest(snr_db as f64, seed));
+        let mut counts = BTreeMap::new();
+        for regime in found.collect::<Vec<_>>() {
+            *counts.entry(regime.to_string()).or_insert(0) += 1;
+            *all.entry(regime.to_string()).or_insert(0) += 1;
+        }
+        println!("{snr_db} dB: {counts:?}");
+    }
+    let [periodic, transient] = ["periodic", "transient"].map(|regime| all.get(regime).copied());
+    let (periodic, transient) = (periodic.unwrap_or(0), transient.unwrap_or(0));
+    assert!(periodic >= 70 && transient <= 8, "{all:?}");
 }
