@@ -36,12 +36,13 @@ fn running(study: &LyapunovStudy) -> Panel {
     let (running, spectrum) = (&study.running, &study.spectrum);
     let count = shown(spectrum);
     let mut layers = vec![Layer::horizontal_line(0.0)];
-    layers.extend((0..count).flat_map(|k| {
+    layers.extend((0..count).map(|k| {
         let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
+        Layer::band(spans, Color::Series(k))
+    }));
+    layers.extend((0..count).map(|k| {
         let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
-        let line = Layer::line(points.collect(), Color::Series(k));
-        let label = format!("λ{}", k + 1);
-        [Layer::band(spans, Color::Series(k)), line.with_label(label)]
+        Layer::line(points.collect(), Color::Series(k)).with_label(format!("λ{}", k + 1))
     }));
     // The first estimates are far off; the second half of the run determines the axis.
     let late = running[running.len() / 2..].iter();
