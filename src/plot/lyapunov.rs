@@ -19,7 +19,10 @@ pub fn lyapunov_figure(name: &str, found: &LyapunovResult) -> Figure {
     let scale = (1e3 / omega_1, "exponent over ω1, 1e−3");
     let largest = by_sign(spectrum, shown(spectrum), scale);
     let title = format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero");
-    let below = vec![all.with_title(summary(spectrum)), largest.with_title(title)];
+    let below = vec![
+        all.with_title(summary(spectrum) + "; grey: zero"),
+        largest.with_title(title),
+    ];
     let title = format!("Lyapunov exponents of {name}");
     let rows = vec![vec![running(&found.study)], below];
     Figure::new("lyapunov", &title, 135.0, rows)
