@@ -108,6 +108,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
     };
     let count = |point: &MapPoint| Some(point.unstable_modes?.min(MAX_COLORS));
     let shades = colormap();
+    // Equally spaced from a pale shade, for one mode, to a dark one.
     let colors = (1..=MAX_COLORS).map(|count| shades[15 + 19 * count]);
     let colors: Vec<Rgb> = [STABLE].into_iter().chain(colors).collect();
     let title = match map.curves[..] {
@@ -130,6 +131,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let growth = |point: &MapPoint| {
             let growth = point.largest_growth_per_s?;
             let share = (growth - low) / (high - low).max(f64::MIN_POSITIVE);
+            // Of the shades below, which are neither the palest nor so dark that they hide the curves.
             let shade = (171.0 * share) as u8;
             Some(if growth > 0.0 { 1 + shade } else { 0 })
         };
