@@ -461,8 +461,11 @@ impl SettledResponse {
 
     /// Name of the lowest line of the last doubling, such as `(f1 + f2)/2`; `None` without one.
     pub fn doubling_line(&self) -> Option<&str> {
-        // No name ends with the first one.
-        let ending = ["/1", "/2", "/4"][self.doubling.min(2) as usize];
+        let ending = match self.doubling {
+            0 => return None,
+            1 => "/2",
+            _ => "/4",
+        };
         let mut lines = self.lines.iter().map(|line| &*line.label);
         lines.find(|label| label.ends_with(ending))
     }
