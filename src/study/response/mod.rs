@@ -2,10 +2,9 @@
 //!
 //! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
 //! transient has ended ([`TransientDetector`]), or until its amplitude falls below the silence threshold. Then one window
-//! of the settled motion is sampled. All measures are computed from
-//! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
-//! the stable periodic orbit that the motion follows. A motion whose energies, or whose local exponents
-//! ([`ChangeDetector`]) change in the window is not settled.
+//! of the settled motion is sampled. All measures are computed from this window; the Lyapunov exponents come from tangent
+//! vectors integrated with it, or from the Floquet multipliers of the stable periodic orbit that the motion follows. The
+//! motion is not settled if the energies of its modes, or its local exponents ([`ChangeDetector`]), change in the window.
 
 mod measure;
 mod orbit;

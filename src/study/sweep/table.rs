@@ -159,7 +159,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let (schema, batches) = read_batches(file).map_err(|fault| foreign(&fault.to_string()))?;
     let identity = schema.metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| {
-        foreign("its metadata has no sweep plan of this version; choose another --out")
+        foreign("its metadata has no sweep plan of this version; repeat the sweep, or choose another --out")
     })?;
     let plan = PlanRecord::parse(&identity).map_err(|reason| {
         foreign(&format!(

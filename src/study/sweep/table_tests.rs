@@ -227,7 +227,7 @@ fn a_csv_table_has_all_columns_and_its_lists_are_json() {
     ] {
         assert_eq!(cell(1, name), value.to_string(), "{name}");
     }
-    // Spreadsheets read no longer cells.
+    // The limit of spreadsheets.
     let cells = rows.iter().flat_map(csv::StringRecord::iter);
     assert!(cells.map(str::len).all(|length| length <= 32_767));
 }
