@@ -67,11 +67,14 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         modes.entry(mode.number).or_insert(&mode.mode);
     }
     modes.retain(|_, first| first.frequency_hz > 0.0);
-    let mut colors: BTreeMap<&str, Color> = BTreeMap::new();
+    let mut labels: Vec<&str> = Vec::new();
     let mut layers = Vec::from_iter(level.map(Layer::horizontal_line));
     for (number, first) in modes {
-        let next = Color::Series(colors.len());
-        let color = *colors.entry(&first.label).or_insert(next);
+        let known = labels.iter().position(|label| *label == first.label);
+        let color = Color::Series(known.unwrap_or(labels.len()));
+        if known.is_none() {
+            labels.push(&first.label);
+        }
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
@@ -88,8 +91,8 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         ([found.at.value, y], kind)
     });
     layers.push(Layer::peaks(marks.collect()));
-    let keys = colors.into_iter();
-    let keys = keys.map(|(label, color)| Layer::legend_entry(label, color));
+    let keys = labels.into_iter().enumerate();
+    let keys = keys.map(|(k, label)| Layer::legend_entry(label, Color::Series(k)));
     keys.chain(layers).collect()
 }
 
