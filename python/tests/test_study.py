@@ -137,7 +137,7 @@ def test_a_sweep_of_an_own_system_is_that_of_separate_runs() -> None:
 
         x = s.integrate(rhs, [1.0, 0.0], np.linspace(0, 101 * period, 101 * 48 + 1)).z[-48:, 0]
         assert (row.amplitude, row.mean) == pytest.approx((np.ptp(x) / 2, x.mean()), abs=1e-6)
-        assert row.regime == "periodic" and row.line_1 == pytest.approx(1 / period, rel=1e-4)
+        assert row.regime == "periodic" and row.frequency == pytest.approx(1 / period, rel=1e-4)
         # Their sum is the divergence of the flow.
         assert row.exponents.exponents.sum() == pytest.approx(-row["damping"], rel=1e-3)
 

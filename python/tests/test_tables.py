@@ -53,6 +53,7 @@ def test_arrow_files_and_their_units(folder: Path) -> None:
     units = {field.name: (field.metadata or {}).get(b"unit") for field in table.schema}
     assert units["load.tilt_deg"] == b"deg"
     assert units["amplitude_m"] == b"m"
+    assert units["largest_exponent_per_s"] == b"1/s"
     assert units["maxima_m"] == b"m"
     assert not any(name.endswith("_rad") for name in units)
     modes = table["linear"].to_pylist()[0]["modes"]
@@ -79,6 +80,7 @@ def test_other_libraries_read_the_same_numbers(folder: Path) -> None:
         assert list(frame["load.tilt_deg"]) == TILTS
         assert list(frame["regime"]) == list(frames[0]["regime"])
         assert list(frame["amplitude_m"]) == list(frames[0]["amplitude_m"])
+        assert list(frame["largest_exponent_per_s"]) == exponents
         # CSV has lists and structs as JSON.
         spectra = [json.loads(cell) if isinstance(cell, str) else cell for cell in frame["exponents"]]
         assert [spectrum["exponents_per_s"][0]["value"] for spectrum in spectra] == exponents

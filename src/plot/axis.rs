@@ -181,7 +181,7 @@ impl Axis {
             }
         };
         let (decimals, plain) = match self.scale {
-            Scale::Logarithmic => (3, ticks.iter().all(|tick| (1e-2..1e5).contains(tick))),
+            Scale::Logarithmic => (3, ticks.iter().all(|tick| (1e-3..1e5).contains(tick))),
             // As many as distinguish the values of the range.
             _ => (
                 (2.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize,

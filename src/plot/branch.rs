@@ -67,11 +67,14 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         modes.entry(mode.number).or_insert(&mode.mode);
     }
     modes.retain(|_, first| first.frequency_hz > 0.0);
-    let mut colors: BTreeMap<&str, Color> = BTreeMap::new();
+    let mut labels: Vec<&str> = Vec::new();
     let mut layers = Vec::from_iter(level.map(Layer::horizontal_line));
     for (number, first) in modes {
-        let next = Color::Series(colors.len());
-        let color = *colors.entry(&first.label).or_insert(next);
+        let known = labels.iter().position(|label| *label == first.label);
+        let color = Color::Series(known.unwrap_or(labels.len()));
+        if known.is_none() {
+            labels.push(&first.label);
+        }
         let course = points.iter().map(|point| {
             let mut own = point.modes.iter().filter(|mode| mode.number == number);
             let mode = &own.find(|mode| mode.mode.frequency_hz > 0.0)?.mode;
@@ -88,8 +91,8 @@ fn layers(branch: &Branch, of: fn(&NamedMode) -> f64, level: Option<f64>) -> Vec
         ([found.at.value, y], kind)
     });
     layers.push(Layer::peaks(marks.collect()));
-    let keys = colors.into_iter();
-    let keys = keys.map(|(label, color)| Layer::legend_entry(label, color));
+    let keys = labels.into_iter().enumerate();
+    let keys = keys.map(|(k, label)| Layer::legend_entry(label, Color::Series(k)));
     keys.chain(layers).collect()
 }
 
@@ -108,6 +111,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
     };
     let count = |point: &MapPoint| Some(point.unstable_modes?.min(MAX_COLORS));
     let shades = colormap();
+    // Equally spaced from a pale shade, for one mode, to a dark one.
     let colors = (1..=MAX_COLORS).map(|count| shades[15 + 19 * count]);
     let colors: Vec<Rgb> = [STABLE].into_iter().chain(colors).collect();
     let title = match map.curves[..] {
@@ -130,6 +134,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let growth = |point: &MapPoint| {
             let growth = point.largest_growth_per_s?;
             let share = (growth - low) / (high - low).max(f64::MIN_POSITIVE);
+            // Of the shades below, which are neither the palest nor so dark that they hide the curves.
             let shade = (171.0 * share) as u8;
             Some(if growth > 0.0 { 1 + shade } else { 0 })
         };

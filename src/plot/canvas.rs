@@ -187,7 +187,7 @@ pub fn legend_sample(canvas: &mut Canvas, layer: &Layer, [x, y]: [f64; 2], width
 
 fn draw_path(canvas: &mut Canvas, layer: &Layer, path: &str) {
     let (color, size) = (hex(layer.color), layer.size);
-    let [width, thin, dash, gap] = [size, 1.0, 3.2, 2.4].map(|length| canvas.scaled(length));
+    let [width, thin, dash, gap] = [size, 1.0, 2.7, 1.8].map(|length| canvas.scaled(length));
     let paint = match (&layer.shape, layer.marker) {
         (Shape::Lines(_), _) => {
             let dashes = format!(" stroke-dasharray=\"{dash:.2} {gap:.2}\"");
@@ -254,8 +254,8 @@ fn image_element(area: &PlotArea<'_>, image: &Image) -> Option<String> {
     ))
 }
 
-/// Labels the peaks of a layer in the given order, each above its tip, beside it, or in a free row above with a line to the tip.
-/// A label covers no other peak, and a line no label.
+/// Labels the peaks of a layer in the given order, each above its tip, beside it, or in a free row above with a line to the
+/// tip. A label covers no other peak, and a line no label.
 pub fn label_peaks(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
     let Shape::Peaks(peaks) = &layer.shape else {
         return;

@@ -293,7 +293,7 @@ pub fn prediction_panel(picture: &PredictedCurves) -> Panel {
     let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
-    let colors = [Color::Run, Color::Compared, Color::Series(1)];
+    let colors = [Color::Run, Color::Compared, Color::Series(2)];
     let curves = colors.into_iter().zip(&picture.curves).zip(picture.names);
     let curves = curves.map(|((color, curve), name)| {
         let curve = Layer::line(curve.clone(), color);

@@ -19,7 +19,10 @@ pub fn lyapunov_figure(name: &str, found: &LyapunovResult) -> Figure {
     let scale = (1e3 / omega_1, "exponent over ω1, 1e−3");
     let largest = by_sign(spectrum, shown(spectrum), scale);
     let title = format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero");
-    let below = vec![all.with_title(summary(spectrum)), largest.with_title(title)];
+    let below = vec![
+        all.with_title(summary(spectrum) + "; grey: zero"),
+        largest.with_title(title),
+    ];
     let title = format!("Lyapunov exponents of {name}");
     let rows = vec![vec![running(&found.study)], below];
     Figure::new("lyapunov", &title, 135.0, rows)
@@ -36,12 +39,13 @@ fn running(study: &LyapunovStudy) -> Panel {
     let (running, spectrum) = (&study.running, &study.spectrum);
     let count = shown(spectrum);
     let mut layers = vec![Layer::horizontal_line(0.0)];
-    layers.extend((0..count).flat_map(|k| {
+    layers.extend((0..count).map(|k| {
         let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
+        Layer::band(spans, Color::Series(k))
+    }));
+    layers.extend((0..count).map(|k| {
         let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
-        let line = Layer::line(points.collect(), Color::Series(k));
-        let label = format!("λ{}", k + 1);
-        [Layer::band(spans, Color::Series(k)), line.with_label(label)]
+        Layer::line(points.collect(), Color::Series(k)).with_label(format!("λ{}", k + 1))
     }));
     // The first estimates are far off; the second half of the run determines the axis.
     let late = running[running.len() / 2..].iter();

@@ -112,7 +112,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
         let largest = sizes.fold(f64::MIN_POSITIVE, f64::max).sqrt();
         let (color, drawn) = match body.modes()[mode].kind {
             ModeKind::BendingX | ModeKind::BendingY => (Color::Series(0), LARGEST),
-            ModeKind::Torsion => (Color::Series(2), LARGEST_TORSION),
+            ModeKind::Torsion => (Color::Series(1), LARGEST_TORSION),
             ModeKind::Axial => (Color::Series(3), LARGEST),
         };
         let moved = wires(&mesh, color, |vertex, at| {
@@ -181,7 +181,7 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
     let label = format!("steady sliding, {:.1} mm/s", 1e3 * sliding);
     let layers = vec![
         curve(law, Color::Series(0), "used here"),
-        curve(&printed, Color::Series(2), "as printed"),
+        curve(&printed, Color::Series(1), "as printed"),
         Layer::vertical_lines([1e3 * sliding], Color::Faint).with_label(label),
     ];
     let panel = Panel::new(title, x, y, layers);

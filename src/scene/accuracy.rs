@@ -10,12 +10,12 @@ pub const GAUSS_NODES: [usize; 6] = [16, 36, 64, 100, 300, 1000];
 pub const FREE_STEP: f64 = 1e-4;
 
 impl Scene {
-    /// Returns the scene with the tolerance and the number of contact nodes for a relative error of frequency, amplitude and
-    /// rms velocity of its settled motion. A scene whose nodes are imported, or without contact nodes, keeps them.
+    /// Returns the scene with the tolerance and the number of contact nodes for a relative error of frequency, amplitude
+    /// and rms velocity of its settled motion. Imported contact nodes stay as they are; a small system has none.
     ///
-    /// The rule was read off from the shipped joints, each compared with a tolerance of 1e-8 and 300 nodes. With tolerances of
-    /// 1e-3, 1e-4 and 1e-5 the largest error of the integrator was 6e-3, 2e-4 and 3e-5, so that the tolerance is a tenth of
-    /// the error. With 16 nodes the largest error of the patch was 6e-4 (`contact-age`, whose friction remembers, and
+    /// The rule was read off from the shipped joints, each compared with a tolerance of 1e-8 and 300 nodes. With tolerances
+    /// of 1e-3, 1e-4 and 1e-5 the largest error of the integrator was 6e-3, 2e-4 and 3e-5, so that the tolerance is a
+    /// tenth of the error. With 16 nodes the largest error of the patch was 6e-4 (`contact-age`, whose friction remembers, and
     /// `lift-off`, where nodes separate), with 64 nodes 9e-5. An ignored test, and `squeakscope cost`, compare the settings
     /// with the next finer level of everything.
     ///

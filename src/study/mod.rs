@@ -30,7 +30,7 @@ pub use subject::{Subject, Trial};
 /// error.
 pub type OnProgress<'a> = &'a mut dyn FnMut(f64, &str) -> Result<(), Stopped>;
 
-/// Stops the work with an error; called again and again, before it is known how long the work takes.
+/// Called regularly during work of unknown duration; an error stops the work.
 pub type StopCheck<'a> = &'a mut dyn FnMut() -> Result<(), Stopped>;
 
 /// Samples of a run between two calls of its progress.

@@ -19,7 +19,7 @@ use crate::export::{OutputError, replace_file};
 /// Number of rows in a batch of a finished table.
 const BATCH: usize = 1024;
 
-/// Largest number of characters in a cell of a CSV table: more than spreadsheets read.
+/// Most characters in a cell of a CSV table: the limit of spreadsheets.
 const LONGEST: usize = 32_767;
 
 /// Key of the unit in the metadata of a field.

@@ -10,7 +10,7 @@
 //! | [`regime`] | [`classify`](regime::classify) combines all evidence of the type of motion into a verdict. |
 //! | [`events`] | [`tonal_events`](events::tonal_events) of a recording: what sounds when. |
 //! | [`change_point`] | Where the mean of a local quantity, such as a local exponent, changes permanently. |
-//! | [`transient`] | Whether a vibration has settled, by the energies of its modes: [`TransientDetector`](transient::TransientDetector). |
+//! | [`transient`] | A [`TransientDetector`](transient::TransientDetector) finds the end of a transient from the energies of the modes. |
 //! | [`levels`] | [`sound_levels`](levels::sound_levels) of a calibrated sound: A-weighted, and in third octaves. |
 //! | [`condition`] | Clipping, dropouts and silence of a recording. |
 //! | [`sliding`] | A [`SlidingWindow`](sliding::SlidingWindow) turns a stream of samples, in blocks of any size, into windows that end at exact instants. All live analyses use it. |

@@ -1,18 +1,19 @@
-//! A bracket of a zero that shrinks around it.
+//! Bracketing of a zero.
 
-/// A bracket: a function has opposite signs at its ends.
+/// An interval at whose ends a function has opposite signs; it shrinks around the zero.
 ///
 /// The method is that of I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection
 /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021) 5: a
 /// secant step shifted slightly towards the middle, at most one evaluation slower than bisection.
 #[derive(Clone, Copy, Debug)]
 pub struct RootBracket {
-    /// The ends, ascending. The caller replaces the one that has the sign of the function at [`RootBracket::guess`].
+    /// The ends, ascending. The caller replaces the end at which the function has the sign that it has at the
+    /// [guess](RootBracket::guess).
     pub ends: [f64; 2],
-    /// Width below which the bracket is not divided any more.
+    /// Width at which the search ends.
     resolution: f64,
     first_width: f64,
-    /// Permitted width, as if the bracket were halved from here on.
+    /// Permitted width: that of bisection.
     allowed: f64,
 }
 
@@ -27,8 +28,8 @@ impl RootBracket {
         }
     }
 
-    /// Where the function is evaluated next, from the zero of its secant, as a fraction of the bracket from 0 to 1. `None` once
-    /// the bracket is narrow.
+    /// Where to evaluate the function next; `None` once the bracket is narrow. `secant` is the zero of the secant, as a
+    /// fraction of the bracket from 0 to 1.
     pub fn guess(&mut self, secant: f64) -> Option<f64> {
         let ([low, high], resolution) = (self.ends, self.resolution);
         let width = high - low;
@@ -59,7 +60,7 @@ impl RootBracket {
 mod tests {
     use super::*;
 
-    /// A smooth function takes few evaluations; one with a vertical tangent and a step take at most one more than bisection.
+    /// A smooth function takes few evaluations; a vertical tangent and a step take at most one more than bisection.
     #[test]
     fn zeros_are_bracketed_to_the_resolution() {
         let root = |x: f64| (x - 1.25).signum() * (x - 1.25).abs().sqrt();

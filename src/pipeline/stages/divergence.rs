@@ -14,8 +14,8 @@ use crate::scene::PerturbedTrajectorySpec;
 /// Distance relative to the norm of the motion at which exponential growth ends.
 const SATURATED: f64 = 0.1;
 
-/// Emits [`Record::TrajectoryDivergence`] at regular intervals, and [`Record::Narration`] once the distance is saturated, for
-/// samples at `rate` (Hz).
+/// Emits [`Record::TrajectoryDivergence`] at regular intervals, and [`Record::Narration`] once the distance is saturated.
+/// `rate` is the sample rate, Hz.
 pub fn divergence(spec: PerturbedTrajectorySpec, rate: f64) -> Stage {
     let every = samples(spec.every, rate, 1);
     // Sum of the squared distances since the last record, and their number.

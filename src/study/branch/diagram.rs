@@ -137,8 +137,8 @@ impl TiltDiagram {
     }
 }
 
-/// The diagram of a scene over an interval of the tilt (degrees), on one thread. `on_part` receives the diagram so far, after
-/// steady sliding, the settled responses, and each branch. If `progress` stops the study, the rest is missing.
+/// The diagram of a scene over an interval of the tilt (degrees), on one thread. `on_part` receives the diagram so far,
+/// after steady sliding, the settled responses, and each branch. If `progress` stops the study, the rest is missing.
 ///
 /// # Errors
 /// If the joint cannot be built, or has no steady sliding, or no thread can be started.

@@ -89,8 +89,8 @@ impl Settings {
     }
 }
 
-/// A scene whose tolerance alone decides about the steps, with a Gauss rule of as many nodes. A method with a fixed step has
-/// no tolerance: the adaptive method of the same kind of scene takes its place.
+/// The scene with steps that the tolerance alone determines, and with a Gauss rule of as many contact nodes. A method with
+/// a fixed step has no tolerance: `lawson54` takes its place.
 pub fn adaptive(scene: &Scene) -> Result<Scene, SceneError> {
     let method = match scene.integrator.method {
         MethodName::Rk4 => MethodName::Lawson54,
@@ -358,8 +358,8 @@ fn cheapest(scene: &Scene, sets: &[WorkPrecision], error: f64) -> Result<Scene, 
     Ok(variant)
 }
 
-/// Runs a variant of the scene, and the next finer level of everything, and compares them. `scatter` is that of the averages
-/// of a chaotic motion, 0 for others; no setting reduces it.
+/// Runs a variant of the scene, and the next finer level of everything, and compares them. `scatter` is that of the
+/// averages of a chaotic motion, 0 for others; no setting reduces it.
 pub fn verified(
     runner: &mut Runner<'_>,
     [target, scatter]: [f64; 2],

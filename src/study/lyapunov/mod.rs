@@ -43,11 +43,11 @@ pub struct LyapunovPlan {
     pub settle: f64,
     /// Goal that ends the averaging.
     pub goal: Goal,
-    /// Minimum averaging time, s: that of [`Goal::Time`]. It prevents another goal from being reached by chance in a
-    /// short average.
+    /// Minimum averaging time for a goal other than time, s. It prevents a goal from being reached by chance in a short
+    /// average.
     pub min_time: f64,
-    /// Maximum averaging time of one motion, s, whether or not the goal is reached: that of [`Goal::Time`]. For another goal
-    /// the time starts again if the motion changes, up to twice the maximum in total.
+    /// Maximum averaging time of one motion for a goal other than time, s, whether or not the goal is reached. If the motion
+    /// changes, the time starts again, up to twice the maximum in total.
     pub max_time: f64,
     /// Sampling interval of the state, s: of the progress, the goal and the mean trace.
     pub sample_interval: f64,
@@ -394,7 +394,10 @@ impl StudyRun<'_, '_> {
 
     /// Number of samples after which the averaging ends, whether or not the goal is reached.
     fn last_sample(&self) -> u64 {
-        let longest = self.plan.max_time;
+        let longest = match self.plan.goal {
+            Goal::Time(time) => time,
+            Goal::HalfWidth(_) | Goal::Classification => self.plan.max_time,
+        };
         let samples = (self.begun.min(longest) + longest) / self.plan.sample_interval;
         samples.round().max(1.0) as u64
     }

@@ -53,7 +53,7 @@ pub struct LyapunovResult {
 }
 
 impl LyapunovResult {
-    /// The result with the conclusions from its study and conditions, which was averaged to this goal.
+    /// The result with the conclusions from its study, which was averaged to this goal.
     pub(super) fn concluded(self, goal: Goal) -> Self {
         let study = &self.study;
         let earlier = after(&study.segments, self.chaotic_transient_s);

@@ -2,10 +2,9 @@
 //!
 //! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
 //! transient has ended ([`TransientDetector`]), or until its amplitude falls below the silence threshold. Then one window
-//! of the settled motion is sampled. All measures are computed from
-//! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
-//! the stable periodic orbit that the motion follows. A motion whose energies, or whose local exponents
-//! ([`ChangeDetector`]) change in the window is not settled.
+//! of the settled motion is sampled. All measures are computed from this window; the Lyapunov exponents come from tangent
+//! vectors integrated with it, or from the Floquet multipliers of the stable periodic orbit that the motion follows. The
+//! motion is not settled if the energies of its modes, or its local exponents ([`ChangeDetector`]), change in the window.
 
 mod measure;
 mod orbit;
@@ -461,8 +460,11 @@ impl SettledResponse {
 
     /// Name of the lowest line of the last doubling, such as `(f1 + f2)/2`; `None` without one.
     pub fn doubling_line(&self) -> Option<&str> {
-        // No name ends with the first one.
-        let ending = ["/1", "/2", "/4"][self.doubling.min(2) as usize];
+        let ending = match self.doubling {
+            0 => return None,
+            1 => "/2",
+            _ => "/4",
+        };
         let mut lines = self.lines.iter().map(|line| &*line.label);
         lines.find(|label| label.ends_with(ending))
     }

@@ -407,7 +407,7 @@ impl RecurrenceAnalysis {
         let periods = recurrence_periods(newest, lag, self.dimension, norm)?;
         self.recurrence_periods = periods.in_seconds(1.0 / signal.rate);
         let vectors = DelayVectors::new(newest, lag, self.dimension)?;
-        self.picture = picture(&vectors, signal.rate, period, (norm, threshold))?;
+        self.picture = picture(&vectors, signal.rate, period, norm, threshold)?;
         Ok(())
     }
 
@@ -458,7 +458,8 @@ fn picture(
     vectors: &DelayVectors<'_>,
     rate: f64,
     period: f64,
-    (norm, threshold): (Norm, Threshold),
+    norm: Norm,
+    threshold: Threshold,
 ) -> Result<RecurrenceImage, AnalysisError> {
     let span = (PICTURE_PERIODS * period) as usize;
     let hop = (span / PICTURE).clamp(1, (vectors.len() / PICTURE).max(1));

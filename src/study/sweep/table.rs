@@ -159,7 +159,7 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
     let (schema, batches) = read_batches(file).map_err(|fault| foreign(&fault.to_string()))?;
     let identity = schema.metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| {
-        foreign("its metadata has no sweep plan of this version; choose another --out")
+        foreign("its metadata has no sweep plan of this version; repeat the sweep, or choose another --out")
     })?;
     let plan = PlanRecord::parse(&identity).map_err(|reason| {
         foreign(&format!(
@@ -238,6 +238,12 @@ pub struct Row<'a> {
     place: &'a Place,
     /// Error message of a point without a response.
     error: Option<&'a str>,
+    /// Frequency of the strongest line, Hz.
+    frequency_hz: Option<f64>,
+    /// Largest Lyapunov exponent, 1/s.
+    largest_exponent_per_s: Option<f64>,
+    /// Half-width of the 95 % interval of the largest exponent, 1/s.
+    largest_exponent_half_width_per_s: Option<f64>,
     #[serde(flatten)]
     found: Option<&'a SettledResponse>,
 }
@@ -255,10 +261,15 @@ struct StoredRow {
 impl<'a> Row<'a> {
     /// The row of a point.
     fn new(point: &'a SweepPoint) -> Self {
+        let found = point.found();
+        let largest = found.and_then(|found| found.exponents.as_ref()?.exponents.first());
         Self {
             place: &point.place,
             error: point.outcome.as_ref().err().map(String::as_str),
-            found: point.found(),
+            frequency_hz: found.and_then(|found| Some(found.lines.first()?.frequency)),
+            largest_exponent_per_s: largest.map(|largest| largest.value),
+            largest_exponent_half_width_per_s: largest.map(|largest| largest.half_width),
+            found,
         }
     }
 
@@ -277,10 +288,14 @@ impl<'a> Row<'a> {
             )?;
         let found = Vec::<FieldRef>::from_type::<SettledResponse>(options)?;
         let nullable = |field: FieldRef| Arc::new(field.as_ref().clone().with_nullable(true));
+        let number = |name: &str| Arc::new(Field::new(name, DataType::Float64, true));
         let mut fields: Vec<FieldRef> = vec![
             Arc::new(Field::new("index", DataType::UInt64, false)),
             Arc::new(Field::new("start", DataType::LargeUtf8, false)),
             Arc::new(Field::new("error", DataType::LargeUtf8, true)),
+            number("frequency_hz"),
+            number("largest_exponent_per_s"),
+            number("largest_exponent_half_width_per_s"),
         ];
         fields.extend(found.into_iter().map(nullable));
         Ok(fields)

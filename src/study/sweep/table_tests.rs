@@ -166,6 +166,9 @@ fn columns_of_one_value_come_first_and_state_their_units() {
         ("socket.diameter_mm", Some("mm")),
         ("amplitude_m", Some("m")),
         ("peak_velocity_m_per_s", Some("m/s")),
+        ("frequency_hz", Some("Hz")),
+        ("largest_exponent_per_s", Some("1/s")),
+        ("largest_exponent_half_width_per_s", Some("1/s")),
         ("maxima_m", Some("m")),
         ("transient_s", Some("s")),
         ("confidence", None),
@@ -200,7 +203,23 @@ fn a_csv_table_has_all_columns_and_its_lists_are_json() {
         cell(1, "regime"),
         serde_json::to_value(found.regime).unwrap()
     );
-    assert_eq!(cell(1, "amplitude_m").parse(), Ok(found.amplitude_m));
+    let exponent = found.exponents.as_ref().unwrap().exponents[0];
+    for (name, value) in [
+        ("amplitude_m", Some(found.amplitude_m)),
+        (
+            "frequency_hz",
+            found.lines.first().map(|line| line.frequency),
+        ),
+        ("largest_exponent_per_s", Some(exponent.value)),
+        (
+            "largest_exponent_half_width_per_s",
+            Some(exponent.half_width),
+        ),
+    ] {
+        // A value that is not finite is empty.
+        let finite = value.filter(|value| value.is_finite());
+        assert_eq!(cell(1, name).parse().ok(), finite, "{name}");
+    }
     for (name, value) in [
         ("exponents", serde_json::to_value(&found.exponents).unwrap()),
         ("linear", serde_json::to_value(&found.linear).unwrap()),
@@ -208,7 +227,7 @@ fn a_csv_table_has_all_columns_and_its_lists_are_json() {
     ] {
         assert_eq!(cell(1, name), value.to_string(), "{name}");
     }
-    // Spreadsheets read no longer cells.
+    // The limit of spreadsheets.
     let cells = rows.iter().flat_map(csv::StringRecord::iter);
     assert!(cells.map(str::len).all(|length| length <= 32_767));
 }

@@ -148,9 +148,9 @@ fn find_return(
     })
 }
 
-/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of the observable.
-/// The Hopf point is an equilibrium at a value of the parameter, with the mode whose eigenvalue is imaginary. The parameter
-/// of the orbit follows from the amplitude.
+/// A small orbit of the branch born at a Hopf point, with about the given amplitude in the unit of the observable. The
+/// Hopf point is given by the parameter, the system linearised there, and the mode with the imaginary eigenvalue. The
+/// parameter of the orbit follows from the amplitude.
 ///
 /// # Errors
 /// Those of Newton's method.

@@ -26,9 +26,10 @@ pub struct Level {
     line: LineFit,
     /// Time (s) and velocity (m/s) of the last sample since then.
     before: Option<[f64; 2]>,
-    /// Number of upward zero crossings so far, and the line of their times over their numbers, whose slope is the mean
-    /// period. A vibration of several modes scatters about it, which widens the interval.
+    /// Number of upward zero crossings so far.
     crossings: u32,
+    /// Their times over their numbers: the slope is the mean period. A vibration of several modes scatters about the line,
+    /// which widens the interval.
     periods: LineFit,
     /// Time at which the vibration became too large for the linear theory, s.
     ended: Option<f64>,
@@ -87,7 +88,7 @@ impl Level {
     /// Slope of the straight line fitted to the logarithm of the level while the vibration is small, 1/s.
     pub fn growth(&self) -> Option<Measured> {
         let fit = self.line.fit()?;
-        Some(Measured::new(fit.slope, fit.half_width))
+        Some(Measured::new(fit.slope, fit.half_width).unit("1/s"))
     }
 
     /// Whether the vibration has become too large for the linear theory.
@@ -100,7 +101,7 @@ impl Level {
     pub fn frequency(&self) -> Option<Measured> {
         let fit = self.periods.fit().filter(|fit| fit.slope > 0.0)?;
         let half_width = fit.half_width / (fit.slope * fit.slope);
-        Some(Measured::new(1.0 / fit.slope, half_width))
+        Some(Measured::new(1.0 / fit.slope, half_width).unit("Hz"))
     }
 
     /// Predicted level at a time (s) for growth at a rate (1/s) since the start of the fit; `None` before it,

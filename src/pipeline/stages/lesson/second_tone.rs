@@ -180,7 +180,7 @@ fn fitted(stretch: &[Measured], grows: bool, span: f64) -> Option<ToneGrowth> {
     let computed_per_s = (last.integral - first.integral) / (last.time - first.time);
     Some(ToneGrowth {
         tilts: [first, last].map(|at| at.predicted.tilt),
-        growth: report::Measured::new(computed_per_s + fit.slope, fit.half_width),
+        growth: report::Measured::new(computed_per_s + fit.slope, fit.half_width).unit("1/s"),
         computed_per_s,
     })
 }
