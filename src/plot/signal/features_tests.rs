@@ -127,7 +127,7 @@ fn panel(picture: Feature, [title, name]: [&str; 2]) -> Panel {
 /// Smallest and largest value of pieces of a curve over time or frequency; the start of any other curve.
 fn thin(curve: &mut Vec<[f64; 2]>) {
     if curve.is_sorted_by(|a, b| a[0] <= b[0]) {
-        let piece = curve.len().div_ceil(POINTS / 2);
+        let piece = curve.len().div_ceil(POINTS / 2).max(1);
         let ends = curve.chunks(piece).flat_map(|part| {
             let [low, high] = extent(part.iter().map(|[_, y]| *y));
             [low, high].map(|y| [part[0][0], y])
