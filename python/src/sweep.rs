@@ -13,7 +13,7 @@ use squeakscope::study::sweep::{
 use squeakscope::study::{StudyError, Subject, threads};
 
 use crate::array::{check_names, choice, optional, options, positive, vector, whole};
-use crate::call::{Watch, long_call};
+use crate::call::{Watch, long_call, watched_call};
 use crate::error::{input, raise};
 use crate::own::{OwnSystems, SEED, Studied};
 use crate::result::Fields;
@@ -151,8 +151,8 @@ fn computed<S: Subject>(
 /// -------
 /// Result
 ///     ``points``, a row each, which has the values of the parameters by their keys, as ``row["load.tilt_deg"]``;
-///     ``regime_intervals``, ``transitions``, ``hysteresis``. Displacements of own systems are the first component of the
-///     state.
+///     ``regime_intervals``, ``transitions``, ``hysteresis``, ``hysteresis_ends``. Displacements of own systems are the
+///     first component of the state.
 #[pyfunction]
 #[pyo3(signature = (scene, values, *, starts=None, shard=None, progress=None, **options), text_signature = "(scene, values, \
     *, starts=None, min_transient=None, max_transient=None, measure=None, exponents=3, shard=None, threads=None, \
@@ -208,7 +208,12 @@ pub fn sweep<'py>(
             Fields::of(py, &all)?.unitless(&plan.names())
         }
         Swept::Scene(plan) => {
-            let all = SweepResult::new(&plan, points, shard);
+            let watch = Watch::default();
+            watch.show(1.0);
+            let all = watched_call(py, progress.as_ref(), &watch, |watch| {
+                let all = SweepResult::new(&plan, points, shard);
+                Ok::<_, StudyError>(all.concluded(&plan, &mut |share, _| watch.report(share)))
+            })?;
             Fields::of(py, &all)?.drawn(move || sweep_figures(&plan, &all.points))
         }
     };

@@ -17,7 +17,6 @@ use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkAr
 use crate::joint::BallJoint;
 use crate::plot::{Figure, sweep_figures};
 use crate::record::sweep::{SweepStudy, save_sweep};
-use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
@@ -149,22 +148,14 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
     }
 }
 
-/// Finds the bifurcations that end the hysteresis, and delivers the result.
+/// Concludes and delivers the result.
 fn finish(
     plan: &SweepPlan,
-    mut result: SweepResult,
+    result: SweepResult,
     files: Outputs<'_>,
     watch: Watch<'_>,
 ) -> Result<(), CliError> {
-    if !result.interrupted && !result.hysteresis.is_empty() {
-        let ends = hysteresis_ends(plan, &result.points, &result.hysteresis, &mut |_, _| {
-            watch.update(1.0, "branches that end the hysteresis")
-        });
-        match ends {
-            Ok(ends) => result.hysteresis_ends = ends,
-            Err(source) => console::print_warning(&format!("hysteresis: {source}")),
-        }
-    }
+    let result = result.concluded(plan, &mut watch.progress());
     files.finish(watch, Some(&plan.subject.name), &result, |files| {
         let figures = || sweep_figures(plan, &result.points);
         write(plan, &result.points, result.interrupted, files, figures)

@@ -372,7 +372,7 @@ impl Study<'_> {
 /// and where continuation finds none.
 ///
 /// # Errors
-/// If the system cannot be built.
+/// [`StudyError::Stopped`]; if the system cannot be built.
 #[cfg(feature = "table")]
 pub fn hysteresis_ends(
     plan: &SweepPlan,
@@ -394,6 +394,8 @@ pub fn hysteresis_ends(
     let mut branch = Branch::new(&branches);
     let starts = OrbitStarts::Settled(points);
     add_orbits(&branches, starts, &mut branch, progress, &mut |_| ())?;
+    // A stop ends the branches early, without an error.
+    progress(1.0, "ends of the hysteresis")?;
     // The change lies between the last value that differs and the next one.
     let before = values.iter().rfind(|value| *value < first).unwrap_or(from);
     let after = values.iter().find(|value| *value > last).unwrap_or(to);

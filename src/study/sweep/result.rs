@@ -6,8 +6,11 @@ use serde::Serialize;
 use crate::dynamics::continuation::BifurcationKind;
 
 use super::{Axis, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
+use crate::chain_of_causes;
 use crate::number::{fixed, quantity};
 use crate::report::{Block, Measured, Report, Table, Tone};
+use crate::study::branch::hysteresis_ends;
+use crate::study::{OnProgress, StudyError};
 
 /// Result of a sweep.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -22,6 +25,8 @@ pub struct SweepResult {
     pub points_in_shard: usize,
     /// Whether the sweep was stopped early.
     pub interrupted: bool,
+    /// What the result lacks, and why.
+    pub warnings: Vec<String>,
     /// Parameter intervals of one regime, for a sweep over one parameter.
     pub regime_intervals: Vec<RegimeInterval>,
     /// Transitions from one regime to another between neighbouring values of the parameter, for a sweep over
@@ -73,12 +78,31 @@ impl SweepResult {
             points_total: plan.size(),
             points_in_shard,
             interrupted: points.len() < points_in_shard,
+            warnings: Vec::new(),
             regime_intervals: regime_intervals(single_axis),
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
             hysteresis_ends: Vec::new(),
             points,
         }
+    }
+
+    /// The result of a sweep of a scene with the bifurcations that end the hysteresis, unless it is interrupted.
+    pub fn concluded(mut self, plan: &SweepPlan, progress: OnProgress<'_>) -> Self {
+        if self.interrupted || self.hysteresis.is_empty() {
+            return self;
+        }
+        let progress = &mut |_, _: &str| progress(1.0, "branches that end the hysteresis");
+        match hysteresis_ends(plan, &self.points, &self.hysteresis, progress) {
+            Ok(ends) => self.hysteresis_ends = ends,
+            Err(StudyError::Stopped(_)) => self.interrupted = true,
+            Err(error) => {
+                let reason = chain_of_causes(&error);
+                self.warnings
+                    .push(format!("no ends of the hysteresis: {reason}"));
+            }
+        }
+        self
     }
 }
 
@@ -153,6 +177,7 @@ impl Report for SweepResult {
                 values.join(", ")
             )));
         }
+        blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
         for end in &self.hysteresis_ends {
             let (kind, value) = (end.kind, end.value);
             let ends = match kind {

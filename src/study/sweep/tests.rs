@@ -1,6 +1,7 @@
 //! Sweeps with few points.
 
 use super::*;
+use crate::dynamics::continuation::BifurcationKind;
 use crate::scene::{Parameter, Scene};
 use crate::study::Stopped;
 use crate::study::response::ResponsePlan;
@@ -116,4 +117,36 @@ fn an_error_of_the_observer_ends_the_sweep() {
         Err(full())
     });
     assert_eq!(ended.unwrap_err().to_string(), full().to_string());
+}
+
+/// The period of `damped-contact` doubles at 366.46 Hz. The values of the hysteresis are given here.
+#[test]
+fn the_result_has_the_bifurcation_that_ends_the_hysteresis() {
+    let key = Parameter::named("damped_contact.drive_frequency_hz").unwrap();
+    let plan = SweepPlan {
+        subject: Scene::load("damped-contact").unwrap(),
+        axes: vec![Axis::new(key, [360.0, 380.0])],
+        starts: vec![Start::Upward],
+        response: ResponsePlan {
+            max_transient_s: 1.0,
+            measurement_s: 0.1,
+            exponents: 0,
+            ..plan().response
+        },
+    };
+    let points = run(&plan, Shard::WHOLE, Vec::new(), 2);
+    let differing = || SweepResult {
+        hysteresis: vec![360.0],
+        ..SweepResult::new(&plan, points.clone(), Shard::WHOLE)
+    };
+    let result = differing().concluded(&plan, &mut |_, _| Ok(()));
+    let [end] = &result.hysteresis_ends[..] else {
+        panic!("{result:?}");
+    };
+    assert_eq!(end.kind, BifurcationKind::PeriodDoubling);
+    assert!((end.value - 366.46437).abs() < 1e-4, "{end:?}");
+    assert!(!result.interrupted && result.warnings.is_empty());
+    crate::report::agreement::check(&result, &[]);
+    let stopped = differing().concluded(&plan, &mut |_, _| Err(Stopped));
+    assert!(stopped.interrupted && stopped.hysteresis_ends.is_empty());
 }
