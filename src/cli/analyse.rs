@@ -63,7 +63,7 @@ fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Resul
     })?;
     files.finish(watch, None, &analysed, |_| drawn)?;
     if let Some(recording) = &recording {
-        print_viewer_command(recording)?;
+        print_viewer_command(recording, &args.output)?;
     }
     if interrupted {
         Err(CliError::Interrupted)

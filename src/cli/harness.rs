@@ -36,6 +36,13 @@ pub struct OutputArgs {
     pub overwrite: Overwrite,
 }
 
+impl OutputArgs {
+    /// Whether the standard output carries the JSON, and nothing else.
+    pub fn prints_json(&self) -> bool {
+        self.json.as_deref().is_some_and(is_stdout)
+    }
+}
+
 /// The outputs of a command, each with the option that names it: checked before the work, written and listed after it.
 pub(super) struct Outputs<'a> {
     /// The name or path of a scene, or the path of a signal, which no output may replace.

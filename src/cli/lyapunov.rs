@@ -27,7 +27,7 @@ pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliE
     console::print_warnings(&scene.warnings());
     let csv_path = args.csv.as_ref();
     let is_csv_printed = csv_path.is_some_and(|path| is_stdout(path));
-    if is_csv_printed && args.output.json.as_deref().is_some_and(is_stdout) {
+    if is_csv_printed && args.output.prints_json() {
         return Err(used_twice("-".as_ref(), "--csv", "--json"));
     }
     let mut files = Outputs::new(args.scene.input(), &args.output)

@@ -12,7 +12,7 @@ use super::audit::{self, Audit};
 use super::console;
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
-use super::harness::{Outputs, Watch};
+use super::harness::{OutputArgs, Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
@@ -115,7 +115,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     });
     if let Some(recording) = saved.filter(|_| matches!(ended, Ok(()) | Err(CliError::Interrupted)))
     {
-        print_viewer_command(&recording)?;
+        print_viewer_command(&recording, &args.output)?;
     }
     if summary.interrupted {
         audit::check(&summary, false).and(ended)
@@ -213,8 +213,11 @@ pub(super) fn command_line() -> String {
     name.chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Prints the commands that open a recording: in the browser, and in the native viewer.
-pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
+/// Prints the commands that open a recording, in the browser and in the native viewer, unless JSON is printed.
+pub(super) fn print_viewer_command(recording: &Path, output: &OutputArgs) -> Result<(), CliError> {
+    if output.prints_json() {
+        return Ok(());
+    }
     let path = shell_word(recording);
     let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
     let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");

@@ -450,3 +450,20 @@ fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
         (&"at rest".into(), &true.into())
     );
 }
+
+#[test]
+fn printed_json_is_alone_on_the_standard_output() {
+    let test = folder();
+    let sample = |k: u32| format!("{}\n", (0.1 * f64::from(k)).sin());
+    let samples: String = (0..2000).map(sample).collect();
+    std::fs::write(test.path().join("a.csv"), samples).expect("written");
+    for words in [
+        &["run", "mass-on-belt", "--duration", "20"][..],
+        &["analyse", "a.csv", "--rate", "1000"],
+    ] {
+        let words = [words, &["--json", "-", "--save", "out.rrd", "--force"]].concat();
+        let assert = squeakscope(test.path(), &words).success();
+        let printed = &assert.get_output().stdout;
+        serde_json::from_slice::<serde_json::Value>(printed).expect("JSON alone");
+    }
+}
