@@ -20,8 +20,8 @@ fn figure_name(stem: &str, tilt_deg: f64, of: usize) -> String {
     }
 }
 
-/// The requested figures at each tilt.
-fn figures(args: &StabilityArgs, scene: &str, result: &StabilityResult) -> Vec<Figure> {
+/// The requested figures at each tilt of a result, which has all tilts (`of`) unless it is interrupted.
+fn figures(args: &StabilityArgs, scene: &str, result: &StabilityResult, of: usize) -> Vec<Figure> {
     let figures = result.tilts.iter().flat_map(|modes| {
         let tilt_deg = degrees(modes.at.tilt);
         let title = format!("{scene} at {tilt_deg} deg");
@@ -32,7 +32,7 @@ fn figures(args: &StabilityArgs, scene: &str, result: &StabilityResult) -> Vec<F
             .sensitivities
             .then(|| sensitivities_figure(&title, &modes.sensitive()));
         let named = move |figure: Figure| Figure {
-            name: figure_name(&figure.name, tilt_deg, result.tilts.len()),
+            name: figure_name(&figure.name, tilt_deg, of),
             ..figure
         };
         causes.into_iter().chain(sensitivities).map(named)
@@ -43,7 +43,7 @@ fn figures(args: &StabilityArgs, scene: &str, result: &StabilityResult) -> Vec<F
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; failure of the analysis; an interrupt.
+/// Bad input before any work; failure of the analysis; an interrupt, after the finished tilts are written.
 pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     console::print_warnings(&scene.warnings());
@@ -80,7 +80,7 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     let result = StabilityResult::new(&scene, &tilts_deg, requested, &mut watch.progress());
     let result = result.map_err(CliError::during("stability analysis"))?;
     files.finish(watch, Some(&scene.name), &result, |files| {
-        files.draw(|| figures(args, &scene.name, &result))
+        files.draw(|| figures(args, &scene.name, &result, tilts_deg.len()))
     })
 }
 

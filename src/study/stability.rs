@@ -54,6 +54,8 @@ pub struct StabilityResult {
     pub min_growth_per_s: f64,
     /// Tilts in the requested order.
     pub tilts: Vec<ModesAt>,
+    /// Whether the study was interrupted, so that the last tilts are missing.
+    pub interrupted: bool,
 }
 
 /// The modes at a tilt, with the causes of growth and the sensitivities if requested.
@@ -71,45 +73,65 @@ pub struct ModesAt {
 }
 
 impl StabilityResult {
-    /// The modes of a scene at some tilts (degrees), with the causes of growth and the sensitivities if requested.
+    /// The modes of a scene at some tilts (degrees), with the causes of growth and the sensitivities if requested. If
+    /// `progress` stops the study, the last tilts are missing.
     ///
     /// # Errors
-    /// [`StudyError::Stopped`]; if the scene has no joint, or it cannot be assembled or analysed at a tilt.
+    /// [`StudyError::Stopped`] before the first tilt is done; if the scene has no joint, or it cannot be assembled or
+    /// analysed at a tilt.
     pub fn new(
         scene: &Scene,
         tilts_deg: &[f64],
-        [causes, sensitive]: [bool; 2],
+        requested: [bool; 2],
         progress: OnProgress<'_>,
     ) -> Result<Self, StudyError> {
         let ball = BallJoint::new(&scene.joint()?.spec)?;
-        let mut tilts = Vec::new();
-        for tilt_deg in tilts_deg {
-            let scene = scene.clone().with_tilt(*tilt_deg)?;
-            let tilt = scene.joint()?.tilt.at(0.0);
-            let mut modes = ModesAt {
-                at: StabilityAt::new(&ball, tilt)?,
-                explained: Vec::new(),
-                sensitivities: Vec::new(),
-            };
-            if causes {
-                modes.explained = ball.model(tilt)?.explained_modes()?;
-            }
-            if sensitive {
-                let done = tilts.len() as f64;
-                modes.sensitivities = sensitivities(&scene, &mut |share, task| {
-                    progress((done + share) / tilts_deg.len() as f64, task)
-                })?;
-            }
-            tilts.push(modes);
-        }
-        Ok(Self {
+        let mut result = Self {
             min_growth_per_s: MIN_GROWTH,
-            tilts,
-        })
+            tilts: Vec::new(),
+            interrupted: false,
+        };
+        for (done, tilt_deg) in tilts_deg.iter().enumerate() {
+            let scene = scene.clone().with_tilt(*tilt_deg)?;
+            let modes = ModesAt::new(&scene, &ball, requested, &mut |share, task| {
+                progress((done as f64 + share) / tilts_deg.len() as f64, task)
+            });
+            match modes {
+                Ok(modes) => result.tilts.push(modes),
+                Err(StudyError::Stopped(_)) if done > 0 => {
+                    result.interrupted = true;
+                    break;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(result)
     }
 }
 
 impl ModesAt {
+    /// The modes at the initial tilt of a scene with a joint.
+    fn new(
+        scene: &Scene,
+        ball: &BallJoint,
+        [causes, sensitive]: [bool; 2],
+        progress: OnProgress<'_>,
+    ) -> Result<Self, StudyError> {
+        let tilt = scene.joint()?.tilt.at(0.0);
+        let mut modes = Self {
+            at: StabilityAt::new(ball, tilt)?,
+            explained: Vec::new(),
+            sensitivities: Vec::new(),
+        };
+        if causes {
+            modes.explained = ball.model(tilt)?.explained_modes()?;
+        }
+        if sensitive {
+            modes.sensitivities = sensitivities(scene, progress)?;
+        }
+        Ok(modes)
+    }
+
     /// The unstable modes with sensitivities; the one with the largest growth rate if none is unstable.
     pub fn sensitive(&self) -> Vec<&ModeSensitivities> {
         let all = || self.sensitivities.iter();
@@ -178,6 +200,10 @@ impl Report for StabilityResult {
         }
         blocks
     }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
+    }
 }
 
 /// The sensitivities of a mode.
@@ -206,6 +232,31 @@ fn sensitivity_blocks(mode: &ModeSensitivities) -> Vec<Block> {
 mod tests {
     use super::*;
     use crate::report::markdown;
+    use crate::scene::Parameter;
+    use crate::study::Stopped;
+
+    #[test]
+    fn an_interrupted_study_keeps_the_tilts_that_are_done() {
+        let scene = Scene::load("periodic-2deg").unwrap();
+        let order = Parameter::named("body.element_order").unwrap();
+        let scene = scene.with_values(&[(order, 2.0)]).unwrap();
+        let stop_at = |limit: f64| {
+            let progress = &mut |share: f64, _: &str| {
+                if share < limit { Ok(()) } else { Err(Stopped) }
+            };
+            StabilityResult::new(&scene, &[2.0, 3.0], [false, true], progress)
+        };
+        let part = stop_at(0.6).unwrap();
+        assert!(part.interrupted && part.is_interrupted());
+        let tilts: Vec<f64> = part
+            .tilts
+            .iter()
+            .map(|modes| degrees(modes.at.tilt))
+            .collect();
+        assert_eq!(tilts, [2.0]);
+        assert!(!part.tilts[0].sensitivities.is_empty());
+        assert!(matches!(stop_at(0.1), Err(StudyError::Stopped(_))));
+    }
 
     #[test]
     fn unstable_modes_are_marked_and_causes_have_columns() {
@@ -227,6 +278,7 @@ mod tests {
             let result = StabilityResult {
                 min_growth_per_s: MIN_GROWTH,
                 tilts: vec![modes.clone()],
+                interrupted: false,
             };
             crate::report::agreement::check(&result, &[]);
             markdown(&result.blocks("s"))

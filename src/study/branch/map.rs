@@ -28,7 +28,7 @@ use crate::dynamics::equilibrium::Eigenmode;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
 use crate::study::pool::{Emit, run_jobs};
-use crate::study::{OnProgress, Stopped, StudyError};
+use crate::study::{OnProgress, StopCheck, StudyError};
 
 /// Name of the work.
 const TASK: &str = "stability map";
@@ -79,6 +79,8 @@ pub struct StabilityMap {
     pub curves: Vec<Curve>,
     /// The curves of Neimark-Sacker points of the periodic motion of the scene, at which a torus is born.
     pub torus_curves: Vec<Curve>,
+    /// Whether the study was interrupted, so that curves are missing.
+    pub interrupted: bool,
 }
 
 /// A grid point with its modes.
@@ -98,11 +100,12 @@ impl MapPlan {
     }
 }
 
-/// Computes the map on `threads` threads. The result does not
-/// depend on the number of threads.
+/// Computes the map on `threads` threads. The result does not depend on the number of threads. If `progress` stops the
+/// study after the grid, it has the curves traced so far.
 ///
 /// # Errors
-/// [`StudyError::Stopped`]; if no thread can be started, or the system cannot be built at any point.
+/// [`StudyError::Stopped`] before the grid is complete; if no thread can be started, or the system cannot be built at any
+/// point.
 pub fn stability_map(
     plan: &MapPlan,
     threads: usize,
@@ -129,12 +132,39 @@ pub fn stability_map(
     {
         return Err(error);
     }
-    let grid = solved.iter().map(grid_point).collect();
+    let axis = |k: usize| MapAxis {
+        parameter: plan.parameters[k].path().to_owned(),
+        unit: plan.parameters[k].unit().to_owned(),
+        values: plan.values(k),
+    };
+    let mut map = StabilityMap {
+        axes: [axis(0), axis(1)],
+        grid: solved.iter().map(grid_point).collect(),
+        curves: Vec::new(),
+        torus_curves: Vec::new(),
+        interrupted: false,
+    };
+    match add_curves(plan, &solved, &mut map, progress) {
+        Err(StudyError::Stopped(_)) => map.interrupted = true,
+        ended => ended?,
+    }
+    Ok(map)
+}
+
+/// Traces the curves of a map from its grid.
+fn add_curves(
+    plan: &MapPlan,
+    solved: &[Solved],
+    map: &mut StabilityMap,
+    progress: OnProgress<'_>,
+) -> Result<(), StudyError> {
+    let [xs, ys] = map.axes.each_ref().map(|axis| &axis.values);
+    let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
     let family = plan.family();
     let edges = edges([xs.len(), ys.len()]);
     // A linear approximation lies this close to its curve.
     let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
-    let mut curves: Vec<Curve> = Vec::new();
+    let curves = &mut map.curves;
     for (k, [from, to]) in edges.iter().enumerate() {
         progress(0.5 + 0.5 * k as f64 / edges.len() as f64, TASK)?;
         let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
@@ -150,22 +180,10 @@ pub fn stability_map(
             }
         }
     }
-    let axis = |k: usize, values: &[f64]| MapAxis {
-        parameter: plan.parameters[k].path().to_owned(),
-        unit: plan.parameters[k].unit().to_owned(),
-        values: values.to_vec(),
-    };
-    let torus_curves = if plan.orbits {
-        torus_curves(plan, &mut || progress(1.0, TASK))?
-    } else {
-        Vec::new()
-    };
-    Ok(StabilityMap {
-        axes: [axis(0, &xs), axis(1, &ys)],
-        grid,
-        curves,
-        torus_curves,
-    })
+    if plan.orbits {
+        add_torus_curves(plan, &mut map.torus_curves, &mut || progress(1.0, TASK))?;
+    }
+    Ok(())
 }
 
 /// Pairs of neighbouring grid points, along both parameters.
@@ -527,14 +545,15 @@ fn of_orbit(values: [f64; 2], found: &Bifurcation) -> PointOf<PeriodicOrbit> {
     (point, found.orbit.clone())
 }
 
-/// The curves of Neimark-Sacker points of a map. `check` is called before each piece.
+/// Adds the curves of Neimark-Sacker points of a map, each when it is complete. `check` is called before each piece.
 ///
 /// # Errors
 /// [`StudyError::Stopped`]; if a value of a parameter is invalid, or a system cannot be built.
-pub(super) fn torus_curves(
+pub(super) fn add_torus_curves(
     plan: &MapPlan,
-    check: &mut dyn FnMut() -> Result<(), Stopped>,
-) -> Result<Vec<Curve>, StudyError> {
+    curves: &mut Vec<Curve>,
+    check: StopCheck<'_>,
+) -> Result<(), StudyError> {
     let [from, to] = plan.intervals[1];
     let own = plan.scene.value_of(plan.parameters[1]);
     let own = own.filter(|value| (from..=to).contains(value));
@@ -545,7 +564,6 @@ pub(super) fn torus_curves(
     add_orbits(&first, starts, &mut branch, progress, &mut |_| ())?;
     let points = branch.orbit_bifurcations();
     let points = points.filter(|found| found.bifurcation.kind == BifurcationKind::NeimarkSacker);
-    let mut curves: Vec<Curve> = Vec::new();
     for found in points {
         let found = of_orbit([found.at.value, start], &found.bifurcation);
         let is_known = |curve: &Curve| plan.passes(&curve.points, &found.0, ON_CURVE);
@@ -558,7 +576,7 @@ pub(super) fn torus_curves(
         }
     }
     check()?;
-    Ok(curves)
+    Ok(())
 }
 
 /// The plan of the branch over one of the parameters at a value of the other one.

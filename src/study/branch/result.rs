@@ -495,4 +495,8 @@ impl Report for StabilityMap {
         }
         blocks
     }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
+    }
 }

@@ -5,6 +5,7 @@ use super::orbits::add_orbits;
 use super::*;
 use crate::dynamics::continuation::Criticality;
 use crate::scene::{Parameter, Scene};
+use crate::study::Stopped;
 
 fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPlan {
     BranchPlan::new(scene, Parameter::named(key).unwrap(), interval, points)
@@ -399,7 +400,13 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         orbits: false,
     };
     let map = stability_map(&plan, 2, &mut |_, _| Ok(())).unwrap();
-    assert_eq!(map.grid.len(), 72);
+    assert!(map.grid.len() == 72 && !map.interrupted);
+    // An interrupted study keeps the grid.
+    let part = stability_map(&plan, 2, &mut |share, _| {
+        if share <= 0.5 { Ok(()) } else { Err(Stopped) }
+    });
+    let part = part.unwrap();
+    assert!(part.interrupted && part.curves.is_empty() && part.grid == map.grid);
     let [curve] = &map.curves[..] else {
         panic!("{} curves", map.curves.len());
     };
@@ -450,7 +457,8 @@ fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
         size: [2, 2],
         orbits: true,
     };
-    let curves = map::torus_curves(&plan, &mut || Ok(())).unwrap();
+    let mut curves = Vec::new();
+    map::add_torus_curves(&plan, &mut curves, &mut || Ok(())).unwrap();
     let [curve] = &curves[..] else {
         panic!("{} curves", curves.len());
     };
