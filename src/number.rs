@@ -84,13 +84,13 @@ pub(crate) fn rounded(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A value with the half-width of its 95 % interval, with two digits of the latter; a value without an interval with three
-/// digits.
-pub(crate) fn with_error(value: f64, half_width: f64) -> String {
-    if half_width.is_finite() {
-        value_and_error(value, half_width).join(" ± ")
-    } else {
-        format!("{} (error unknown)", short(value))
+/// A value with its error, usually the half-width of its 95 % interval: [`value_and_error`] in one text.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    let [value, error] = value_and_error(value, error);
+    match &error[..] {
+        "" => value,
+        "?" => format!("{value} (error unknown)"),
+        error => format!("{value} ± {error}"),
     }
 }
 
@@ -149,24 +149,45 @@ pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
         .map_or_else(String::new, |value| format!("{value:.decimals$}"))
 }
 
-/// A value and the half-width of its interval for two columns, with two digits of the latter; `?` if
-/// unknown.
-pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
-    // The power of ten of the rounded half-width: 0.0996 is 0.10. Infinity and zero have none, or 0.
-    let text = format!("{half_width:.1e}");
-    let power = text
-        .split_once('e')
-        .and_then(|(_, power)| power.parse().ok());
-    let decimals = 1 - power.filter(|_| half_width > 0.0).unwrap_or(-2);
-    // Above 100 the last digits are those of tens.
-    let unit = 10_f64.powi((-decimals).max(0));
-    let decimals = decimals.clamp(0, 9) as usize;
-    [value, half_width].map(|x| match x.is_finite() {
-        true if unit > 1.0 => rounded((x / unit).round() * unit, 0),
-        true => rounded(x, decimals),
-        false if x == f64::NEG_INFINITY => "-infinite".to_owned(),
-        false => "?".to_owned(),
-    })
+/// A value and its error for two columns, with two digits of the error, and with powers of ten below 1e-4 and from 1e7 on.
+/// The error is `?` if unknown, and empty for minus infinity.
+pub(crate) fn value_and_error(value: f64, error: f64) -> [String; 2] {
+    if value == f64::NEG_INFINITY {
+        return ["-inf".to_owned(), String::new()];
+    }
+    if !error.is_finite() {
+        return [short(value), "?".to_owned()];
+    }
+    // That of the rounded number: 0.0996 is 0.10.
+    let power_of_ten = |x: f64| -> i32 {
+        let text = format!("{x:.1e}");
+        let power = text.split_once('e').map(|(_, power)| power.parse());
+        power.and_then(Result::ok).unwrap_or(0)
+    };
+    // The power of ten of the last digit.
+    let last = if error > 0.0 {
+        power_of_ten(error) - 1
+    } else {
+        -3
+    };
+    let unit = 10_f64.powi(last);
+    let has_power = error > 0.0 && !(1e-4..1e7).contains(&value.abs().max(error));
+    let text = match value {
+        value if !value.is_finite() => "?".to_owned(),
+        value if has_power && value.abs() < unit => "0".to_owned(),
+        value if has_power => {
+            let decimals = (power_of_ten(value) - last).max(0) as usize;
+            format!("{value:.decimals$e}")
+        }
+        value if last > 0 => rounded((value / unit).round() * unit, 0),
+        value => rounded(value, (-last).min(15) as usize),
+    };
+    let error = match error {
+        error if has_power || last < -9 => format!("{error:.1e}"),
+        error if last > 0 => rounded((error / unit).round() * unit, 0),
+        error => rounded(error, -last as usize),
+    };
+    [text, error]
 }
 
 #[cfg(test)]
@@ -233,7 +254,14 @@ mod tests {
         assert_eq!(with_error(50.04, 0.0946), "50.040 ± 0.095");
         assert_eq!(with_error(1305.0, 13.0), "1305 ± 13");
         assert_eq!(with_error(1.0, f64::INFINITY), "1 (error unknown)");
-        assert_eq!(with_error(f64::NEG_INFINITY, 0.0), "-infinite ± 0.000");
+        assert_eq!(with_error(f64::NEG_INFINITY, 0.0), "-inf");
+        assert_eq!(with_error(0.25, 0.0), "0.250 ± 0.000");
+        assert_eq!(with_error(-2.938, 2e-4), "-2.93800 ± 0.00020");
+        assert_eq!(with_error(-344_895.6, 2200.0), "-344900 ± 2200");
+        assert_eq!(with_error(1.5e8, 2500.0), "1.500000e8 ± 2.5e3");
+        assert_eq!(with_error(-1.5e-9, 3.14e-13), "-1.50000e-9 ± 3.1e-13");
+        assert_eq!(with_error(3e-11, 2e-8), "0 ± 2.0e-8");
+        assert_eq!(with_error(2.0, 3e-11), "2.000000000000 ± 3.0e-11");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::dynamics::Exponent;
 use crate::escape;
-use crate::number::{short, value_and_error, with_error};
+use crate::number::{value_and_error, with_error};
 
 pub use table::{Table, TableOf};
 #[cfg(feature = "cli")]
@@ -143,11 +143,7 @@ impl Measured {
 
     /// Value and half-width as texts, for two columns of a table.
     pub fn parts(&self) -> [String; 2] {
-        if self.half_width.is_finite() {
-            value_and_error(self.value, self.half_width)
-        } else {
-            [short(self.value), "?".to_owned()]
-        }
+        value_and_error(self.value, self.half_width)
     }
 }
 

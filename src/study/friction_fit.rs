@@ -335,7 +335,7 @@ impl Report for FrictionFit {
         let table = Table::of(numbers)
             .left("", |(name, _)| *name)
             .right("", |(_, number)| number.parts()[0].clone())
-            .right("95 %", |(_, number)| format!("± {}", number.parts()[1]))
+            .right("95 % ±", |(_, number)| number.parts()[1].clone())
             .left("", |(_, number)| number.unit);
         let deviation = significant(self.residual_deviation, 2);
         let mut residuals = format!("residuals: standard deviation {deviation}");

@@ -6,6 +6,7 @@ use minijinja::context;
 use minijinja::value::{Serde, Value};
 
 use super::filled;
+use crate::number::with_error;
 use crate::report::Table;
 use crate::study::paper::{Comparison, Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
@@ -41,13 +42,7 @@ fn motion_values(tilt: f64, response: &SettledResponse) -> Value {
     let lines = lines.map(|line| format!("{:.2}", 1e-3 * line.frequency));
     let spectrum = response.exponents.as_ref();
     let exponent = spectrum.and_then(|spectrum| spectrum.exponents.first());
-    let exponent = exponent.map(|exponent| {
-        let places = if exponent.half_width < 2.0 { 2 } else { 0 };
-        format!(
-            "{:.places$} ± {:.places$}",
-            exponent.value, exponent.half_width
-        )
-    });
+    let exponent = exponent.map(|exponent| with_error(exponent.value, exponent.half_width));
     context! {
         tilt => tilt.to_string(),
         regime => response.regime.to_string(),

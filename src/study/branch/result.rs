@@ -10,7 +10,7 @@ use super::map::{Curve, CurvePoint, StabilityMap};
 use super::tori::Torus;
 use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Bifurcation, Criticality, OrbitBranch, PeriodicOrbit};
-use crate::number::{fixed, short};
+use crate::number::{error, fixed, short, with_error};
 use crate::report::{Block, Report, Table};
 use crate::study::sweep::SweepPoint;
 
@@ -303,11 +303,9 @@ fn steady_table(branch: &Branch, found: &[&SteadyBifurcation]) -> Block {
         .right("frequency, Hz", |found| fixed(found.frequency_hz, 3))
         .left("mode", |found| found.label.clone())
         .right(per_unit, |found| fixed(found.crossing_speed, 4))
-        .right("first Lyapunov coefficient", |found| {
-            found.cycle.as_ref().map(|cycle| {
-                let (value, error) = (cycle.first_lyapunov, cycle.first_lyapunov_error);
-                format!("{value:.4e} ±{error:.0e}")
-            })
+        .right("first Lyapunov coefficient ± numerical error", |found| {
+            let cycle = found.cycle.as_ref();
+            cycle.map(|cycle| with_error(cycle.first_lyapunov, cycle.first_lyapunov_error))
         })
         .left("cycle", |found| {
             let cycle = found.cycle.as_ref();
@@ -362,7 +360,7 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Block {
     Table::of(found.iter().map(|found| (*found, &found.bifurcation)))
         .right("branch", |(found, _)| found.branch.to_string())
         .right(branch.name(), |(found, _)| fixed(found.at.value, 7))
-        .right("±", |(_, it)| format!("{:.0e}", it.accuracy))
+        .right("± numerical error", |(_, it)| error(it.accuracy))
         .left("bifurcation", |(found, _)| found.name())
         .right("frequency, Hz", |(_, it)| fixed(it.frequency_hz, 3))
         .right("rotation number", |(_, it)| fixed(it.rotation_number, 6))
@@ -372,8 +370,8 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Block {
         .right("unstable", |(_, it)| format!("{:+}", it.unstable_change))
         .left("motion born there, by the normal form", |(_, it)| {
             it.birth.map(|birth| {
-                let (value, error) = (birth.coefficient, birth.coefficient_error);
-                format!("{} ({value:.3} ±{error:.0e})", birth.criticality)
+                let coefficient = with_error(birth.coefficient, birth.coefficient_error);
+                format!("{} ({coefficient})", birth.criticality)
             })
         })
         .into()
@@ -391,9 +389,8 @@ fn torus(branch: &Branch, torus: &Torus) -> Vec<Block> {
         .right("second tone, Hz", |point| fixed(point.second_hz, 4))
         .right("side line", |point| format!("{:.2e}", point.side_line))
         .right("rotation number", |point| fixed(point.rotation_number, 8))
-        .right("±", |point| {
-            let error = point.rotation_number_error;
-            error.map(|error| format!("{error:.0e}"))
+        .right("± numerical error", |point| {
+            point.rotation_number_error.map(error)
         });
     let title = format!("torus of branch {}", torus.branch);
     let mut blocks = vec![

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy};
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
-use crate::number::{brief, degrees, fixed, short};
+use crate::number::{brief, degrees, fixed, short, trimmed};
 use crate::pipeline::message::{Exponents, MotionSegment};
 use crate::report::{Block, Measured, Report, Table, Tone};
 use crate::scene::FixedAt;
@@ -23,7 +23,7 @@ pub struct LyapunovResult {
     /// What the exponents say.
     #[serde(flatten)]
     pub classification: Classification,
-    /// Sum of all exponents, 1/s; `null` if not all are computed.
+    /// Sum of all exponents, 1/s; `null` if not all are computed, or if one is minus infinity.
     pub sum_per_s: Option<f64>,
     /// Numbers, from 1, of exponents that are significantly below the next one: their tangent vectors are not
     /// aligned.
@@ -213,9 +213,9 @@ impl Report for LyapunovResult {
         if let Some(sum) = self.sum_per_s {
             let trace = study.mean_trace_per_s;
             let trace = trace.map_or(String::new(), |trace| {
-                format!(", mean trace {trace:.3} 1/s")
+                format!(", mean trace {} 1/s", trimmed(trace, 5))
             });
-            blocks.push(Block::text(format!("sum {sum:.3} 1/s{trace}")));
+            blocks.push(Block::text(format!("sum {} 1/s{trace}", trimmed(sum, 5))));
         }
         blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
         blocks.push(Block::text(format!(
@@ -224,8 +224,8 @@ impl Report for LyapunovResult {
         )));
         if !study.spectrum.exponents.is_empty() {
             blocks.push(Block::text(format!(
-                "resolution: an exponent within ±{:.2} 1/s cannot be distinguished from zero",
-                study.spectrum.resolution
+                "resolution: an exponent within ± {} 1/s cannot be distinguished from zero",
+                short(study.spectrum.resolution)
             )));
         }
         let tolerance = self.tolerance;
@@ -324,7 +324,7 @@ impl Report for Classified<&Exponents> {
             self.classification.table(&spectrum.exponents),
             Block::Text(vec!["Kaplan-Yorke dimension: ".into(), dimension]),
             Block::text(format!(
-                "± is the 95 % interval. Exponents within ±{} 1/s cannot be distinguished from zero in this averaging \
+                "± is the 95 % interval. Exponents within ± {} 1/s cannot be distinguished from zero in this averaging \
                  time. omega_1 = {:.0} rad/s.",
                 short(spectrum.resolution),
                 self.found.omega_1

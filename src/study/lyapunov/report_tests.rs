@@ -17,6 +17,19 @@ fn non_finite_exponents_are_null_in_json() {
     assert!(json["exponents_per_s"][1]["value"].is_null());
 }
 
+/// Impacts with a restitution of zero contract a direction to nothing.
+#[test]
+fn minus_infinity_is_printed_alike_everywhere_and_has_no_error() {
+    let mut found = study(&[60.0, f64::NEG_INFINITY], Some(0.0), None);
+    found.study.mean_trace_per_s = None;
+    let report = text("made", &found.concluded(Goal::Time(2.0)));
+    assert!(
+        report.contains("| 2 | -inf |  | -inf | negative |"),
+        "{report}"
+    );
+    assert!(report.contains("sum -inf 1/s\n"), "{report}");
+}
+
 fn text(name: &str, result: &LyapunovResult) -> String {
     markdown(&result.blocks(name))
 }

@@ -16,7 +16,7 @@ use crate::analysis::{
     tones::Bases,
 };
 use crate::escape;
-use crate::number::{fixed, significant, time};
+use crate::number::{fixed, significant, time, with_error};
 use crate::report::{Block, Report, Table};
 
 /// Number of significant digits.
@@ -340,9 +340,8 @@ fn chaos(report: &SignalAnalysis) -> Vec<Block> {
     let method = |name: &str, divergence: &Divergence| {
         Block::text(match divergence.region {
             Some(region) => format!(
-                "{name:<10}  {} ± {} 1/s, from {} to {}",
-                significant(region.slope, DIGITS),
-                significant(region.error, DIGITS),
+                "{name:<10}  {} 1/s (± standard error), from {} to {}",
+                with_error(region.slope, region.error),
                 duration(region.from),
                 duration(region.to)
             ),
