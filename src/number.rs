@@ -17,18 +17,33 @@ pub(crate) fn to_digits(value: f64, digits: usize) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
+/// SI prefixes from 1e-12 to 1e6.
+pub(crate) const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
+
+/// The prefix of a unit for values of about this power of a thousand, and its own power.
+pub(crate) fn prefix(power: i32, unit: &str) -> (i32, &'static str) {
+    // Kilometres of displacement and kiloseconds are not in use.
+    let is_large = ["Pa", "V", "A", "N", "Hz"].contains(&unit);
+    let power = power.clamp(-4, if is_large { 2 } else { 0 });
+    (power, PREFIXES[(power + 4) as usize])
+}
+
+/// A value with `digits` significant digits, but at most two decimals, and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
-    const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
+    prefixed(value, digits, 2, unit)
+}
+
+/// A value with `digits` significant digits, but at most this number of decimals, and an SI prefix.
+fn prefixed(value: f64, digits: usize, most_decimals: i32, unit: &str) -> String {
     // Take the exponent of the rounded value: 999.9 is 1.00 k.
     let text = format!("{value:.*e}", digits - 1);
     let value = text.parse().unwrap_or(value);
     let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
     let exponent: i32 = exponent.unwrap_or(0);
-    let step = exponent.div_euclid(3).clamp(-5, 2);
-    let decimals = (digits as i32 - 1 - (exponent - 3 * step)).clamp(0, 2) as usize;
-    let scaled = value / 1000_f64.powi(step);
-    let prefix = PREFIXES[(step + 5) as usize];
+    let (power, prefix) = prefix(exponent.div_euclid(3), unit);
+    let decimals = digits as i32 - 1 - (exponent - 3 * power);
+    let decimals = decimals.clamp(0, most_decimals) as usize;
+    let scaled = value / 1000_f64.powi(power);
     format!("{scaled:.decimals$} {prefix}{unit}")
 }
 
@@ -124,14 +139,9 @@ pub(crate) fn error(error: f64) -> String {
     }
 }
 
-/// A time (s) with `digits` significant digits in a suitable unit: `1.50 s`, `12.3 ms`, `0.640 us`.
+/// A time (s) with `digits` significant digits and an SI prefix: `1.50 s`, `12.3 ms`, `640 ns`.
 pub(crate) fn time(seconds: f64, digits: usize) -> String {
-    let (scale, unit) = match seconds.abs() {
-        s if s == 0.0 || s >= 1.0 => (1.0, "s"),
-        s if s >= 1e-3 => (1e3, "ms"),
-        _ => (1e6, "us"),
-    };
-    format!("{} {unit}", significant(seconds * scale, digits))
+    prefixed(seconds, digits, digits as i32 - 1, "s")
 }
 
 /// A file size: `12.3 kB`, `4.5 MB`.
@@ -210,7 +220,8 @@ mod tests {
         assert_eq!(quantity(6.9e-7, 3, "m"), "690 nm");
         assert_eq!(quantity(0.01784, 3, "m/s"), "17.8 mm/s");
         assert_eq!(quantity(0.0, 3, "m/s"), "0.00 m/s");
-        assert_eq!(quantity(3e-18, 3, "m"), "0.00 fm");
+        assert_eq!(quantity(3e-18, 3, "m"), "0.00 pm");
+        assert_eq!(quantity(1500.0, 3, "s"), "1500 s");
         assert_eq!(quantity(-2.5e-6, 3, "m"), "-2.50 µm");
         assert_eq!(quantity(953.4e-6, 2, "s"), "950 µs");
         assert_eq!(quantity(1.249e-3, 2, "s"), "1.2 ms");
@@ -234,7 +245,8 @@ mod tests {
         }
         assert_eq!(significant(0.006_4, 4), "0.006400");
         assert_eq!(significant(f64::NAN, 4), "NaN");
-        assert_eq!(time(6.4e-7, 3), "0.640 us");
+        assert_eq!(time(6.4e-7, 3), "640 ns");
+        assert_eq!(time(1.234_2e-6, 4), "1.234 µs");
         assert_eq!(time(0.25, 4), "250.0 ms");
         assert_eq!(size(12_345), "12.3 kB");
         assert_eq!(size(4_500_000), "4.5 MB");

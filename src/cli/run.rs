@@ -19,7 +19,7 @@ use super::resources::start_thread_pool;
 use crate::chain_of_causes;
 use crate::escape;
 use crate::export::SamplesSink;
-use crate::number::significant;
+use crate::number::{quantity, significant};
 use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Simulation, Sink, Source as _, Tee, drive};
 use crate::plot::{RUN_FIGURES, RunFigures};
@@ -251,9 +251,9 @@ impl Report for RunResult<'_> {
         let mut blocks = vec![
             Block::heading(scene, rest),
             Block::text(format!(
-                "amplitude {:.4} um, peak velocity {:.3} mm/s{place}",
-                summary.amplitude_m * 1e6,
-                summary.peak_velocity_m_per_s * 1e3
+                "amplitude {}, peak velocity {}{place}",
+                quantity(summary.amplitude_m, 4, "m"),
+                quantity(summary.peak_velocity_m_per_s, 4, "m/s")
             )),
         ];
         if let Some(motion) = summary.describe_motion() {
@@ -501,7 +501,7 @@ mod tests {
         assert_eq!(value["peak_velocity_m_per_s"], serde_json::Value::Null);
         let text = crate::report::markdown(&result.blocks(&scene.name));
         assert!(text.contains("4117.0 Hz"), "{text}");
-        assert!(text.contains("amplitude 0.6900 um"), "{text}");
+        assert!(text.contains("amplitude 690.0 nm"), "{text}");
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub enum PipelineError {
     /// A fixed step is too long for the fastest motion of the linearised system, including contact and
     /// friction.
     #[error(
-        "a fixed step of {step_us} us is unstable for the fastest motion near the initial state: set \
+        "a fixed step of {step_us} µs is unstable for the fastest motion near the initial state: set \
          time.max_step_us below {limit_us:.3}, or choose an adaptive method"
     )]
     Step {

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::text::shown;
 use crate::analysis::stats::range;
-use crate::number::{rounded, short, without_zeros};
+use crate::number::{brief, prefix, rounded, short, without_zeros};
 
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -305,9 +305,6 @@ const PREFIXED: [&str; 11] = [
     "m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "J", "s", "Hz",
 ];
 
-/// SI prefixes from 1e-12 to 1e6.
-pub const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
-
 /// A unit for displayed values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unit {
@@ -326,11 +323,8 @@ impl Unit {
         // Modal coordinates have a root of the mass before their unit.
         let base = unit.strip_prefix("√kg ").unwrap_or(unit);
         let (step, symbol) = if PREFIXED.contains(&base) {
-            // Kilometres of displacement and kiloseconds are not in use.
-            let is_large = ["Pa", "V", "A", "N", "Hz"].contains(&base);
-            let step = step.clamp(-4, if is_large { 2 } else { 0 });
             let root = &unit[..unit.len() - base.len()];
-            let prefix = PREFIXES[(step + 4) as usize];
+            let (step, prefix) = prefix(step, base);
             (step, format!("{root}{prefix}{base}"))
         } else if (-1..=1).contains(&step) {
             (0, unit.to_owned())
@@ -346,13 +340,10 @@ impl Unit {
 
     /// A value with its unit, such as `3.2 µm`.
     pub fn write(value: f64, unit: &str) -> String {
-        let (value, symbol) = if PREFIXED.contains(&unit) {
-            let Self { symbol, factor } = Self::of(unit, value.abs());
-            (factor * value, symbol)
-        } else {
-            (value, unit.to_owned())
-        };
-        format!("{} {symbol}", short(value)).trim_end().to_owned()
+        if PREFIXED.contains(&unit) {
+            return brief(value, unit);
+        }
+        format!("{} {unit}", short(value)).trim_end().to_owned()
     }
 }
 

@@ -36,7 +36,7 @@ mod layout_tests;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Axis, FullScale, PREFIXES, Scale, Unit, round_up};
+pub use axis::{Axis, FullScale, Scale, Unit, round_up};
 pub use basins::basins_figure;
 pub use branch::{branch_figure, map_figure, modes_figure, multipliers_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::number::quantity;
 use crate::pipeline::message::{Frame, Header, SurfaceMesh, vertex_normals};
 
 /// Quantity of the audio signal.
@@ -102,14 +103,11 @@ impl SurfaceProbe {
 
     /// Formats a value of the signal with its unit.
     pub fn format_value(&self, value: f32) -> String {
-        let (amount, unit) = match self.quantity {
-            Quantity::Velocity => (1e3 * value, "mm/s"),
-            Quantity::Pressure => (value, "m/s^2"),
+        let unit = match self.quantity {
+            Quantity::Velocity => "m/s",
+            Quantity::Pressure => "m/s^2",
         };
-        match amount {
-            0.1..1e4 => format!("{amount:.1} {unit}"),
-            _ => format!("{amount:.1e} {unit}"),
-        }
+        quantity(value.into(), 3, unit)
     }
 
     /// The signal of a frame, one value per sample, m/s or m/s^2.

@@ -101,7 +101,7 @@ impl Report for Basins {
             })
             .left("type of motion", |it| it.regime.to_string())
             .right("line, Hz", |it| fixed(it.frequency_hz, 1))
-            .right("amplitude, um", |it| fixed(1e6 * it.amplitude_m, 4))
+            .right("amplitude, µm", |it| fixed(1e6 * it.amplitude_m, 4))
             .left("seeds", |it| {
                 let seeds = it.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
                 let more = (it.seeds.len() > MAX_SEEDS).then(|| "...".to_owned());

@@ -7,7 +7,8 @@ use axum::routing::get;
 use include_dir::{Dir, include_dir};
 use serde_json::json;
 
-use crate::plot::{Color, INFERNO, NAMED_LINES, PREFIXES, Rgb, gradient};
+use crate::number::PREFIXES;
+use crate::plot::{Color, INFERNO, NAMED_LINES, Rgb, gradient};
 use crate::record::TRAIL;
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";

@@ -10,7 +10,7 @@ use super::map::{Curve, CurvePoint, StabilityMap};
 use super::tori::Torus;
 use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Bifurcation, Criticality, OrbitBranch, PeriodicOrbit};
-use crate::number::{error, fixed, short, with_error};
+use crate::number::{error, fixed, quantity, short, with_error};
 use crate::report::{Block, Report, Table};
 use crate::study::sweep::SweepPoint;
 
@@ -331,7 +331,7 @@ fn orbit_table(branch: &Branch) -> Block {
         .right("orbits", |orbits| orbits.len().to_string())
         .right(branch.name(), spans(|orbit| orbit.parameter, 4))
         .right("frequency, Hz", spans(PeriodicOrbit::frequency_hz, 2))
-        .right("amplitude, um", spans(|orbit| 1e6 * orbit.amplitude, 4))
+        .right("amplitude, µm", spans(|orbit| 1e6 * orbit.amplitude, 4))
         .left("attracting at", |orbits| {
             stable_intervals(&branch.course(orbits[0].branch))
         })
@@ -420,9 +420,9 @@ fn normal_form(found: &SteadyBifurcation, unit: &str) -> Option<Block> {
         _ => "the normal form holds",
     };
     Some(Block::text(format!(
-        "{:.0} Hz: {holds} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where the law has its first kink",
+        "{:.0} Hz: {holds} up to an amplitude of {} ({:.1e}{} from the Hopf point), where the law has its first kink",
         found.frequency_hz,
-        1e6 * amplitude,
+        quantity(amplitude, 3, "m"),
         range,
         self::unit(unit),
     )))

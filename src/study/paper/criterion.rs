@@ -194,7 +194,7 @@ impl Criterion {
             // The paper does not state the sampling interval, so the delays cannot be compared.
             Self::Lag(samples) => Comparison::new(
                 format!("{samples} samples"),
-                embedding.map(|(choice, dt)| format!("{:.0} us", 1e6 * (choice.lag as f64 * dt))),
+                embedding.map(|(choice, dt)| format!("{:.0} µs", 1e6 * (choice.lag as f64 * dt))),
                 Verdict::NotComparable,
             ),
             Self::Dimension(is) => dimension(is, embedding.map(|(choice, _)| choice.dimension)),

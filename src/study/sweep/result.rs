@@ -232,7 +232,7 @@ impl SweepResult {
                 let mark = if point.is_unsettled() { "*" } else { "" };
                 point.regime_name() + mark
             })
-            .right("amplitude, um", |point| {
+            .right("amplitude, µm", |point| {
                 fixed(point.found().map(|found| 1e6 * found.amplitude_m), 4)
             })
             .right("line, Hz", |point| {
