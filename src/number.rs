@@ -144,6 +144,12 @@ pub(crate) fn time(seconds: f64, digits: usize) -> String {
     prefixed(seconds, digits, digits as i32 - 1, "s")
 }
 
+/// A count with its noun: `1 point`, `3 points`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
+}
+
 /// A file size: `12.3 kB`, `4.5 MB`.
 pub(crate) fn size(bytes: u64) -> String {
     match bytes {

@@ -44,7 +44,7 @@ pub enum Command {
     /// Serves the page and opens the browser. The run continues until Ctrl-C. Tilt, playback speed and scene can be
     /// changed while it runs.
     Live(LiveArgs),
-    /// List the scenes, print one as a scene file, or list all keys.
+    /// List the scenes, print one as a scene file, compare two, or list all keys.
     Scenes(ScenesArgs),
     /// Compute the complex eigenvalues at steady sliding.
     ///
@@ -152,7 +152,7 @@ pub struct ScenesArgs {
     #[arg(long, conflicts_with_all = ["scene", "json", "compare"])]
     pub keys: bool,
     /// Print the keys in which two scenes differ.
-    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with = "scene")]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["scene", "set"])]
     pub compare: Vec<String>,
     #[command(flatten)]
     pub output: OutputArgs,

@@ -1,4 +1,4 @@
-//! `squeakscope scenes`: list the scenes, print one, or print the keys of scene files.
+//! `squeakscope scenes`: list the scenes, print one, compare two, or print the keys of scene files.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -54,10 +54,8 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     }
     let files = Outputs::new(None, &args.output).check()?;
     if let [one, other] = &args.compare[..] {
-        return files.deliver(
-            None,
-            &SceneComparison::new(&Scene::load(one)?, &Scene::load(other)?),
-        );
+        let found = SceneComparison::new(&Scene::load(one)?, &Scene::load(other)?)?;
+        return files.deliver(None, &found);
     }
     if args.scene.scene.is_some() {
         let scene = args.scene.load()?;

@@ -19,6 +19,7 @@ use super::model::Size;
 use super::paper::PaperResult;
 use super::run::RunResult;
 use super::scenes::{Entry, Scenes};
+use crate::scene::SceneComparison;
 use crate::study::StabilityResult;
 use crate::study::basins::Basins;
 use crate::study::branch::{Branch, StabilityMap};
@@ -37,14 +38,23 @@ const RESULTS: [(&str, Derive); 13] = [
     ("stability", root::<Document<StabilityResult>>),
     ("lyapunov", root::<Document<LyapunovResult>>),
     ("sweep", root::<Document<SweepResult>>),
-    ("branch", root::<Either<Branch, StabilityMap>>),
+    (
+        "branch",
+        root::<Either<Document<Branch>, Document<StabilityMap>>>,
+    ),
     ("basins", root::<Document<Basins>>),
     ("merge", root::<Document<SweepResult>>),
     ("paper", root::<Document<PaperResult>>),
     ("cost", root::<Document<Cost>>),
-    ("analyse", root::<Either<SignalAnalysis, AnalysedFiles>>),
+    (
+        "analyse",
+        root::<Either<Document<SignalAnalysis>, Document<AnalysedFiles>>>,
+    ),
     ("friction", root::<Document<FrictionFit>>),
-    ("scenes", root::<Either<Scenes<'_>, Entry<'_>>>),
+    (
+        "scenes",
+        root::<Either<Document<Scenes<'_>>, Either<Document<Entry<'_>>, Document<SceneComparison>>>>,
+    ),
     ("model", root::<Document<Size>>),
 ];
 
@@ -53,7 +63,7 @@ pub fn results() -> PossibleValuesParser {
     RESULTS.map(|(name, _)| name).into()
 }
 
-/// A document with either result, depending on the arguments of the command.
+/// Either document, depending on the arguments of the command.
 struct Either<A, B>(PhantomData<(A, B)>);
 
 impl<A: JsonSchema, B: JsonSchema> JsonSchema for Either<A, B> {
@@ -67,8 +77,8 @@ impl<A: JsonSchema, B: JsonSchema> JsonSchema for Either<A, B> {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let forms = [
-            generator.subschema_for::<Document<A>>(),
-            generator.subschema_for::<Document<B>>(),
+            generator.subschema_for::<A>(),
+            generator.subschema_for::<B>(),
         ];
         json_schema!({ "anyOf": forms })
     }

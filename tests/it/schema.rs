@@ -15,6 +15,7 @@ use squeakscope::study::sweep::{Start, SweepPoint, write_table};
 const EXAMPLES: &[&str] = &[
     "scenes",
     "scenes periodic-2deg",
+    "scenes --compare periodic-2deg mass-on-belt",
     "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz b.npz",
     "run chaos-5deg --duration 12 --accuracy 1e-3 --npz b.npz",
     "stability periodic-2deg --tilt 2 --causes",
