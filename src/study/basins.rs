@@ -7,7 +7,7 @@ use super::lyapunov::title;
 use super::response::SettledResponse;
 use super::sweep::SweepPoint;
 use crate::analysis::regime::Regime;
-use crate::number::fixed;
+use crate::number::{counted, fixed};
 use crate::report::{Block, Report, Table};
 
 /// Two motions belong to the same attractor if the frequencies of their strongest lines differ by no more
@@ -85,8 +85,8 @@ const MAX_SEEDS: usize = 8;
 
 impl Report for Basins {
     fn blocks(&self, scene: &str) -> Vec<Block> {
-        let (count, kicks) = (self.attractors.len(), self.simulated);
-        let rest = format!(": {count} attractors from {kicks} kicks");
+        let attractors = counted(self.attractors.len(), "attractor");
+        let rest = format!(": {attractors} from {}", counted(self.simulated, "kick"));
         let mut blocks = vec![Block::heading(title(scene, self.tilt), rest)];
         if self.simulated < self.kicks {
             let (done, all) = (self.simulated, self.kicks);
@@ -110,8 +110,8 @@ impl Report for Basins {
         blocks.push(table.into());
         if self.undecided > 0 {
             blocks.push(Block::text(format!(
-                "{} kicks undecided: the motion had not settled, or the simulation failed; raise --max-transient",
-                self.undecided
+                "{} undecided: the motion had not settled, or the simulation failed; raise --max-transient",
+                counted(self.undecided, "kick")
             )));
         }
         blocks

@@ -10,7 +10,7 @@ use super::map::{Curve, CurvePoint, StabilityMap};
 use super::tori::Torus;
 use crate::analysis::stats::range;
 use crate::dynamics::continuation::{Bifurcation, Criticality, OrbitBranch, PeriodicOrbit};
-use crate::number::{error, fixed, quantity, short, with_error};
+use crate::number::{counted, error, fixed, quantity, short, with_error};
 use crate::report::{Block, Report, Table};
 use crate::study::sweep::SweepPoint;
 
@@ -261,7 +261,8 @@ impl Report for Branch {
         for ([low, high], count) in self.unstable_intervals() {
             let [low, high] = [low, high].map(short);
             blocks.push(Block::text(format!(
-                "steady sliding with {count} unstable modes from {low} to {high}"
+                "steady sliding with {} from {low} to {high}",
+                counted(count, "unstable mode")
             )));
         }
         let bifurcations: Vec<_> = self.steady_bifurcations().collect();
@@ -281,8 +282,7 @@ impl Report for Branch {
             blocks.push(bifurcation_table(self, &found));
         }
         blocks.extend(self.tori.iter().flat_map(|torus| self::torus(self, torus)));
-        let ended = self.ended.iter();
-        blocks.extend(ended.map(|reason| Block::Warning(format!("ended: {reason}"))));
+        blocks.extend(self.ended.iter().cloned().map(Block::Warning));
         blocks
     }
 

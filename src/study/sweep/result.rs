@@ -7,7 +7,7 @@ use crate::dynamics::continuation::BifurcationKind;
 
 use super::{Axis, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 use crate::chain_of_causes;
-use crate::number::{fixed, quantity};
+use crate::number::{counted, fixed, quantity};
 use crate::report::{Block, Measured, Report, Table, Tone};
 use crate::study::branch::hysteresis_ends;
 use crate::study::{OnProgress, StudyError};
@@ -186,7 +186,7 @@ impl Report for SweepResult {
             };
             let frequency = quantity(end.frequency_hz, 5, "Hz");
             blocks.push(Block::text(format!(
-                "  the motion of {frequency} {ends} at {value:.6} ({kind})"
+                "the motion of {frequency} {ends} at {value:.6} ({kind})"
             )));
         }
         if self.points.len() <= MAX_ROWS {
@@ -199,14 +199,14 @@ impl Report for SweepResult {
         let failed = count(|point| point.outcome.is_err());
         if failed > 0 {
             blocks.push(Block::Text(vec![
-                Tone::Doubtful.cell(format!("{failed} points")),
+                Tone::Doubtful.cell(counted(failed, "point")),
                 " failed; the column `error` of the table has the reasons".into(),
             ]));
         }
         let unsettled = count(SweepPoint::is_unsettled);
         if unsettled > 0 {
             blocks.push(Block::Text(vec![
-                Tone::Doubtful.cell(format!("{unsettled} points")),
+                Tone::Doubtful.cell(counted(unsettled, "point")),
                 " (marked *) had not settled before the measurement; raise --max-transient".into(),
             ]));
         }
