@@ -6,7 +6,7 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, MethodName, SolverStats};
-use squeakscope::study::lyapunov::{Classified, Goal, LyapunovPlan, lyapunov};
+use squeakscope::study::lyapunov::{Goal, LyapunovPlan, lyapunov};
 
 use crate::array::{check_names, choice, numeric, optional, options, positive, vector, whole};
 use crate::error::input;
@@ -383,8 +383,8 @@ pub fn integrate<'py>(
 /// -------
 /// Result
 ///     ``exponents`` with the half-widths of their 95 % intervals, per unit of time, their ``signs``, the ``attractor``
-///     and its ``description``, the Kaplan-Yorke dimension ``kaplan_yorke``, None for an equilibrium and where a sign
-///     is open, and the number of ``calls`` of the functions.
+///     and its ``description``, their ``sum``, the Kaplan-Yorke dimension ``kaplan_yorke``, None for an equilibrium and
+///     where a sign is open, ``warnings``, and the number of ``calls`` of the functions.
 ///
 /// Examples
 /// --------
@@ -414,6 +414,7 @@ pub fn exponents<'py>(
         min_time: time,
         max_time: time,
         sample_interval: positive("interval", interval)?,
+        constant_since: 0.0,
     };
     let definition = System::new(rhs, &z0, 1.0, options.as_ref())?;
     let (calls, state) = (Arc::new(Calls::new(progress)), &definition.z0[..]);
@@ -430,12 +431,7 @@ pub fn exponents<'py>(
         })
     });
     let found = system.finish(done)?;
-    // A system of a caller has no modes.
-    let classified = Classified {
-        classification: found.classification(f64::INFINITY),
-        found: &found,
-    };
-    Fields::of(py, &classified)?
+    Fields::of(py, &found)?
         .with("calls", system.calls.count())?
         .timed::<OwnExponents>(None)
 }

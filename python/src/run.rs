@@ -6,14 +6,13 @@ use pyo3::prelude::*;
 use squeakscope::pipeline::message::{Record, Summary};
 use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
 use squeakscope::record::{Output, RerunSink};
-use squeakscope::study::lyapunov::Classified;
+use squeakscope::study::lyapunov::RunExponents;
 
 use crate::call::long_call;
 use crate::error::input;
-use crate::result::{Fields, result};
+use crate::result::result;
 use crate::samples::{SampleBuffer, Samples};
 use crate::scene::{Scene, SceneOrName};
-use crate::schema::RunExponents;
 
 /// A finished run: its samples and its results.
 #[pyclass(frozen, module = "squeakscope")]
@@ -194,8 +193,7 @@ pub fn run(
     })?;
     let Summary { exponents, .. } = &summary;
     let exponents = exponents.as_ref();
-    let exponents =
-        exponents.map(|found| Fields::of(py, &Classified::run(found))?.finish::<RunExponents>());
+    let exponents = exponents.map(|found| result(py, &RunExponents::new(found)));
     let verdict = summary.verdict.as_deref().map(|found| result(py, found));
     Ok(Run {
         scene: Py::new(py, Scene(scene))?,

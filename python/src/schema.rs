@@ -11,12 +11,12 @@ use squeakscope::analysis::{
     regime::Verdict,
 };
 use squeakscope::dynamics::SolverStats;
-use squeakscope::pipeline::message::{Exponents, Summary};
+use squeakscope::pipeline::message::Summary;
 use squeakscope::study::StabilityAt;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
 use squeakscope::study::cost::Cost;
-use squeakscope::study::lyapunov::{Classified, LyapunovResult, LyapunovStudy};
+use squeakscope::study::lyapunov::{LyapunovResult, LyapunovStudy, RunExponents};
 use squeakscope::study::signal::{MeasuresAt, SignalAnalysis, SpectralLines};
 use squeakscope::study::sweep::SweepResult;
 
@@ -111,7 +111,7 @@ results! {
     /// Lyapunov exponents of an own system.
     OwnExponents {
         #[serde(flatten)]
-        study: Classified<LyapunovStudy>,
+        study: LyapunovStudy,
         /// Number of calls of the functions.
         calls: u64,
     }
@@ -119,11 +119,6 @@ results! {
     SceneExponents {
         #[serde(flatten)]
         study: LyapunovResult,
-    }
-    /// Lyapunov exponents at the end of a run.
-    RunExponents {
-        #[serde(flatten)]
-        found: Classified<Exponents>,
     }
 }
 
@@ -150,7 +145,7 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         OwnExponents,
         Plot,
         Quantified,
-        RunExponents,
+        RunExponents<'_>,
         SceneExponents,
         Section,
         SignalAnalysis,

@@ -20,14 +20,14 @@ use crate::chain_of_causes;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::{quantity, significant};
-use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
+use crate::pipeline::message::{SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Simulation, Sink, Source as _, Tee, drive};
 use crate::plot::{RUN_FIGURES, RunFigures};
 use crate::record::{RERUN_VERSION, RerunSink};
 use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
-use crate::study::lyapunov::Classified;
+use crate::study::lyapunov::RunExponents;
 
 /// The recording, if no output is given.
 const DEFAULT_RECORDING: &str = "squeak.rrd";
@@ -38,7 +38,7 @@ pub(super) struct RunResult<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
     /// Lyapunov exponents; `null` if the scene does not compute them or the run has not settled.
-    exponents: Option<Classified<&'a Exponents>>,
+    exponents: Option<RunExponents<'a>>,
     /// Peak memory: largest resident memory of the program, bytes; `null` if the system does not report it.
     peak_memory_bytes: Option<u64>,
     /// Integrator, as in the scene file.
@@ -61,7 +61,7 @@ impl<'a> RunResult<'a> {
         } = scene.integrator;
         Self {
             summary,
-            exponents: summary.exponents.as_ref().map(Classified::run),
+            exponents: summary.exponents.as_ref().map(RunExponents::new),
             peak_memory_bytes: peak_memory(),
             method: method.name(),
             tolerance: (!method.has_fixed_step()).then_some(tolerance),

@@ -42,14 +42,13 @@ fn found(values: &[f64], dimension: usize) -> LyapunovResult {
             stats: SolverStats::default(),
             simulated_s: time,
             busy_seconds: 1.0,
+            ..LyapunovStudy::default()
         },
         tilt_rad: Some(0.087),
         fixed_at: Default::default(),
         transient_s: 0.25,
-        chaotic_transient_s: None,
         tolerance: Some(1e-5),
         omega_1_rad_per_s: 10_669.0,
-        ..LyapunovResult::default()
     }
 }
 

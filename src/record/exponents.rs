@@ -6,7 +6,7 @@ use super::{paths, stream::RecordingStream, style, text};
 use crate::pipeline::message::{Exponents, Header};
 use crate::plot;
 use crate::report::{Report as _, markdown};
-use crate::study::lyapunov::Classified;
+use crate::study::lyapunov::RunExponents;
 
 /// Averaging time relative to the duration of the run below which the running values are not drawn: their errors would set
 /// the scale.
@@ -34,6 +34,6 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
         rec.log(paths::EXPONENTS_RUNNING, time, &Scalars::new(row));
         rec.log(paths::EXPONENTS_ZERO, time, &Scalars::single(0.0));
     }
-    let text = markdown(&Classified::run(found).blocks(""));
+    let text = markdown(&RunExponents::new(found).blocks(""));
     rec.log(paths::EXPONENTS_TEXT, time, &text::document(text));
 }

@@ -15,7 +15,7 @@ use crate::pipeline::{
 use crate::plot::shown;
 use crate::record::{Output, RerunSink};
 use crate::report::{Report as _, agreement, markdown};
-use crate::study::lyapunov::Classified;
+use crate::study::lyapunov::RunExponents;
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {
@@ -119,7 +119,7 @@ fn the_exponents_of_a_recording_are_those_of_the_result() {
         .filter(|(_, text)| text.contains("Kaplan-Yorke"));
     let (_, document) = documents.next_back().expect("a document");
     let last = last.expect("exponents");
-    let result = Classified::run(&last);
+    let result = RunExponents::new(&last);
     assert_eq!(*document, shown(&markdown(&result.blocks(""))));
     agreement::check(&result, &[1.0, 2.0, 3.0, 95.0]);
 }

@@ -22,7 +22,7 @@ use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{ChangeDetector, PipelineError, Simulation, Source as _};
 use crate::report::Measured;
 use crate::scene::{FixedAt, Scene};
-pub use report::{Classification, Classified, LyapunovResult, title};
+pub use report::{Classification, LyapunovResult, RunExponents, title};
 
 /// Goal of the averaging: the criterion that ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub struct LyapunovPlan {
     pub max_time: f64,
     /// Sampling interval of the state, s: of the progress, the goal and the mean trace.
     pub sample_interval: f64,
+    /// Time since which the parameters are constant, s. A chaotic transient counts from there.
+    pub constant_since: f64,
 }
 
 /// The reason why averaging ended.
@@ -76,9 +78,31 @@ pub struct RunningExponents {
     pub exponents: Vec<Exponent>,
 }
 
-/// Result of a Lyapunov study.
+/// Result of a Lyapunov study, with its conclusions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LyapunovStudy {
+    /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
+    pub goal: &'static str,
+    /// Whether the criterion was met.
+    pub goal_reached: bool,
+    /// Whether the study was interrupted.
+    pub interrupted: bool,
+    /// What the exponents say.
+    #[serde(flatten)]
+    pub classification: Classification,
+    /// Sum of all exponents, 1/s; `null` if not all are computed, or if one is minus infinity.
+    pub sum_per_s: Option<f64>,
+    /// Numbers, from 1, of exponents that are significantly below the next one: their tangent vectors are not
+    /// aligned.
+    pub unsettled: Vec<usize>,
+    /// Simulated time over wall time; `null` if nothing was averaged.
+    pub real_time_factor: Option<f64>,
+    /// Reasons to distrust the result, each with its remedy.
+    pub warnings: Vec<String>,
+    /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
+    /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
+    /// no earlier motion was chaotic.
+    pub chaotic_transient_s: Option<f64>,
     /// The Lyapunov spectrum of the last motion; without exponents if the study was stopped before averaging.
     #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
@@ -115,11 +139,6 @@ impl LyapunovStudy {
             return Attractor::Undecided;
         }
         self.spectrum.attractor_of(self.motion)
-    }
-
-    /// What the exponents say; `omega_1` in rad/s, infinite for a system without modes.
-    pub fn classification(&self, omega_1: f64) -> Classification {
-        Classification::new(&self.spectrum, self.attractor(), omega_1)
     }
 
     /// Relative difference between the sum of all exponents and the mean trace: a check of how well the time
@@ -222,7 +241,11 @@ pub fn lyapunov(
     study.motion = run.integrator.motion();
     study.stats = run.integrator.stats();
     study.busy_seconds = began.elapsed().as_secs_f64();
-    Ok(study)
+    study.chaotic_transient_s =
+        MotionSegment::chaotic_transient(&study.segments, plan.constant_since);
+    let omega = run.integrator.system().omega().iter().copied();
+    let omega_1 = omega.fold(f64::INFINITY, f64::min);
+    Ok(study.concluded(plan.goal, run.integrator.tolerance(), omega_1))
 }
 
 impl LyapunovPlan {
@@ -496,6 +519,7 @@ pub fn scene_lyapunov(
         max_time,
         // Only the mean trace, which needs all exponents, needs every sample.
         sample_interval: if all { 1.0 } else { 64.0 } / scene.sample_rate,
+        constant_since: 0.0,
     };
 
     // Approximate cost of the tangent vectors relative to the state.
@@ -517,23 +541,23 @@ pub fn scene_lyapunov(
     let (time, state) = (integrator.time(), integrator.state().to_vec());
     let mut integrator = with_tangents(integrator)?;
     integrator.start(time, &state)?;
+    let plan = LyapunovPlan {
+        constant_since: if fixed_at == FixedAt::default() {
+            0.0
+        } else {
+            transient
+        },
+        ..plan
+    };
     let study = lyapunov(&mut integrator, &plan, &mut |share, task| {
         progress(before + (1.0 - before) * share, task)
     })?;
-    let constant_since = if fixed_at == FixedAt::default() {
-        0.0
-    } else {
-        transient
-    };
-    let result = LyapunovResult {
-        chaotic_transient_s: MotionSegment::chaotic_transient(&study.segments, constant_since),
+    Ok(LyapunovResult {
         study,
         tilt_rad: loading.map(|loading| loading.tilt),
         fixed_at,
         transient_s: transient,
         tolerance: integrator.tolerance(),
         omega_1_rad_per_s: omega_1,
-        ..LyapunovResult::default()
-    };
-    Ok(result.concluded(request.goal))
+    })
 }

@@ -11,28 +11,10 @@ use crate::report::{Block, Measured, Report, Table, Tone};
 use crate::scene::FixedAt;
 use crate::text::earlier_motion;
 
-/// The exponents of a scene and their classification.
+/// The exponents of a scene.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct LyapunovResult {
-    /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
-    pub goal: &'static str,
-    /// Whether the criterion was met.
-    pub goal_reached: bool,
-    /// Whether the study was interrupted.
-    pub interrupted: bool,
-    /// What the exponents say.
-    #[serde(flatten)]
-    pub classification: Classification,
-    /// Sum of all exponents, 1/s; `null` if not all are computed, or if one is minus infinity.
-    pub sum_per_s: Option<f64>,
-    /// Numbers, from 1, of exponents that are significantly below the next one: their tangent vectors are not
-    /// aligned.
-    pub unsettled: Vec<usize>,
-    /// Simulated time over wall time; `null` if nothing was averaged.
-    pub real_time_factor: Option<f64>,
-    /// Reasons to distrust the result, each with its remedy.
-    pub warnings: Vec<String>,
-    /// The Lyapunov study: exponents, running estimates and solver statistics.
+    /// The Lyapunov study: exponents, running estimates, solver statistics and conclusions.
     #[serde(flatten)]
     pub study: LyapunovStudy,
     /// Tilt of the load during the study, rad; `None` for a scene without a load.
@@ -41,10 +23,6 @@ pub struct LyapunovResult {
     pub fixed_at: FixedAt,
     /// Transient time: the length of the scene's run before the study, s.
     pub transient_s: f64,
-    /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
-    /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
-    /// no earlier motion was chaotic.
-    pub chaotic_transient_s: Option<f64>,
     /// Relative error tolerance of a time step during the study; `None` for a fixed step.
     pub tolerance: Option<f64>,
     /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
@@ -52,43 +30,31 @@ pub struct LyapunovResult {
     pub omega_1_rad_per_s: f64,
 }
 
-impl LyapunovResult {
-    /// The result with the conclusions from its study, which was averaged to this goal.
-    pub(super) fn concluded(self, goal: Goal) -> Self {
-        let study = &self.study;
-        let earlier = after(&study.segments, self.chaotic_transient_s);
+impl LyapunovStudy {
+    /// The study with its conclusions. It was averaged to this goal; `omega_1` is in rad/s.
+    pub(super) fn concluded(self, goal: Goal, tolerance: Option<f64>, omega_1: f64) -> Self {
+        let earlier = earlier_motion(&self.segments, self.chaotic_transient_s);
         Self {
             goal: match goal {
                 Goal::Time(_) => "time",
                 Goal::HalfWidth(_) => "half_width",
                 Goal::Classification => "verdict",
             },
-            goal_reached: study.ending == Ending::Reached,
-            interrupted: study.ending == Ending::Stopped,
-            classification: Classification {
-                description: earlier + &description(study),
-                ..study.classification(self.omega_1_rad_per_s)
-            },
-            sum_per_s: study.sum(),
-            unsettled: study.unsettled(),
-            real_time_factor: (study.simulated_s > 0.0)
-                .then(|| study.simulated_s / study.busy_seconds),
-            warnings: warnings(study, self.tolerance),
+            goal_reached: self.ending == Ending::Reached,
+            interrupted: self.ending == Ending::Stopped,
+            classification: Classification::new(&self.spectrum, self.motion, omega_1, earlier),
+            sum_per_s: self.sum(),
+            unsettled: self.unsettled(),
+            real_time_factor: (self.simulated_s > 0.0)
+                .then(|| self.simulated_s / self.busy_seconds),
+            warnings: warnings(&self, tolerance),
             ..self
         }
     }
 }
 
-/// The motion before the present one, as the start of a sentence; empty for one motion.
-fn after(segments: &[MotionSegment], chaotic_transient: Option<f64>) -> String {
-    let earlier = earlier_motion(segments, chaotic_transient);
-    earlier.map_or(String::new(), |earlier| format!("{earlier}, then "))
-}
-
 /// The attractor, and the reason for the classification.
-fn description(study: &LyapunovStudy) -> String {
-    let attractor = study.attractor();
-    let spectrum = &study.spectrum;
+fn description(spectrum: &LyapunovSpectrum, motion: Motion, attractor: Attractor) -> String {
     if spectrum.exponents.is_empty() {
         return "undecided: the averaging has not started".to_owned();
     }
@@ -113,7 +79,7 @@ fn description(study: &LyapunovStudy) -> String {
             "the state is constant, and no exponent is significantly positive".to_owned()
         }
         Attractor::FixedPoint | Attractor::PhaseLocked => "all exponents are negative".to_owned(),
-        Attractor::Torus(_) if study.motion == Motion::Driven => {
+        Attractor::Torus(_) if motion == Motion::Driven => {
             format!("one frequency is that of the drive; {zero}{others}")
         }
         Attractor::Cycle | Attractor::Torus(_) => format!("{zero}{others}"),
@@ -198,10 +164,10 @@ impl Report for LyapunovResult {
         let held = held
             .description()
             .map_or(String::new(), |held| format!(", {held}"));
-        let rest = format!("{held}: {}", self.classification.description);
+        let rest = format!("{held}: {}", study.classification.description);
         let mut blocks = vec![Block::heading(title(scene, self.tilt_rad), rest)];
         if !study.spectrum.exponents.is_empty() {
-            blocks.push(self.classification.table(&study.spectrum.exponents));
+            blocks.push(study.classification.table(&study.spectrum.exponents));
         }
         if study.segments.len() > 1 {
             blocks.push(segments(&study.segments));
@@ -210,14 +176,14 @@ impl Report for LyapunovResult {
             let dimension = Measured::from(dimension);
             blocks.push(Block::text(format!("Kaplan-Yorke dimension {dimension}")));
         }
-        if let Some(sum) = self.sum_per_s {
+        if let Some(sum) = study.sum_per_s {
             let trace = study.mean_trace_per_s;
             let trace = trace.map_or(String::new(), |trace| {
                 format!(", mean trace {} 1/s", trimmed(trace, 5))
             });
             blocks.push(Block::text(format!("sum {} 1/s{trace}", trimmed(sum, 5))));
         }
-        blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
+        blocks.extend(study.warnings.iter().cloned().map(Block::Warning));
         blocks.push(Block::text(format!(
             "averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment",
             study.spectrum.time, self.transient_s, study.settle_s
@@ -232,7 +198,7 @@ impl Report for LyapunovResult {
         let tolerance = tolerance.map_or(String::new(), |tolerance| {
             format!(" (tolerance {tolerance:.0e})")
         });
-        let factor = self.real_time_factor;
+        let factor = study.real_time_factor;
         let factor = factor.map_or(String::new(), |factor| {
             format!(" ({factor:.2} x real time)")
         });
@@ -244,7 +210,7 @@ impl Report for LyapunovResult {
     }
 
     fn is_interrupted(&self) -> bool {
-        self.interrupted
+        self.study.interrupted
     }
 }
 
@@ -300,7 +266,7 @@ fn listed(exponents: &[Exponent], count: usize) -> String {
 /// Number of exponents of a run that are printed. The recording and JSON have all of them.
 const RUN_EXPONENTS: usize = 4;
 
-impl Report for Classified<&Exponents> {
+impl Report for RunExponents<'_> {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let spectrum = &self.found.spectrum;
         let earlier = earlier_motion(&self.found.segments, self.found.chaotic_transient);
@@ -333,7 +299,7 @@ impl Report for Classified<&Exponents> {
     }
 }
 
-impl Classified<&Exponents> {
+impl RunExponents<'_> {
     /// The exponents at the end of a run in one line.
     pub fn line(&self) -> String {
         let spectrum = &self.found.spectrum;
@@ -345,11 +311,10 @@ impl Classified<&Exponents> {
         };
         let dimension = spectrum.kaplan_yorke.as_ref();
         let dimension = dimension.map_or(String::new(), |dimension| {
-            format!(", Kaplan-Yorke dimension {}", Measured::from(dimension))
+            format!("; Kaplan-Yorke dimension {}", Measured::from(dimension))
         });
-        let earlier = after(&self.found.segments, self.found.chaotic_transient);
         format!(
-            "Lyapunov exponents {shown}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
+            "Lyapunov exponents {shown}{more} 1/s, averaged over {:.0} ms; {}{dimension}",
             1e3 * spectrum.time,
             self.classification.description
         )
@@ -363,7 +328,7 @@ pub struct Classification {
     /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
     #[schemars(with = "String")]
     pub attractor: Attractor,
-    /// The attractor in words.
+    /// The attractor in words, with the reason and the motion before.
     pub description: String,
     /// Sign of each exponent.
     pub signs: Vec<Sign>,
@@ -374,9 +339,21 @@ pub struct Classification {
 }
 
 impl Classification {
-    /// Classifies a spectrum; `omega_1` in rad/s, infinite for a system without modes.
-    pub fn new(spectrum: &LyapunovSpectrum, attractor: Attractor, omega_1: f64) -> Self {
+    /// Classifies a spectrum; `omega_1` in rad/s, infinite for a system without modes. `earlier` is the motion before
+    /// ([`earlier_motion`]).
+    pub fn new(
+        spectrum: &LyapunovSpectrum,
+        motion: Motion,
+        omega_1: f64,
+        earlier: Option<String>,
+    ) -> Self {
         let exponents = &spectrum.exponents;
+        let attractor = if exponents.is_empty() {
+            Attractor::Undecided
+        } else {
+            spectrum.attractor_of(motion)
+        };
+        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
         let scalable = exponents.iter().filter(|_| omega_1.is_finite());
         let scaled = scalable.map(|exponent| Exponent {
             value: exponent.value / omega_1,
@@ -384,32 +361,36 @@ impl Classification {
         });
         Self {
             attractor,
-            description: attractor.to_string(),
+            description: earlier + &description(spectrum, motion, attractor),
             signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
             exponents_over_omega_1: scaled.collect(),
         }
     }
 }
 
-/// Exponents with their classification.
+/// The exponents at the end of a run, with their classification.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Classified<T> {
+pub struct RunExponents<'a> {
     /// The exponents.
     #[serde(flatten)]
-    pub found: T,
+    pub found: &'a Exponents,
     /// What they say.
     #[serde(flatten)]
     pub classification: Classification,
 }
 
-impl<'a> Classified<&'a Exponents> {
-    /// The exponents at the end of a run.
-    pub fn run(found: &'a Exponents) -> Self {
-        let (spectrum, attractor) = (&found.spectrum, found.attractor());
-        let classification = Classification::new(spectrum, attractor, found.omega_1);
+impl<'a> RunExponents<'a> {
+    /// Classifies the exponents of a run.
+    pub fn new(found: &'a Exponents) -> Self {
+        let earlier = earlier_motion(&found.segments, found.chaotic_transient);
         Self {
+            classification: Classification::new(
+                &found.spectrum,
+                found.motion,
+                found.omega_1,
+                earlier,
+            ),
             found,
-            classification,
         }
     }
 }

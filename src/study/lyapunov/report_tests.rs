@@ -8,7 +8,7 @@ use crate::report::markdown;
 fn non_finite_exponents_are_null_in_json() {
     let mut found = study(&[60.0, f64::NEG_INFINITY], None, None);
     found.tilt_rad = Some(0.1);
-    let json = serde_json::to_value(found.concluded(Goal::Classification)).expect("JSON");
+    let json = serde_json::to_value(concluded(found, Goal::Classification)).expect("JSON");
     assert_eq!(json["tilt_rad"], 0.1);
     assert_eq!(json["exponents_per_s"][0]["value"], 60.0);
     assert_eq!(json["exponents_over_omega_1"][0]["value"], 6e-3);
@@ -22,7 +22,7 @@ fn non_finite_exponents_are_null_in_json() {
 fn minus_infinity_is_printed_alike_everywhere_and_has_no_error() {
     let mut found = study(&[60.0, f64::NEG_INFINITY], Some(0.0), None);
     found.study.mean_trace_per_s = None;
-    let report = text("made", &found.concluded(Goal::Time(2.0)));
+    let report = text("made", &concluded(found, Goal::Time(2.0)));
     assert!(
         report.contains("| 2 | -inf |  | -inf | negative |"),
         "{report}"
@@ -72,9 +72,23 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> Lyapunov
     }
 }
 
+/// The result with its conclusions.
+fn concluded(found: LyapunovResult, goal: Goal) -> LyapunovResult {
+    let LyapunovResult {
+        study,
+        tolerance,
+        omega_1_rad_per_s,
+        ..
+    } = found;
+    LyapunovResult {
+        study: study.concluded(goal, tolerance, omega_1_rad_per_s),
+        ..found
+    }
+}
+
 /// The report on such a study.
 fn report_text(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> String {
-    let result = study(values, trace, tolerance).concluded(Goal::Time(2.0));
+    let result = concluded(study(values, trace, tolerance), Goal::Time(2.0));
     // Numbers of exponents, and 95 % intervals.
     crate::report::agreement::check(&result, &[1.0, 2.0, 3.0, 95.0]);
     text("made", &result)
@@ -116,15 +130,15 @@ fn the_motions_before_the_last_one_are_listed() {
     };
     let last = segment(0.83, 2.0, &[0.0, -30.0]);
     found.study.segments = vec![last.clone()];
-    let text_of = |found: &LyapunovResult| text("made", &found.clone().concluded(Goal::Time(2.0)));
+    let text_of = |found: &LyapunovResult| text("made", &concluded(found.clone(), Goal::Time(2.0)));
     assert!(!text_of(&found).contains("start, s"));
     found.study.segments = vec![segment(0.31, 0.83, &[240.0, 140.0, 0.0, -30.0]), last];
-    found.chaotic_transient_s = Some(0.83);
+    found.study.chaotic_transient_s = Some(0.83);
     let report = text_of(&found);
     let words = ": chaotic transient of 830 ms, then limit cycle: one exponent is zero";
     assert!(report.contains(words), "{report}");
     assert!(report.contains("0.830 | hyperchaos"), "{report}");
-    let json = serde_json::to_value(found.concluded(Goal::Time(2.0))).expect("JSON");
+    let json = serde_json::to_value(concluded(found, Goal::Time(2.0))).expect("JSON");
     assert_eq!(json["chaotic_transient_s"], 0.83);
     assert_eq!(json["attractor"], "cycle");
     assert_eq!(json["segments"][0]["attractor"], "hyperchaos");
@@ -136,12 +150,12 @@ fn the_motions_before_the_last_one_are_listed() {
 fn unaligned_tangent_vectors_are_reported() {
     // The half-widths are 0.1.
     let found = study(&[-7.0, -12.7, -6.3, -6.2], None, Some(1e-5));
-    let result = found.concluded(Goal::Classification);
-    assert_eq!(result.unsettled, [2]);
+    let result = concluded(found, Goal::Classification);
+    assert_eq!(result.study.unsettled, [2]);
     assert!(text("made", &result).contains("are not aligned (out-of-order exponents: 2)"));
     let found = study(&[3.0, 0.0, -3.0], None, Some(1e-5));
-    let result = found.concluded(Goal::Classification);
-    assert!(result.unsettled.is_empty());
+    let result = concluded(found, Goal::Classification);
+    assert!(result.study.unsettled.is_empty());
 }
 
 #[test]
@@ -149,12 +163,12 @@ fn a_study_without_exponents_has_no_numbers() {
     let mut found = study(&[], None, Some(1e-5));
     found.study.ending = Ending::Stopped;
     found.study.spectrum.resolution = f64::INFINITY;
-    let result = found.concluded(Goal::Classification);
+    let result = concluded(found, Goal::Classification);
     let json = serde_json::to_value(&result).expect("JSON");
     assert!(json["resolution_per_s"].is_null() && json["kaplan_yorke"].is_null());
     assert_eq!(json["attractor"], "undecided");
     assert_eq!(
-        result.classification.description,
+        result.study.classification.description,
         "undecided: the averaging has not started"
     );
     let text = text("made", &result);
@@ -171,7 +185,7 @@ fn the_description_has_the_attractor_and_the_reason() {
         let spectrum = &mut found.study.spectrum;
         (spectrum.time, spectrum.dimension, spectrum.resolution) = (10.0, dimension, 0.5);
         found.study.motion = motion;
-        let classification = found.concluded(Goal::Classification).classification;
+        let classification = concluded(found, Goal::Classification).study.classification;
         assert_eq!(classification.attractor, expected);
         assert_eq!(classification.description, format!("{expected}: {reason}"));
     };
@@ -236,14 +250,15 @@ fn exponents_are_printed_in_a_line_and_written_as_json() {
         segments: Vec::new(),
         chaotic_transient: None,
     };
-    let result = Classified::run(&exponents);
+    let result = RunExponents::new(&exponents);
     assert!(result.line().starts_with(
-        "Lyapunov exponents 71.2 ± 9.0, 0.5 (error unknown) 1/s, averaged over 200 ms: "
+        "Lyapunov exponents 71.2 ± 9.0, 0.5 (error unknown) 1/s, averaged over 200 ms; "
     ));
     let json = serde_json::to_value(&result).expect("JSON");
     assert_eq!(json["exponents_over_omega_1"][0]["value"], 71.25e-4);
     assert_eq!(json["signs"][0], "positive");
     assert_eq!(json["attractor"], "chaos");
+    assert_eq!(json["description"], "chaos: one exponent is positive");
     assert_eq!(json["averaged_s"], 0.2);
     assert!(json["exponents_per_s"][1]["half_width"].is_null());
 }
