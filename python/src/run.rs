@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use squeakscope::pipeline::message::{Record, Summary};
+use squeakscope::pipeline::message::{Record, RunExponents, Summary};
 use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
 use squeakscope::record::{Output, RerunSink};
-use squeakscope::study::lyapunov::RunExponents;
 
 use crate::call::long_call;
 use crate::error::input;

@@ -11,12 +11,12 @@ use squeakscope::analysis::{
     regime::Verdict,
 };
 use squeakscope::dynamics::SolverStats;
-use squeakscope::pipeline::message::Summary;
+use squeakscope::pipeline::message::{RunExponents, Summary};
 use squeakscope::study::StabilityAt;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
 use squeakscope::study::cost::Cost;
-use squeakscope::study::lyapunov::{LyapunovResult, LyapunovStudy, RunExponents};
+use squeakscope::study::lyapunov::{LyapunovResult, LyapunovStudy};
 use squeakscope::study::signal::{MeasuresAt, SignalAnalysis, SpectralLines};
 use squeakscope::study::sweep::SweepResult;
 

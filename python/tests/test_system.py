@@ -67,7 +67,7 @@ def test_time_dependence_is_found_and_not_denied() -> None:
 
     options = {"settle": 30 * period, "interval": period / 20}
     found = s.exponents(duffing, [1.0, 0.0], 100 * period, **options)
-    assert found.attractor == "phase-locked" and found.description == "phase-locked to the drive"
+    assert found.attractor == "phase-locked" and found.description == "phase-locked to the drive: all exponents are negative"
     with pytest.raises(s.InputError, match="autonomous: a function changes with time"):
         s.exponents(duffing, [1.0, 0.0], 100 * period, autonomous=True, **options)
     # An implicit method has its order only with the derivative by time.

@@ -20,14 +20,13 @@ use crate::chain_of_causes;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::{quantity, significant};
-use crate::pipeline::message::{SpectralLine, Summary, TrajectoryDivergence};
+use crate::pipeline::message::{RunExponents, SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Simulation, Sink, Source as _, Tee, drive};
 use crate::plot::{RUN_FIGURES, RunFigures};
 use crate::record::{RERUN_VERSION, RerunSink};
 use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
-use crate::study::lyapunov::RunExponents;
 
 /// The recording, if no output is given.
 const DEFAULT_RECORDING: &str = "squeak.rrd";

@@ -3,10 +3,9 @@
 use crate::record::sdk::Scalars;
 
 use super::{paths, stream::RecordingStream, style, text};
-use crate::pipeline::message::{Exponents, Header};
+use crate::pipeline::message::{Exponents, Header, RunExponents};
 use crate::plot;
 use crate::report::{Report as _, markdown};
-use crate::study::lyapunov::RunExponents;
 
 /// Averaging time relative to the duration of the run below which the running values are not drawn: their errors would set
 /// the scale.

@@ -1,5 +1,6 @@
 //! Messages of a run: frames from the simulation, records to a sink.
 
+mod classification;
 mod frame;
 mod header;
 mod lesson;
@@ -8,6 +9,8 @@ mod record;
 
 pub use crate::analysis::{poincare::SectionPoint, regime::Regime, tones::SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
+pub(crate) use classification::listed;
+pub use classification::{Classification, RunExponents};
 pub use frame::*;
 pub use header::*;
 pub use lesson::*;

@@ -8,6 +8,7 @@ use crate::record::sdk::{
 };
 
 use super::demo;
+use crate::pipeline::message::RunExponents;
 use crate::pipeline::{
     Sink,
     message::{Header, Record, Subject},
@@ -15,7 +16,6 @@ use crate::pipeline::{
 use crate::plot::shown;
 use crate::record::{Output, RerunSink};
 use crate::report::{Report as _, agreement, markdown};
-use crate::study::lyapunov::RunExponents;
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {

@@ -18,11 +18,11 @@ use crate::dynamics::{
 
 use super::{OnProgress, POLL};
 use crate::dynamics::equilibrium::Jacobian;
-use crate::pipeline::message::MotionSegment;
+use crate::pipeline::message::{Classification, MotionSegment};
 use crate::pipeline::{ChangeDetector, PipelineError, Simulation, Source as _};
 use crate::report::Measured;
 use crate::scene::{FixedAt, Scene};
-pub use report::{Classification, LyapunovResult, RunExponents, title};
+pub use report::{LyapunovResult, title};
 
 /// Goal of the averaging: the criterion that ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Reports on constructed results.
 
 use super::*;
-use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
+use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, SolverStats};
 use crate::report::markdown;
 
 #[test]
@@ -231,34 +231,4 @@ fn the_description_has_the_attractor_and_the_reason() {
         Attractor::UnstableEquilibrium,
         "the state is constant, but small perturbations grow",
     );
-}
-
-#[test]
-fn exponents_are_printed_in_a_line_and_written_as_json() {
-    let exponent = |value, half_width| Exponent { value, half_width };
-    let exponents = Exponents {
-        time: 0.25,
-        spectrum: LyapunovSpectrum {
-            exponents: vec![exponent(71.25, 9.0), exponent(0.5, f64::INFINITY)],
-            time: 0.2,
-            dimension: 22,
-            resolution: 5.0,
-            kaplan_yorke: None,
-        },
-        motion: Motion::Free,
-        omega_1: 1e4,
-        segments: Vec::new(),
-        chaotic_transient: None,
-    };
-    let result = RunExponents::new(&exponents);
-    assert!(result.line().starts_with(
-        "Lyapunov exponents 71.2 ± 9.0, 0.5 (error unknown) 1/s, averaged over 200 ms; "
-    ));
-    let json = serde_json::to_value(&result).expect("JSON");
-    assert_eq!(json["exponents_over_omega_1"][0]["value"], 71.25e-4);
-    assert_eq!(json["signs"][0], "positive");
-    assert_eq!(json["attractor"], "chaos");
-    assert_eq!(json["description"], "chaos: one exponent is positive");
-    assert_eq!(json["averaged_s"], 0.2);
-    assert!(json["exponents_per_s"][1]["half_width"].is_null());
 }
