@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use squeakscope::pipeline::message::{Record, RunExponents, Summary};
-use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
+use squeakscope::pipeline::message::Record;
+use squeakscope::pipeline::{self, Monitor, PipelineError, RunResult, Sink, SinkError};
 use squeakscope::record::{Output, RerunSink};
 
 use crate::call::long_call;
@@ -22,7 +22,7 @@ pub struct Run {
     /// The samples; empty if the run was asked to keep none.
     #[pyo3(get)]
     samples: Py<Samples>,
-    /// Summary of the run: amplitude, lines, statistics of the solver.
+    /// Result of the run: amplitude, lines, energy audit, statistics of the solver.
     #[pyo3(get)]
     summary: Py<PyAny>,
     /// Lyapunov exponents at the end; None if the scene does not compute them.
@@ -54,6 +54,8 @@ impl Run {
             names.extend(part.dir()?.extract::<Vec<String>>()?);
         }
         names.retain(|name| !name.starts_with('_') && name != "to_dict");
+        names.sort();
+        names.dedup();
         Ok(names)
     }
 
@@ -190,15 +192,14 @@ pub fn run(
             monitor,
         )
     })?;
-    let Summary { exponents, .. } = &summary;
-    let exponents = exponents.as_ref();
-    let exponents = exponents.map(|found| result(py, &RunExponents::new(found)));
+    let found = RunResult::new(&scene, &summary, None);
+    let exponents = found.exponents.as_ref().map(|found| result(py, found));
     let verdict = summary.verdict.as_deref().map(|found| result(py, found));
     Ok(Run {
-        scene: Py::new(py, Scene(scene))?,
         samples: Py::new(py, collector.samples.into_samples(py)?)?,
-        summary: result(py, &summary)?.unbind(),
+        summary: result(py, &found)?.unbind(),
         exponents: exponents.transpose()?.map(Bound::unbind),
         verdict: verdict.transpose()?.map(Bound::unbind),
+        scene: Py::new(py, Scene(scene))?,
     })
 }

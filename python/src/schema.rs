@@ -11,7 +11,8 @@ use squeakscope::analysis::{
     regime::Verdict,
 };
 use squeakscope::dynamics::SolverStats;
-use squeakscope::pipeline::message::{RunExponents, Summary};
+use squeakscope::pipeline::RunResult;
+use squeakscope::pipeline::message::RunExponents;
 use squeakscope::study::StabilityAt;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
@@ -146,6 +147,7 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         Plot,
         Quantified,
         RunExponents<'_>,
+        RunResult<'_>,
         SceneExponents,
         Section,
         SignalAnalysis,
@@ -153,7 +155,6 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         Spectrogram,
         Spectrum,
         StabilityAt,
-        Summary,
         SweepResult,
         TonalEvents,
         Verdict,

@@ -19,7 +19,7 @@ QUICK = {"min_transient": 0.02, "max_transient": 0.03, "measure": 0.01, "exponen
 QUICK_WORDS = ["--min-transient", "20", "--max-transient", "30", "--measure", "10", "--exponents", "0"]
 
 # They differ from run to run.
-MEASURED = {"wall_s", "real_time_factor"}
+MEASURED = {"wall_s", "real_time_factor", "peak_memory_bytes"}
 
 
 def command(folder: Path, *words: str) -> dict:

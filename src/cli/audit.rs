@@ -1,37 +1,10 @@
-//! The energy audit of a run: the balance of energy and work.
-
-use schemars::JsonSchema;
-use serde::Serialize;
+//! What a command does about the energy audit of a run.
 
 use super::console;
 use super::error::CliError;
+use crate::pipeline::Audit;
 use crate::pipeline::message::Summary;
 use crate::scene::Scene;
-
-/// Limit of the relative residual above which a warning is printed.
-const LIMIT: f64 = 0.05;
-
-/// Result of the energy audit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub(super) struct Audit {
-    /// Residual of the energy balance over the largest energy or work.
-    residual: f64,
-    /// Limit of the residual above which a warning is printed.
-    limit: f64,
-    /// Whether the residual is at most the limit.
-    holds: bool,
-}
-
-impl Audit {
-    /// The audit of a run; `None` if there was none.
-    pub fn of(summary: &Summary) -> Option<Self> {
-        summary.energy_residual.map(|residual| Self {
-            residual,
-            limit: LIMIT,
-            holds: residual <= LIMIT,
-        })
-    }
-}
 
 /// Checks that a run of the scene has an energy audit, if this is required.
 ///

@@ -13,6 +13,7 @@ mod joint_body;
 pub mod message;
 mod motion_changes;
 mod prepare;
+mod result;
 mod run;
 mod sensitivity;
 #[cfg(test)]
@@ -39,6 +40,7 @@ pub use interactive::{
     InteractiveSource, MAX_KICKS_PER_FRAME, RunCommand, RunHandle, RunState, RunStatus,
     TooManyKicks,
 };
+pub use result::{Audit, RunResult};
 pub use run::{Monitor, drive, run};
 #[cfg(feature = "live")]
 pub(crate) use run::{joined, panic_message};
