@@ -358,6 +358,8 @@ mod tests {
             (Some(0), 1, 1),
         ];
         assert_eq!(counts.collect::<Vec<_>>(), expected);
+        let all = serde_json::json!({"found": 1, "false": 2, "missed": 3});
+        assert_eq!(json["truth"], all);
         let events = std::fs::read_to_string(path("events.csv")).expect("written");
         let rows: Vec<_> = events.lines().skip(1).collect();
         assert_eq!(rows.len(), 3, "{events}");

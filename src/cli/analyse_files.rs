@@ -6,8 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use super::analyse::{analyse, write_labels};
 use super::analyse_args::AnalyseArgs;
@@ -17,35 +15,9 @@ use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
 use super::output::{Kind, check_directory, check_file};
 use super::resources;
-use crate::escape;
 use crate::import::{Format, channels};
-use crate::number::fixed;
 use crate::plot::{signal_figure_names, signal_figures};
-use crate::report::{Block, Report, Table};
-use crate::study::signal::{Score, SignalAnalysis, write_events};
-
-/// The analyses of several files.
-#[derive(Default, Serialize, JsonSchema)]
-pub(super) struct AnalysedFiles {
-    /// Analyses in the order of the files; those of a directory are sorted by name.
-    analyses: Vec<SignalAnalysis>,
-    /// Failures: files that could not be analysed.
-    failures: Vec<FailedFile>,
-    /// Skipped: files in a directory that are no signals.
-    skipped: Vec<FailedFile>,
-    /// Whether each channel of a file is a signal of its own.
-    #[serde(skip)]
-    each_channel: bool,
-}
-
-/// A file that was not analysed.
-#[derive(Serialize, JsonSchema)]
-struct FailedFile {
-    /// Path of the file.
-    file: PathBuf,
-    /// Reason why it was not analysed.
-    reason: String,
-}
+use crate::study::signal::{AnalysedFiles, FailedFile, SignalAnalysis, write_events};
 
 /// A file and its column, if one is selected.
 type Job = (PathBuf, Option<String>);
@@ -95,6 +67,7 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
         }
     }
     let all = result.analyses.len() + result.failures.len();
+    let result = result.concluded();
     files.finish(watch, None, &result, |files| {
         files.write("--events", |path| write_events(path, &result.analyses))
     })?;
@@ -252,64 +225,5 @@ fn reason(error: &CliError) -> String {
         CliError::Import(error) => error.problem.to_string(),
         CliError::Signal(_, reason) => reason.to_string(),
         _ => error.to_string(),
-    }
-}
-
-impl Report for AnalysedFiles {
-    /// The signals, one per row, then those that failed, and how many events have labels.
-    fn blocks(&self, _name: &str) -> Vec<Block> {
-        let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
-        let score = |row: &Result<&SignalAnalysis, &FailedFile>| {
-            row.ok().and_then(|file| file.truth.clone())
-        };
-        let analyses = self.analyses.iter().map(Ok);
-        let table = Table::of(analyses.chain(self.failures.iter().map(Err)))
-            .left("file", |row| match row {
-                Ok(file) => file.file.as_deref().map(escape::path),
-                Err(failed) => Some(escape::path(&failed.file)),
-            })
-            .left("channel", |row| {
-                let file = row.ok().filter(|_| self.each_channel)?;
-                Some(escape::line(&file.facts.name))
-            })
-            .right("duration, s", |row| {
-                fixed(row.ok().map(|file| file.facts.duration_s), 3)
-            })
-            .right("dB(A)", |row| {
-                let levels = row.ok()?.sound_levels.as_ref();
-                levels.map(|found| fixed(found.levels.a_weighted_level_db, 1))
-            })
-            .right("events", |row| {
-                row.ok().map(|file| file.events().len().to_string())
-            })
-            .right("event, Hz", |row| {
-                let event = row.ok()?.event();
-                event.map(|event| fixed(event.frequency_hz, 1))
-            })
-            .right("line, Hz", |row| {
-                let line = row.ok()?.tones.lines.first();
-                line.map(|named| fixed(named.line.frequency, 1))
-            })
-            .right("found", |row| Some(score(row)?.found.to_string()))
-            .right("false", |row| {
-                Some(score(row)?.false_events.len().to_string())
-            })
-            .right("missed", |row| Some(score(row)?.missed.len().to_string()))
-            .left("type of motion", |row| match row {
-                Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
-                Err(failed) => Some(escape::line(&failed.reason)),
-            });
-        let mut blocks = vec![table.into()];
-        if scores().next().is_some() {
-            let all = Score {
-                found: scores().map(|score| score.found).sum(),
-                false_events: scores()
-                    .flat_map(|score| score.false_events.clone())
-                    .collect(),
-                missed: scores().flat_map(|score| score.missed.clone()).collect(),
-            };
-            blocks.extend(all.blocks());
-        }
-        blocks
     }
 }

@@ -10,7 +10,6 @@ use schemars::transform::{RecursiveTransform, Transform as _};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
 
-use super::analyse_files::AnalysedFiles;
 use super::args::SchemaArgs;
 use super::console;
 use super::error::CliError;
@@ -26,7 +25,7 @@ use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::Cost;
 use crate::study::friction_fit::FrictionFit;
 use crate::study::lyapunov::LyapunovResult;
-use crate::study::signal::SignalAnalysis;
+use crate::study::signal::{AnalysedFiles, SignalAnalysis};
 use crate::study::sweep::SweepResult;
 
 /// Makes the schema of a document.

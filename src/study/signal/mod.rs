@@ -16,6 +16,7 @@
 
 mod analyse;
 mod calibration;
+mod files;
 mod live;
 mod report;
 mod sound;
@@ -47,11 +48,12 @@ use crate::study::Stopped;
 
 pub use analyse::analyse_signal;
 pub use calibration::{CalibratedLevels, CalibrationError, CalibrationSource};
+pub use files::{AnalysedFiles, FailedFile};
 pub use live::{FREQUENCY_MARGIN, live_analysis};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 #[cfg(feature = "table")]
 pub use table::write_events;
-pub use truth::{Label, LabelError, Score};
+pub use truth::{Label, LabelError, Score, TotalScore};
 
 /// Options of a signal's analysis; the other choices follow from the signal.
 ///

@@ -3,6 +3,7 @@
 use super::{
     AnalysedStretch, CalibratedLevels, DelayEmbedding, MeasuredSound, Outcome, PoincareSection,
     RecurrenceAnalysis, Score, SignalAnalysis, SignalStatistics, SkipReason, SpectralLines,
+    TotalScore,
 };
 use crate::analysis::{
     chaos::Divergence,
@@ -16,7 +17,7 @@ use crate::analysis::{
     tones::Bases,
 };
 use crate::escape;
-use crate::number::{fixed, significant, time, with_error};
+use crate::number::{counted, fixed, significant, time, with_error};
 use crate::report::{Block, Report, Table};
 
 /// Number of significant digits.
@@ -74,20 +75,32 @@ fn skipped(name: &str, reason: SkipReason) -> Block {
     Block::heading(name, format!(" skipped: {reason}"))
 }
 
+impl TotalScore {
+    /// Events compared with labels.
+    pub fn block(&self) -> Block {
+        let (found, missed, labels) = (self.found, self.missed, self.found + self.missed);
+        let surplus = counted(self.false_events, "false event");
+        Block::heading(
+            "labels",
+            format!(" {found} of {labels} labels found, {missed} missed; {surplus}"),
+        )
+    }
+}
+
 impl Score {
     /// Events compared with labels: the counts, and what is missed.
     pub fn blocks(&self) -> Vec<Block> {
-        let missed = self.missed.iter().map(|label| {
+        let total = TotalScore::of([self]).map(|total| total.block());
+        total.into_iter().chain(self.missed_labels()).collect()
+    }
+
+    /// The labels without an event.
+    pub fn missed_labels(&self) -> impl Iterator<Item = Block> {
+        self.missed.iter().map(|label| {
             let (Span { start_s, end_s }, name) = (label.span, escape::line(&label.text));
             let line = format!("missed: {start_s:.3} to {end_s:.3} s {name}");
             Block::text(line.trim_end())
-        });
-        let (found, missing, surplus) = (self.found, self.missed.len(), self.false_events.len());
-        let labels = found + missing;
-        let counts =
-            format!(" {found} of {labels} labels found, {missing} missed; {surplus} false events");
-        let counts = Block::heading("labels", counts);
-        std::iter::once(counts).chain(missed).collect()
+        })
     }
 }
 

@@ -42,6 +42,34 @@ pub struct Score {
     pub missed: Vec<Label>,
 }
 
+/// Numbers of events and labels of one or several files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct TotalScore {
+    /// Labels with an event.
+    pub found: usize,
+    /// Events without a label.
+    #[serde(rename = "false")]
+    pub false_events: usize,
+    /// Labels without an event.
+    pub missed: usize,
+}
+
+impl TotalScore {
+    /// The sum of some scores; `None` without any.
+    pub fn of<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Option<Self> {
+        let counts = scores.into_iter().map(|score| Self {
+            found: score.found,
+            false_events: score.false_events.len(),
+            missed: score.missed.len(),
+        });
+        counts.reduce(|a, b| Self {
+            found: a.found + b.found,
+            false_events: a.false_events + b.false_events,
+            missed: a.missed + b.missed,
+        })
+    }
+}
+
 impl Label {
     /// Reads the labels of a file: a line with start, end and text, separated by tabs, and a line with `\` and the range
     /// of frequencies for a spectral selection.
