@@ -33,6 +33,36 @@ fn texts(path: &Path) -> Vec<(String, String)> {
     texts
 }
 
+/// The viewer draws images with the same draw order at the same depth, where they hide each other's edges.
+#[test]
+fn each_tile_of_a_spectrogram_has_its_own_draw_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    super::record(&path, 0.01);
+    let mut orders = Vec::new();
+    for message in DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap())) {
+        let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
+            continue;
+        };
+        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        let entity = chunk.entity_path().to_string();
+        for &name in chunk.components().keys() {
+            if entity.contains("/spectrogram/tile_") && name.to_string() == "Image:draw_order" {
+                let rows = chunk.iter_slices::<f32>(name).flatten();
+                orders.extend(rows.map(|order| (entity.clone(), *order)));
+            }
+        }
+    }
+    orders.sort_by(|a, b| a.0.cmp(&b.0));
+    assert_eq!(
+        orders.len(),
+        40,
+        "one order per tile, for the whole recording"
+    );
+    assert!(orders.is_sorted_by(|a, b| a.1 < b.1), "{orders:?}");
+    assert!(orders.iter().all(|(_, order)| *order < -2.0));
+}
+
 /// Names and texts from a file cannot contain control sequences or imitate the surrounding text. The scene's
 /// text and the command are stored unchanged in the properties.
 #[test]
