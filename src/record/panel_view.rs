@@ -146,9 +146,12 @@ impl PanelView {
         }
     }
 
-    /// Draws a vertical line at an abscissa over a panel that is drawn.
+    /// Draws a vertical line at an abscissa over a panel that is drawn, solid because marks of a panel are dashed.
     pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
-        let cursor = Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR);
+        let cursor = Layer {
+            dashed: false,
+            ..Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR)
+        };
         let plot = self.plot(panel);
         self.draw_layers(rec, at, &plot, &[cursor]);
     }

@@ -13,18 +13,24 @@ use crate::pipeline::{
     message::{Header, Record, Subject},
 };
 use crate::plot::shown;
-use crate::record::{Output, RerunSink};
+use crate::record::{Output, RerunSink, paths};
 use crate::report::{Report as _, agreement, markdown};
 use crate::study::lyapunov::Classified;
+
+/// The chunks of a recording and its blueprint.
+fn chunks(path: &Path) -> Vec<Chunk> {
+    let messages = DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap()));
+    let chunks = messages.filter_map(|message| match message.unwrap() {
+        LogMsg::ArrowMsg(_, message) => Some(Chunk::from_arrow_msg(&message).unwrap()),
+        _ => None,
+    });
+    chunks.collect()
+}
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {
     let mut texts = Vec::new();
-    for message in DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap())) {
-        let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
-            continue;
-        };
-        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+    for chunk in chunks(path) {
         for &name in chunk.components().keys() {
             let rows = chunk.iter_slices::<String>(name).flatten();
             texts.extend(rows.map(|text| (name.to_string(), text.to_string())));
@@ -40,11 +46,7 @@ fn each_tile_of_a_spectrogram_has_its_own_draw_order() {
     let path = folder.path().join("run.rrd");
     super::record(&path, 0.01);
     let mut orders = Vec::new();
-    for message in DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap())) {
-        let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
-            continue;
-        };
-        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+    for chunk in chunks(&path) {
         let entity = chunk.entity_path().to_string();
         for &name in chunk.components().keys() {
             if entity.contains("/spectrogram/tile_") && name.to_string() == "Image:draw_order" {
@@ -61,6 +63,33 @@ fn each_tile_of_a_spectrogram_has_its_own_draw_order() {
     );
     assert!(orders.is_sorted_by(|a, b| a.1 < b.1), "{orders:?}");
     assert!(orders.iter().all(|(_, order)| *order < -2.0));
+}
+
+/// The series of one view are told apart by their colours.
+#[test]
+fn the_times_of_recurrence_have_different_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    super::record(&path, 0.01);
+    let series = [
+        paths::PERIOD,
+        paths::RECURRENCE_TIME_1,
+        paths::RECURRENCE_TIME_2,
+        paths::TRAPPING_TIME,
+    ];
+    let mut colors: Vec<u32> = Vec::new();
+    for chunk in chunks(&path) {
+        let entity = chunk.entity_path().to_string();
+        for &name in chunk.components().keys() {
+            let is_series = series.contains(&entity.trim_start_matches('/'));
+            if is_series && name.to_string() == "SeriesLines:colors" {
+                colors.extend(chunk.iter_slices::<u32>(name).flatten());
+            }
+        }
+    }
+    assert_eq!(colors.len(), 6, "three periods, T1, T2 and TT");
+    colors.sort_unstable();
+    assert!(colors.is_sorted_by(|a, b| a < b), "{colors:x?}");
 }
 
 /// Names and texts from a file cannot contain control sequences or imitate the surrounding text. The scene's
