@@ -179,8 +179,9 @@ impl RunPanels {
             }
             Record::Exponents(found) => {
                 // Exponents of minus infinity have no position on the axis.
-                let values = found.spectrum.exponents.iter().map(|e| e.value.abs());
-                let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+                let exponents = found.spectrum.exponents.iter();
+                let ends = exponents.flat_map(|e| [e.value.abs(), e.low().abs(), e.high().abs()]);
+                let largest = ends.filter(|end| end.is_finite()).fold(0.0, f64::max);
                 self.exponents.update(1.1 * largest, SMALLEST_EXPONENT);
                 let panel = current_spectrum(&found.spectrum, self.exponents.get());
                 draw(found.time, "lyapunov-spectrum", panel);

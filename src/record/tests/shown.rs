@@ -12,7 +12,7 @@ use crate::pipeline::{
     Sink,
     message::{Header, Record, Subject},
 };
-use crate::plot::shown;
+use crate::plot::{Layer, RunPanels, shown};
 use crate::record::{Output, RerunSink, paths};
 use crate::report::{Report as _, agreement, markdown};
 use crate::study::lyapunov::Classified;
@@ -152,6 +152,29 @@ fn names_and_texts_of_a_file_are_escaped() {
             assert!(about <= 1 + code, "{component}: {text:?}");
         }
     }
+}
+
+/// The intervals of the exponents so far are within their axis.
+#[test]
+fn the_intervals_of_exponents_are_not_cut() {
+    let mut records = demo::records(0.05).into_iter();
+    let Some(Record::Header(header)) = records.next() else {
+        panic!("a header first");
+    };
+    let mut panels = RunPanels::new(header);
+    let mut drawn = 0;
+    for record in records {
+        panels.accept(&record, &mut |time, name, panel| {
+            if name == "lyapunov-spectrum" {
+                drawn += 1;
+                let [low, high] = panel.y.range;
+                let mut points = panel.layers.iter().flat_map(Layer::points_of);
+                let is_inside = points.all(|[_, y]| (low..=high).contains(&y));
+                assert!(is_inside, "{time}: {:?}", panel.layers);
+            }
+        });
+    }
+    assert!(drawn > 3);
 }
 
 /// The document on the exponents in a recording has the numbers of their JSON.
