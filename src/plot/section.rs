@@ -66,12 +66,6 @@ impl Coordinate {
     fn reach(&self) -> f64 {
         self.range[0].abs().max(self.range[1].abs())
     }
-
-    /// The axis, in the unit for values up to `reach`.
-    fn axis(&self, suffix: &str, reach: f64) -> Axis {
-        let axis = Axis::linear(format!("{}{suffix}", self.name), self.range);
-        axis.written_in(Unit::of(&self.unit, reach))
-    }
 }
 
 /// The axes of Poincaré sections, their return maps and return times: square, and as small as possible.
@@ -131,23 +125,26 @@ impl SectionAxes {
         }
     }
 
+    /// The axis of a coordinate. Coordinates of the same quantity have the same unit, in the return map, too.
+    fn axis(&self, own: &Coordinate, suffix: &str) -> Axis {
+        let all = self.coordinates.iter().chain([&self.time]);
+        let alike = all.filter(|other| other.unit == own.unit);
+        let reach = alike.map(Coordinate::reach).fold(0.0, f64::max);
+        let axis = Axis::linear(format!("{}{suffix}", own.name), own.range);
+        axis.written_in(Unit::of(&own.unit, reach))
+    }
+
     /// The section: intersections, oldest first.
     pub fn section(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        // Coordinates of the same quantity have the same unit.
-        let [x, y] = self.coordinates.each_ref().map(|own| {
-            let all = self.coordinates.iter();
-            let alike = all.filter(|other| other.unit == own.unit);
-            own.axis("", alike.map(Coordinate::reach).fold(0.0, f64::max))
-        });
+        let [x, y] = self.coordinates.each_ref().map(|own| self.axis(own, ""));
         let cloud = cloud(points.to_vec(), color);
         Panel::new("Poincaré section", x, y, vec![cloud]).square()
     }
 
     /// The return map of the first coordinate.
     pub fn return_map(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        let own = &self.coordinates[0];
-        let x = own.axis(" at an intersection", own.reach());
-        let y = own.axis(" at the next", own.reach());
+        let x = self.axis(&self.coordinates[0], " at an intersection");
+        let y = self.axis(&self.coordinates[0], " at the next");
         let values: Vec<f64> = points.iter().map(|point| point[0]).collect();
         let ends = x.range.map(|end| [end; 2]).to_vec();
         let diagonal = Layer::line(ends, Color::Pale).with_id("diagonal");
@@ -160,7 +157,7 @@ impl SectionAxes {
         let returns: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let span = range(returns.iter().copied());
         self.time.fit(span, self.time.half_width(span));
-        let x = self.time.axis("", self.time.reach());
+        let x = self.axis(&self.time, "");
         let [low, high] = x.range;
         // An odd number: neither the middle of the axis nor the ends of the data are edges, at which rounding would divide
         // equal times.
@@ -229,6 +226,8 @@ mod tests {
         axes.fit(points.iter());
         let panel = axes.section(&points, Color::Ink);
         assert_eq!([panel.x.unit.symbol, panel.y.unit.symbol], ["µm", "µm"]);
+        let map = axes.return_map(&points, Color::Ink);
+        assert_eq!([map.x.unit.symbol, map.y.unit.symbol], ["µm", "µm"]);
     }
 
     /// The histogram of a period-2 motion has two bars of equal height, and that of a clock one.
