@@ -376,6 +376,19 @@ fn figures_of_skipped_analyses_say_why() {
     }
 }
 
+#[test]
+fn a_divergence_without_neighbours_says_so() {
+    let mut report = report("squeak");
+    let Outcome::Computed(kantz) = &mut report.kantz else {
+        panic!("computed");
+    };
+    kantz.curve.clear();
+    let figures = signal_figures(&report);
+    let figure = figures.iter().find(|figure| figure.name == "divergence");
+    let svg = figure.expect("a figure").svg(&LOOK);
+    assert!(svg.contains("no state has enough neighbours"));
+}
+
 /// A figure with one layer of each kind.
 fn everything() -> Figure {
     let points = vec![[0.0, 0.0], [1.0, 2.0], [2.0, 0.0], [f64::NAN, 1.0]];
