@@ -203,7 +203,7 @@ impl Axis {
 /// A key of a scene as the name of an axis or row: its table and its words, then the unit.
 pub fn readable(path: &str, unit: &str) -> String {
     if path == "load.tilt_deg" {
-        return "tilt of the load, deg".to_owned();
+        return "tilt, deg".to_owned();
     }
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     let symbol = unit.to_lowercase().replace("1/", "/").replace('^', "");
@@ -452,7 +452,7 @@ mod tests {
     #[test]
     fn keys_are_readable() {
         for (path, unit, name) in [
-            ("load.tilt_deg", "deg", "tilt of the load, deg"),
+            ("load.tilt_deg", "deg", "tilt, deg"),
             ("load.load_n", "N", "load, N"),
             ("friction.mu_s", "", "friction μs"),
             (

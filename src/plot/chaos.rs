@@ -63,7 +63,7 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
     // Without the sign of a zero.
     let hundredths = (100.0 * test.k).round() / 100.0 + 0.0;
     let (x, y) = (axis("p − centre"), axis("q − centre"));
-    Panel::new("path of the 0–1 test", x, y, vec![path.with_id("path")])
+    Panel::new("path of the 0-1 test", x, y, vec![path.with_id("path")])
         .with_caption(format!("K = {}: {meaning}", short(hundredths)))
 }
 

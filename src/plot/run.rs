@@ -50,11 +50,12 @@ pub fn units(subject: &Subject) -> [&str; 2] {
     }
 }
 
-/// Symbol of the samples: u for a joint's displacement, x otherwise.
+/// Symbol of the samples: u for the displacement of a joint, x for that of a small system, y for a signal.
 pub fn letter(subject: &Subject) -> &'static str {
     match subject {
         Subject::Joint(_) => "u",
-        Subject::Small(_) | Subject::Signal(_) => "x",
+        Subject::Small(_) => "x",
+        Subject::Signal(_) => "y",
     }
 }
 

@@ -95,7 +95,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             Regime::QuasiPeriodic,
             "400 passages lie on a closed curve",
         ),
-        ("0–1 test", 0.6, Regime::Periodic, "K = 0.03"),
+        ("0-1 test", 0.6, Regime::Periodic, "K = 0.03"),
         ("largest exponent", 0.2, Regime::Chaotic, "12 ± 9 1/s"),
     ];
     let signal = Signal {

@@ -8,7 +8,7 @@ use super::stream::{Moment, RecordingStream, STATIC};
 use super::style::{self, ColorMap, short};
 use crate::analysis::levels::LevelReference;
 use crate::pipeline::message::{Header, SignalInfo, Subject};
-use crate::plot::{Axis, Unit, full_scale, units};
+use crate::plot::{Axis, Unit, full_scale, shown, units};
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
@@ -185,7 +185,8 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
     let events = signal.events.iter();
     let starts = events.map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
     let numbers = (1..).zip(&signal.events).map(|(number, event)| {
-        format!("{number}: {:.1} {}", event.level_db, signal.level_reference)
+        let level = format!("{:.1} {}", event.level_db, signal.level_reference);
+        shown(&format!("{number}: {level}"))
     });
     let numbers = Points2D::new(starts)
         .with_labels(numbers)
