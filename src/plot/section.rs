@@ -65,10 +65,6 @@ impl Coordinate {
             self.range = [centre - half, centre + half];
         }
     }
-
-    fn reach(&self) -> f64 {
-        self.range[0].abs().max(self.range[1].abs())
-    }
 }
 
 /// The axes of Poincaré sections, their return maps and return times: square, and as small as possible.
@@ -132,9 +128,9 @@ impl SectionAxes {
     fn axis(&self, own: &Coordinate, suffix: &str) -> Axis {
         let all = self.coordinates.iter().chain([&self.time]);
         let alike = all.filter(|other| other.unit == own.unit);
-        let reach = alike.map(Coordinate::reach).fold(0.0, f64::max);
+        let reach = alike.flat_map(|other| other.range).map(f64::abs);
         let axis = Axis::linear(format!("{}{suffix}", own.name), own.range);
-        axis.written_in(Unit::of(&own.unit, reach))
+        axis.written_in(Unit::of(&own.unit, reach.fold(0.0, f64::max)))
     }
 
     /// The section: intersections, oldest first.

@@ -45,11 +45,7 @@ const FIGURES: [Drawing; 13] = [
     ("recurrence", "Recurrence plot", recurrence),
     ("measures", "Recurrence quantification over time", measures),
     ("section", "Poincaré section y(t + τ) = mean", section),
-    (
-        "return-times",
-        "Times between the crossings of the Poincaré section",
-        return_times,
-    ),
+    ("return-times", "Times between crossings", return_times),
     ("divergence", "Divergence of nearby states", divergence),
     ("zero-one", "0-1 test for chaos", zero_one),
     ("regime", "Type of motion", regime),
@@ -235,10 +231,8 @@ fn bases(bases: &Bases) -> String {
 }
 
 fn delay(report: &SignalAnalysis) -> Picture {
-    let panels = chaos::embedding(
-        1.0 / report.analysed().rate,
-        &report.embedding.get()?.choice,
-    );
+    let dt = 1.0 / report.analysed().rate;
+    let panels = chaos::embedding(dt, &report.embedding.get()?.choice);
     Ok((76.0, vec![panels.into()]))
 }
 
