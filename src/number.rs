@@ -158,11 +158,11 @@ pub(crate) fn size(bytes: u64) -> String {
     }
 }
 
-/// A number for a table column; empty for `None`.
+/// A number for a table column, as [`rounded`]; empty for `None`.
 pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
     value
         .into()
-        .map_or_else(String::new, |value| format!("{value:.decimals$}"))
+        .map_or_else(String::new, |value| rounded(value, decimals))
 }
 
 /// A value and its error for two columns, with two digits of the error, and with powers of ten below 1e-4 and from 1e7 on.
@@ -258,6 +258,7 @@ mod tests {
         assert_eq!(size(4_500_000), "4.5 MB");
         assert_eq!(fixed(None, 1), "");
         assert_eq!(fixed(2.25, 1), "2.2");
+        assert_eq!(fixed(-0.004, 2), "0.00");
     }
 
     #[test]

@@ -117,13 +117,7 @@ pub fn analyse<'py>(
         Ok::<_, FileError>(found)
     })?;
     let fields = Fields::of(py, &found)?;
-    let shown = ["spectrum", "regime"];
-    let figures = move || {
-        signal_figures(&found)
-            .into_iter()
-            .filter(|figure| shown.contains(&&*figure.name))
-            .collect()
-    };
+    let figures = move || signal_figures(&found);
     fields.drawn(figures)?.finish::<SignalAnalysis>()
 }
 

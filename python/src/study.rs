@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use squeakscope::joint::BallJoint;
-use squeakscope::plot::{branch_figure, cost_figure, lyapunov_figure, modes_figure};
+use squeakscope::plot::{branch_figures, cost_figure, lyapunov_figure};
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{self as branches, Branch, BranchPlan, OrbitStarts};
 use squeakscope::study::cost as cost_study;
@@ -174,11 +174,7 @@ pub fn branch<'py>(
     })?;
     let fields = Fields::of(py, &found)?;
     let name = scene.name.clone();
-    let figures = move || {
-        let modes = (!found.equilibria.is_empty()).then(|| modes_figure(&name, &found));
-        let orbits = (!found.points.is_empty()).then(|| branch_figure(&name, &found));
-        modes.into_iter().chain(orbits).collect()
-    };
+    let figures = move || branch_figures(&name, &found);
     fields.drawn(figures)?.finish::<Branch>()
 }
 

@@ -17,7 +17,7 @@ use super::resources;
 use super::run::command_line;
 use super::steps::{Interval, Keyed, parameters};
 use crate::export::replace_file;
-use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
+use crate::plot::{branch_figures, map_figure};
 use crate::record::branch::save_branch;
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
@@ -152,18 +152,7 @@ fn branch(
         files.write("--out", |path| {
             write_branch(path, &result).map_err(CliError::during("writing of the table"))
         })?;
-        let drawn = files.draw(|| {
-            let mut figures = Vec::new();
-            // A driven system has no equilibria.
-            if !result.equilibria.is_empty() {
-                figures.push(modes_figure(name, &result));
-            }
-            if !result.points.is_empty() {
-                figures.push(branch_figure(name, &result));
-                figures.push(multipliers_figure(name, &result));
-            }
-            figures
-        });
+        let drawn = files.draw(|| branch_figures(name, &result));
         if !result.points.is_empty() {
             files.write("--save", |path| {
                 let saved = save_branch(path, &scene, &result, &command_line());

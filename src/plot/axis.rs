@@ -171,8 +171,8 @@ impl Axis {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
                 let mut ticks = round_numbers(low, high);
                 ticks.retain(inside);
-                let powers = ticks.iter().copied().filter(|tick| is_power_of_ten(*tick));
-                let powers: Vec<f64> = powers.collect();
+                let is_power = |tick: &f64| (tick.log10() - tick.log10().round()).abs() < 1e-9;
+                let powers: Vec<f64> = ticks.iter().copied().filter(is_power).collect();
                 if ticks.len() > most.min(MOST_ROUND) && powers.len() > 1 {
                     ticks = powers;
                 }
@@ -203,7 +203,7 @@ impl Axis {
 /// A key of a scene as the name of an axis or row: its table and its words, then the unit.
 pub fn readable(path: &str, unit: &str) -> String {
     if path == "load.tilt_deg" {
-        return "tilt of the load, deg".to_owned();
+        return "tilt, deg".to_owned();
     }
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     let symbol = unit.to_lowercase().replace("1/", "/").replace('^', "");
@@ -269,12 +269,6 @@ fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|k| k as f64 * step).collect()
-}
-
-/// Whether a positive value is a power of ten.
-fn is_power_of_ten(value: f64) -> bool {
-    let exponent = value.log10();
-    (exponent - exponent.round()).abs() < 1e-9
 }
 
 /// Smallest and largest of the finite values; `[0, 1]` if there is none.
@@ -443,7 +437,7 @@ mod tests {
     #[test]
     fn keys_are_readable() {
         for (path, unit, name) in [
-            ("load.tilt_deg", "deg", "tilt of the load, deg"),
+            ("load.tilt_deg", "deg", "tilt, deg"),
             ("load.load_n", "N", "load, N"),
             ("friction.mu_s", "", "friction μs"),
             (

@@ -28,6 +28,16 @@ const STABLE: Rgb = [226, 238, 230];
 /// Largest number of unstable modes with a colour of its own.
 const MAX_COLORS: usize = 8;
 
+/// The figures of branches: `modes` with equilibria, which a driven system does not have, `branch` and `multipliers` with
+/// periodic orbits.
+pub fn branch_figures(scene: &str, branch: &Branch) -> Vec<Figure> {
+    let modes = (!branch.equilibria.is_empty()).then(|| modes_figure(scene, branch));
+    let orbits = [branch_figure, multipliers_figure].into_iter();
+    let orbits = orbits.filter(|_| !branch.points.is_empty());
+    let orbits = orbits.map(|figure| figure(scene, branch));
+    modes.into_iter().chain(orbits).collect()
+}
+
 /// The figure `modes`: growth rates and frequencies of the modes over the parameter, solid where a mode is stable and
 /// dashed where it is unstable, with the points at which a mode changes its stability.
 pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {

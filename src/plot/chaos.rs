@@ -36,7 +36,11 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
     };
     let x = Axis::linear("time", [0.0, last]).of("s");
     let y = Axis::linear(distance, [low.floor(), high.ceil()]);
-    Panel::new("divergence of nearby states", x, y, layers).with_caption(verdict)
+    let panel = Panel::new("divergence of nearby states", x, y, layers);
+    if divergence.curve.is_empty() {
+        return panel.with_note("no state has enough neighbours");
+    }
+    panel.with_caption(verdict)
 }
 
 /// The first `most` points of the path of the 0-1 test about its centre, in `unit`: bounded for a regular motion, a random
@@ -59,7 +63,7 @@ pub fn zero_one_path(test: &ZeroOne, unit: &str, most: usize) -> Panel {
     // Without the sign of a zero.
     let hundredths = (100.0 * test.k).round() / 100.0 + 0.0;
     let (x, y) = (axis("p − centre"), axis("q − centre"));
-    Panel::new("path of the 0–1 test", x, y, vec![path.with_id("path")])
+    Panel::new("path of the 0-1 test", x, y, vec![path.with_id("path")])
         .with_caption(format!("K = {}: {meaning}", short(hundredths)))
 }
 

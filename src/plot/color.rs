@@ -1,7 +1,7 @@
 //! Colours by meaning: a colour has the same meaning in all figures and recordings.
 //!
-//! Types of motion have strong hues that are distinguishable with any kind of colour vision (after Okabe and
-//! Ito 2008). Families of settings, measures, modes and exponents have muted hues (after Tol 2021).
+//! Types of motion have strong hues (after Okabe and Ito 2008). Families of settings, measures, modes and exponents have
+//! muted hues (after Tol 2021). Both are distinguishable with protanopia and deuteranopia, and in print.
 
 use serde::{Serialize, Serializer};
 
@@ -37,13 +37,13 @@ pub enum Color {
 
 /// Colours of series on a light and on a dark background, repeated cyclically.
 const SERIES: [[Rgb; 2]; 7] = [
-    [[51, 34, 136], [143, 162, 230]],
-    [[204, 102, 119], [232, 138, 155]],
-    [[17, 119, 51], [125, 200, 140]],
-    [[68, 170, 153], [94, 206, 196]],
-    [[136, 34, 85], [205, 120, 165]],
-    [[153, 153, 51], [205, 205, 110]],
-    [[136, 204, 238], [178, 224, 246]],
+    [[51, 34, 136], [130, 150, 240]],
+    [[203, 99, 112], [212, 115, 112]],
+    [[17, 119, 51], [119, 195, 131]],
+    [[61, 174, 166], [94, 206, 196]],
+    [[136, 34, 85], [209, 118, 170]],
+    [[154, 153, 49], [209, 209, 103]],
+    [[80, 150, 210], [178, 224, 246]],
 ];
 
 impl Color {
@@ -54,17 +54,17 @@ impl Color {
             Self::Faint => [[110, 116, 124], [154, 164, 178]],
             Self::Pale => [[214, 218, 223], [85, 95, 109]],
             Self::Grid => [[232, 234, 237], [46, 52, 61]],
-            Self::Accent => [[190, 20, 80], [255, 105, 145]],
-            Self::Run => [[0, 85, 138], [107, 201, 255]],
-            Self::Compared => [[184, 67, 0], [255, 154, 77]],
+            Self::Accent => [[174, 45, 148], [254, 118, 216]],
+            Self::Run => [[12, 60, 131], [130, 213, 255]],
+            Self::Compared => [[176, 69, 0], [253, 158, 53]],
             Self::Regime(regime) => match regime {
-                Regime::Silent => [[205, 209, 214], [90, 102, 120]],
-                Regime::Periodic => [[0, 114, 178], [86, 180, 233]],
-                Regime::QuasiPeriodic => [[0, 158, 115], [76, 208, 158]],
-                Regime::Chaotic => [[213, 94, 0], [255, 140, 66]],
-                Regime::Transient => [[240, 190, 30], [245, 199, 74]],
-                Regime::Noise => [[120, 85, 60], [190, 150, 120]],
-                Regime::Undetermined => [[150, 155, 162], [154, 164, 178]],
+                Regime::Silent => [[161, 163, 169], [106, 116, 132]],
+                Regime::Periodic => [[0, 118, 190], [78, 178, 239]],
+                Regime::QuasiPeriodic => [[48, 164, 106], [77, 208, 158]],
+                Regime::Chaotic => [[227, 79, 45], [254, 109, 70]],
+                Regime::Transient => [[202, 154, 21], [248, 202, 78]],
+                Regime::Noise => [[111, 84, 75], [182, 150, 123]],
+                Regime::Undetermined => [[122, 124, 127], [149, 155, 174]],
             },
             Self::Series(k) => SERIES[k % SERIES.len()],
             Self::Shade(pair) => pair,
@@ -134,18 +134,84 @@ mod tests {
     use super::*;
     use strum::VariantArray as _;
 
+    type Matrix = [[f64; 3]; 3];
+
+    /// Colours as seen with normal vision, protanopia and deuteranopia, in linear RGB (Machado, Oliveira and Fernandes 2009).
+    const VISIONS: [Matrix; 3] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ],
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
+    ];
+    /// From linear RGB to the responses of the cones, and from their cube roots to Oklab (Ottosson 2020).
+    const CONES: Matrix = [
+        [0.4122214708, 0.5363325363, 0.0514459929],
+        [0.2119034982, 0.6806995451, 0.1073969566],
+        [0.0883024619, 0.2817188376, 0.6299787005],
+    ];
+    const OKLAB: Matrix = [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ];
+
+    fn times(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
+        matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
+    }
+
+    fn linear(color: Rgb) -> [f64; 3] {
+        color.map(|c| match f64::from(c) / 255.0 {
+            c if c <= 0.04045 => c / 12.92,
+            c => ((c + 0.055) / 1.055).powf(2.4),
+        })
+    }
+
+    /// Smallest distance of two colours in Oklab with any vision.
+    fn distance(a: Rgb, b: Rgb) -> f64 {
+        let distances = VISIONS.map(|vision| {
+            let [a, b] = [a, b].map(|color| {
+                let seen = times(&vision, linear(color)).map(|c| c.clamp(0.0, 1.0));
+                times(&OKLAB, times(&CONES, seen).map(f64::cbrt))
+            });
+            let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
+            squares.sum::<f64>().sqrt()
+        });
+        distances.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Contrast of the Web Content Accessibility Guidelines, 1 to 21.
+    fn contrast(a: Rgb, b: Rgb) -> f64 {
+        let luminance = |color| {
+            let [r, g, b] = linear(color);
+            0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05
+        };
+        let ratio = luminance(a) / luminance(b);
+        ratio.max(ratio.recip())
+    }
+
+    /// Types of motion with the roles beside them, and the series, are told apart with any vision, and visible in print and
+    /// in the viewer. Oklab distances of 0.02 are just noticeable.
     #[test]
     fn colours_are_distinguishable() {
+        let roles = [Color::Ink, Color::Accent, Color::Run, Color::Compared];
         let regimes = Regime::VARIANTS.iter().copied().map(Color::Regime);
-        let series = (0..SERIES.len()).map(Color::Series);
-        let all: Vec<Color> = regimes.chain(series).collect();
-        let all: Vec<Color> = all.into_iter().chain([Color::Accent]).collect();
-        for on in [Color::on_light, Color::on_dark] {
-            for (k, one) in all.iter().enumerate() {
-                for other in &all[..k] {
-                    let pairs = on(*one).into_iter().zip(on(*other));
-                    let apart: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(b))).sum();
-                    assert!(apart > 30, "{one:?} and {other:?} differ by {apart}");
+        let series = (0..SERIES.len()).map(Color::Series).collect();
+        for family in [regimes.chain(roles).collect::<Vec<_>>(), series] {
+            for (k, one) in family.iter().enumerate() {
+                let [light, dark] = one.pair();
+                assert!(contrast(light, [255; 3]) > 2.5, "{one:?} on paper");
+                assert!(contrast(dark, [0x10, 0x12, 0x16]) > 3.5, "{one:?} on dark");
+                for other in &family[..k] {
+                    let grounds = one.pair().into_iter().zip(other.pair());
+                    let apart = grounds.map(|(a, b)| distance(a, b)).fold(1.0, f64::min);
+                    assert!(apart > 0.07, "{one:?} and {other:?}: {apart}");
                 }
             }
         }

@@ -170,9 +170,7 @@ fn studies() -> Vec<Figure> {
         ),
     ] {
         let branch = branch(scene, key, interval, start);
-        figures.push(modes_figure(scene, &branch));
-        figures.push(branch_figure(scene, &branch));
-        figures.push(multipliers_figure(scene, &branch));
+        figures.extend(branch_figures(scene, &branch));
     }
     let map = MapPlan {
         scene: Scene::load("torus-1.75deg").unwrap(),

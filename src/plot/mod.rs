@@ -38,7 +38,7 @@ mod tests;
 
 pub use axis::{Axis, FullScale, Scale, Unit, round_up};
 pub use basins::basins_figure;
-pub use branch::{branch_figure, map_figure, modes_figure, multipliers_figure, multipliers_panel};
+pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};

@@ -122,9 +122,8 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
         panel(title, vec![rest(Color::Pale), moved])
     });
     let undeformed = panel("undeformed".to_owned(), vec![rest(Color::Ink)]);
-    let panels = [undeformed].into_iter().chain(modes);
+    let panels = [undeformed].into_iter().chain(modes).collect();
     let title = "Fig. 2: mode shapes";
-    let panels = panels.collect();
     Ok(Figure::grid("figure-2", title, 78.0, COLUMNS, panels))
 }
 

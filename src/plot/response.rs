@@ -123,12 +123,8 @@ pub fn spectrum_axes(largest: f64, decades: i32, highest: f64) -> Panel {
     let top = largest.max(SMALLEST[0]).log10().ceil() as i32;
     let x = Axis::linear("frequency", [0.0, highest]).of("Hz");
     let y = Axis::decades("amplitude", [top - decades, top]);
-    Panel::new(
-        "spectrum",
-        x,
-        y.written_in(Unit::of("m", largest)),
-        Vec::new(),
-    )
+    let y = y.written_in(Unit::of("m", largest));
+    Panel::new("spectrum", x, y, Vec::new())
 }
 
 /// The axes of the spectra of a run: velocity amplitudes of 0.0001 to 100 mm/s; of a signal from a file, seven decades

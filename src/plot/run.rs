@@ -50,11 +50,12 @@ pub fn units(subject: &Subject) -> [&str; 2] {
     }
 }
 
-/// Symbol of the samples: u for a joint's displacement, x otherwise.
+/// Symbol of the samples: u for the displacement of a joint, x for that of a small system, y for a signal.
 pub fn letter(subject: &Subject) -> &'static str {
     match subject {
         Subject::Joint(_) => "u",
-        Subject::Small(_) | Subject::Signal(_) => "x",
+        Subject::Small(_) => "x",
+        Subject::Signal(_) => "y",
     }
 }
 
@@ -179,8 +180,9 @@ impl RunPanels {
             }
             Record::Exponents(found) => {
                 // Exponents of minus infinity have no position on the axis.
-                let values = found.spectrum.exponents.iter().map(|e| e.value.abs());
-                let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+                let exponents = found.spectrum.exponents.iter();
+                let ends = exponents.flat_map(|e| [e.value.abs(), e.low().abs(), e.high().abs()]);
+                let largest = ends.filter(|end| end.is_finite()).fold(0.0, f64::max);
                 self.exponents.update(1.1 * largest, SMALLEST_EXPONENT);
                 let panel = current_spectrum(&found.spectrum, self.exponents.get());
                 draw(found.time, "lyapunov-spectrum", panel);

@@ -17,6 +17,9 @@ const LEAST_SHARE: f64 = 0.15;
 const OUTGROWN: f64 = 2.0;
 /// Smallest and largest number of bins of a histogram: about the square root of the number of values.
 const BINS: [usize; 2] = [13, 61];
+/// The longest and the shortest of this many times do not determine the axis of the histogram: pauses between events would
+/// stretch it.
+const RARE: usize = 25;
 
 /// A coordinate with an axis that is kept as long as it fits, so that the plot does not jump.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,16 +64,6 @@ impl Coordinate {
             let centre = 0.5 * (low + high);
             self.range = [centre - half, centre + half];
         }
-    }
-
-    fn reach(&self) -> f64 {
-        self.range[0].abs().max(self.range[1].abs())
-    }
-
-    /// The axis, in the unit for values up to `reach`.
-    fn axis(&self, suffix: &str, reach: f64) -> Axis {
-        let axis = Axis::linear(format!("{}{suffix}", self.name), self.range);
-        axis.written_in(Unit::of(&self.unit, reach))
     }
 }
 
@@ -131,23 +124,26 @@ impl SectionAxes {
         }
     }
 
+    /// The axis of a coordinate. Coordinates of the same quantity have the same unit, in the return map, too.
+    fn axis(&self, own: &Coordinate, suffix: &str) -> Axis {
+        let all = self.coordinates.iter().chain([&self.time]);
+        let alike = all.filter(|other| other.unit == own.unit);
+        let reach = alike.flat_map(|other| other.range).map(f64::abs);
+        let axis = Axis::linear(format!("{}{suffix}", own.name), own.range);
+        axis.written_in(Unit::of(&own.unit, reach.fold(0.0, f64::max)))
+    }
+
     /// The section: intersections, oldest first.
     pub fn section(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        // Coordinates of the same quantity have the same unit.
-        let [x, y] = self.coordinates.each_ref().map(|own| {
-            let all = self.coordinates.iter();
-            let alike = all.filter(|other| other.unit == own.unit);
-            own.axis("", alike.map(Coordinate::reach).fold(0.0, f64::max))
-        });
+        let [x, y] = self.coordinates.each_ref().map(|own| self.axis(own, ""));
         let cloud = cloud(points.to_vec(), color);
         Panel::new("Poincaré section", x, y, vec![cloud]).square()
     }
 
     /// The return map of the first coordinate.
     pub fn return_map(&self, points: &[[f64; 2]], color: Color) -> Panel {
-        let own = &self.coordinates[0];
-        let x = own.axis(" at an intersection", own.reach());
-        let y = own.axis(" at the next", own.reach());
+        let x = self.axis(&self.coordinates[0], " at an intersection");
+        let y = self.axis(&self.coordinates[0], " at the next");
         let values: Vec<f64> = points.iter().map(|point| point[0]).collect();
         let ends = x.range.map(|end| [end; 2]).to_vec();
         let diagonal = Layer::line(ends, Color::Pale).with_id("diagonal");
@@ -157,11 +153,15 @@ impl SectionAxes {
 
     /// Histogram of the times between crossings, for their times in s in ascending order.
     pub fn return_times(&mut self, times: &[f64], color: Color) -> Panel {
-        let returns: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let span = range(returns.iter().copied());
+        let mut returns: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        returns.sort_by(f64::total_cmp);
+        let (all, rare) = (returns.len(), returns.len() / RARE);
+        let span = range(returns[rare..all - rare].iter().copied());
         self.time.fit(span, self.time.half_width(span));
-        let x = self.time.axis("", self.time.reach());
+        let mut x = self.axis(&self.time, "");
+        x.range[0] = x.range[0].max(0.0);
         let [low, high] = x.range;
+        returns.retain(|time| (low..=high).contains(time));
         // An odd number: neither the middle of the axis nor the ends of the data are edges, at which rounding would divide
         // equal times.
         let bins = returns.len().isqrt().clamp(BINS[0], BINS[1]) | 1;
@@ -179,8 +179,12 @@ impl SectionAxes {
         });
         let bars = Layer::areas(bars.collect(), 0.6, color).with_id("bars");
         let y = Axis::linear("number of crossings", [0.0, round_up(1.05 * most)]);
-        let note = returns.is_empty().then_some("fewer than two crossings");
-        Panel::new("times between crossings", x, y, vec![bars]).with_note(note.unwrap_or_default())
+        let panel = Panel::new("times between crossings", x, y, vec![bars]);
+        match all - returns.len() {
+            _ if all == 0 => panel.with_note("fewer than two crossings"),
+            0 => panel,
+            outside => panel.with_caption(format!("outside of the axis: {outside} of {all}")),
+        }
     }
 }
 
@@ -229,6 +233,8 @@ mod tests {
         axes.fit(points.iter());
         let panel = axes.section(&points, Color::Ink);
         assert_eq!([panel.x.unit.symbol, panel.y.unit.symbol], ["µm", "µm"]);
+        let map = axes.return_map(&points, Color::Ink);
+        assert_eq!([map.x.unit.symbol, map.y.unit.symbol], ["µm", "µm"]);
     }
 
     /// The histogram of a period-2 motion has two bars of equal height, and that of a clock one.
@@ -257,7 +263,23 @@ mod tests {
         assert_eq!((two.len(), two[0].2, two[1].2), (2, 50.0, 50.0));
         assert!(two[0].0 <= 200.0 && 200.0 <= two[0].1, "{two:?}");
         assert!(two[1].0 <= 300.0 && 300.0 <= two[1].1, "{two:?}");
+        // Times of very different lengths: the axis has no negative times.
+        let (_, two) = bars([1e-5, 1e-3]);
+        assert!(two.len() == 2 && two[0].0 >= 0.0, "{two:?}");
         let (_, one) = bars([2.5e-4, 2.5e-4]);
         assert_eq!((one.len(), one[0].2), (1, 100.0), "{one:?}");
+    }
+
+    /// Three bursts of a clock: the pauses are counted, but do not stretch the axis.
+    #[test]
+    fn pauses_do_not_stretch_the_axis_of_return_times() {
+        let bursts =
+            (0..3).flat_map(|burst| (0..50).map(move |k| [f64::from(burst), f64::from(k)]));
+        let times: Vec<f64> = bursts.map(|[burst, k]| 2.0 * burst + 1e-3 * k).collect();
+        let mut axes = SectionAxes::delayed("u", "m", [0.0, 1e-12]);
+        let panel = axes.return_times(&times, Color::Ink);
+        let [low, high] = panel.x.range;
+        assert!(low > 0.0 && low < 1e-3 && high > 1e-3 && high < 2e-3);
+        assert_eq!(panel.caption, "outside of the axis: 2 of 149");
     }
 }

@@ -45,13 +45,9 @@ const FIGURES: [Drawing; 13] = [
     ("recurrence", "Recurrence plot", recurrence),
     ("measures", "Recurrence quantification over time", measures),
     ("section", "Poincaré section y(t + τ) = mean", section),
-    (
-        "return_times",
-        "Times between the crossings of the Poincaré section",
-        return_times,
-    ),
+    ("return-times", "Times between crossings", return_times),
     ("divergence", "Divergence of nearby states", divergence),
-    ("zero_one", "0–1 test for chaos", zero_one),
+    ("zero-one", "0-1 test for chaos", zero_one),
     ("regime", "Type of motion", regime),
 ];
 
@@ -235,10 +231,8 @@ fn bases(bases: &Bases) -> String {
 }
 
 fn delay(report: &SignalAnalysis) -> Picture {
-    let panels = chaos::embedding(
-        1.0 / report.analysed().rate,
-        &report.embedding.get()?.choice,
-    );
+    let dt = 1.0 / report.analysed().rate;
+    let panels = chaos::embedding(dt, &report.embedding.get()?.choice);
     Ok((76.0, vec![panels.into()]))
 }
 
@@ -353,7 +347,7 @@ fn zero_one(report: &SignalAnalysis) -> Picture {
     let x = Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0]));
     let y = Axis::linear("K", [-1.05, 1.05]);
     let layers = vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)];
-    let title = format!("K = {:.3}: 0 regular, 1 chaotic", test.k);
+    let title = format!("K = {:.3}: 0 regular, 1 chaos or noise", test.k);
     let k = Panel::new(title, x, y, layers);
     // The other panel has K as its title.
     let path = chaos::zero_one_path(test, &report.signal.unit, test.path.len()).with_caption("");

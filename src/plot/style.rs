@@ -67,11 +67,6 @@ pub struct FigureOptions {
 }
 
 impl FigureOptions {
-    /// The size of a figure whose size on paper is `own`, mm.
-    pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
-        self.size.unwrap_or_else(|| self.default_mm(own))
-    }
-
     /// The default size of a figure whose size on paper is `own`, mm.
     pub fn default_mm(&self, own: [f64; 2]) -> [f64; 2] {
         match self.style {

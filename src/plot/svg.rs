@@ -33,7 +33,7 @@ const PLOTS: f64 = 0.5;
 
 /// Size (mm) and font size (points) of a figure. The default size grows until everything has room.
 pub fn layout(figure: &Figure, options: &FigureOptions) -> ([f64; 2], f64) {
-    let size = options.size_mm(figure.size_mm);
+    let size = options.size.unwrap_or(options.default_mm(figure.size_mm));
     let grown = (0..100).map(|k| size.map(|side| side * (1.0 + 0.02 * f64::from(k))));
     let mut sizes = grown.take(if options.size.is_some() { 1 } else { 100 });
     let fitting = sizes.find_map(|mm| Some((mm, font_size(figure, options, mm)?)));

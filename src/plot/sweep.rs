@@ -208,7 +208,7 @@ impl<'a> ParameterPanels<'a> {
         let kinds = [
             (0.5..f64::INFINITY, 2.4, Color::Ink),
             (0.1..0.5, 1.6, Color::Faint),
-            (FAINTEST..0.1, 1.0, Color::Regime(Regime::Undetermined)),
+            (FAINTEST..0.1, 1.0, Color::Regime(Regime::Silent)),
         ];
         let frequencies = |response: &'a SettledResponse, shares: Range<f64>| {
             let lines = response.lines.iter();

@@ -114,7 +114,7 @@ fn each_start_has_a_figure() {
                 "{}",
                 figure.name
             );
-            for word in ["quasi-periodic", "chaotic", "tilt of the load, deg"] {
+            for word in ["quasi-periodic", "chaotic", "tilt, deg"] {
                 assert!(svg.contains(word), "{}: {word}", figure.name);
             }
         }

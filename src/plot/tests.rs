@@ -95,7 +95,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             Regime::QuasiPeriodic,
             "400 passages lie on a closed curve",
         ),
-        ("0–1 test", 0.6, Regime::Periodic, "K = 0.03"),
+        ("0-1 test", 0.6, Regime::Periodic, "K = 0.03"),
         ("largest exponent", 0.2, Regime::Chaotic, "12 ± 9 1/s"),
     ];
     let signal = Signal {
@@ -374,6 +374,19 @@ fn figures_of_skipped_analyses_say_why() {
         let svg = figure.svg(&LOOK);
         assert!(svg.contains("no stationary stretch"), "{}", figure.name);
     }
+}
+
+#[test]
+fn a_divergence_without_neighbours_says_so() {
+    let mut report = report("squeak");
+    let Outcome::Computed(kantz) = &mut report.kantz else {
+        panic!("computed");
+    };
+    kantz.curve.clear();
+    let figures = signal_figures(&report);
+    let figure = figures.iter().find(|figure| figure.name == "divergence");
+    let svg = figure.expect("a figure").svg(&LOOK);
+    assert!(svg.contains("no state has enough neighbours"));
 }
 
 /// A figure with one layer of each kind.

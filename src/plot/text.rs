@@ -54,10 +54,10 @@ pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
     lines
 }
 
-/// A text as it is shown: control characters escaped, a minus sign for a hyphen before a number or a frequency, and `2.5e-4` as
-/// `2.5 × 10⁻⁴`.
+/// A text as it is shown: control characters escaped, a minus sign for a hyphen before a number or a frequency, `2.5e-4` as
+/// `2.5 × 10⁻⁴`, and `omega_1` as `ω1`.
 pub fn shown(text: &str) -> String {
-    let text = crate::escape::lines(text);
+    let text = crate::escape::lines(text).replace("omega_1", "ω1");
     let mut shown = String::with_capacity(text.len());
     let mut left = &text[..];
     while let Some(c) = left.chars().next() {
@@ -139,6 +139,7 @@ mod tests {
         assert_eq!(shown("(-2.5e-4, 1e12)"), "(−2.5 × 10⁻⁴, 10¹²)");
         assert_eq!(shown("2 f1 - f2 - 3 f1"), "2 f1 − f2 − 3 f1");
         assert_eq!(shown("f1e3, 2e3d, a - f"), "f1e3, 2e3d, a - f");
+        assert_eq!(shown("| / omega_1 |"), "| / ω1 |");
     }
 
     #[test]

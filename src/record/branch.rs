@@ -56,7 +56,7 @@ fn draw(rec: &RecordingStream, scene: &Scene, branch: &Branch, command: &str) {
     let all: Vec<&PointSeries> = series.iter().collect();
     let playback = courses.first().map(|first| (&first.timeline, PLAYS));
     series::send(rec, &all, tabs, None, playback);
-    let name = format!("{} over {}", scene.name, branch.parameter);
+    let name = format!("{} over {}", scene.name, words::parameter(branch));
     text::send_properties(rec, &name, [&scene.name, &scene.text, command]);
     let about = words::about(branch) + &text::study_about(scene, command);
     rec.log_static(paths::ABOUT, &text::document(about));
@@ -91,7 +91,7 @@ fn courses(branch: &Branch) -> Vec<Course<'_>> {
             values.reverse();
         }
         let timeline = if values.is_sorted() {
-            TimelineTicks::new(branch.name(), &branch.unit, &values)
+            TimelineTicks::new(&words::parameter(branch), &branch.unit, &values)
         } else {
             TimelineTicks {
                 name: format!("branch {number}, orbit"),

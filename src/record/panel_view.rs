@@ -146,9 +146,12 @@ impl PanelView {
         }
     }
 
-    /// Draws a vertical line at an abscissa over a panel that is drawn.
+    /// Draws a vertical line at an abscissa over a panel that is drawn, solid because marks of a panel are dashed.
     pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
-        let cursor = Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR);
+        let cursor = Layer {
+            dashed: false,
+            ..Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR)
+        };
         let plot = self.plot(panel);
         self.draw_layers(rec, at, &plot, &[cursor]);
     }
@@ -392,20 +395,31 @@ fn single(mut colors: Vec<Color>) -> Vec<Color> {
     colors
 }
 
-/// The dashes of a dashed line.
+/// The dashes of a dashed line, measured along the whole line: its vertices do not interrupt them.
 fn dashes(line: &[[f32; 2]]) -> Vec<Vec<[f32; 2]>> {
-    let strokes = line.windows(2).flat_map(|pair| {
+    let mut strokes: Vec<Vec<[f32; 2]>> = Vec::new();
+    // Length from the start of the current dash to the current vertex.
+    let mut phase = 0.0;
+    for pair in line.windows(2) {
         let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
         let length = (x1 - x0).hypot(y1 - y0);
-        let count = (length / (STROKE + GAP)).ceil() as u32;
-        (0..count).map(move |k| {
-            let from = k as f32 * (STROKE + GAP);
-            let ends = [from, (from + STROKE).min(length)].map(|along| along / length);
-            let ends = ends.map(|share| [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]);
-            ends.to_vec()
-        })
-    });
-    strokes.collect()
+        let at = |along: f32| {
+            let share = (along / length).clamp(0.0, 1.0);
+            [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]
+        };
+        let mut start = -phase;
+        while start < length {
+            let end = start + STROKE;
+            match strokes.last_mut() {
+                Some(stroke) if start < 0.0 && end > 0.0 => stroke.push(at(end)),
+                _ if end > 0.0 => strokes.push(vec![at(start), at(end)]),
+                _ => {}
+            }
+            start += STROKE + GAP;
+        }
+        phase = length - (start - STROKE - GAP);
+    }
+    strokes
 }
 
 #[cfg(test)]
@@ -418,6 +432,16 @@ mod tests {
         assert_eq!(strokes[0], [[0.0, 5.0], [8.0, 5.0]]);
         assert_eq!(strokes.last().unwrap()[1], [30.0, 5.0]);
         assert_eq!(strokes.len(), 3);
+    }
+
+    /// A curve of short segments has the dashes of a straight line.
+    #[test]
+    fn vertices_do_not_interrupt_dashes() {
+        let line: Vec<[f32; 2]> = (0..=30).map(|x| [x as f32, 5.0]).collect();
+        let strokes = dashes(&line).into_iter();
+        let ends = strokes.map(|stroke| [stroke[0][0], stroke[stroke.len() - 1][0]]);
+        let expected = [[0.0, 8.0], [14.0, 22.0], [28.0, 30.0]];
+        assert_eq!(ends.collect::<Vec<_>>(), expected);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::stream::{Moment, RecordingStream, nanos};
 use super::style::{self, short};
 use crate::pipeline::message::{Frame, Subject};
 use crate::plot::response::{SMALLEST, phase_portrait};
-use crate::plot::{self, FullScale, RedrawTimer, Unit, letter, range_shown, units};
+use crate::plot::{self, FullScale, RedrawTimer, Unit, letter, range_shown, shown, units};
 
 /// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
 /// kHz apart, so that the trail covers a torus before it fades.
@@ -186,7 +186,7 @@ impl Embedding {
 
 /// Names of the axes of delay vectors: symbol, delay and range.
 pub fn delay_names(letter: &str, range: &str) -> [String; 3] {
-    ["t", "t - τ", "t - 2τ"].map(|when| format!("{letter}({when}), {range}"))
+    ["t", "t − τ", "t − 2τ"].map(|when| format!("{letter}({when}), {range}"))
 }
 
 /// Draws the edges of the cube and the names of its axes.
@@ -209,7 +209,7 @@ pub fn draw_cube(rec: &RecordingStream, root: &Root, at: Moment, names: &[String
     let axes = root.at(paths::EMBEDDING);
     rec.log(paths::axis_lines(&axes), at, &edges);
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
-        .with_labels(names.iter().map(String::as_str))
+        .with_labels(names.iter().map(|name| shown(name)))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);

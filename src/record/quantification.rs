@@ -4,7 +4,7 @@ use std::iter::once_with;
 
 use super::paths;
 use super::stream::RecordingStream;
-use super::style::{ACCENT, FRICTION, ROTATION, SIGNAL};
+use super::style::{ACCENT, FRICTION, LOAD, POLE, ROTATION, SIGNAL};
 use crate::analysis::recurrence::{Measures, RecurrenceKind, RecurrencePeriods};
 use crate::plot::Unit;
 
@@ -39,9 +39,9 @@ pub fn draw(
     series(paths::LAMINARITY, "LAM", &number, ROTATION, m.laminarity);
     series(paths::MEAN_DIAGONAL, "L", &long, SIGNAL, m.mean_diagonal);
     series(paths::LONGEST_DIAGONAL, "Lmax", &long, ACCENT, longest);
-    series(paths::TRAPPING_TIME, "TT", &short, SIGNAL, m.trapping_time);
+    series(paths::TRAPPING_TIME, "TT", &short, POLE, m.trapping_time);
     series(paths::RECURRENCE_TIME_1, "T1", &short, ROTATION, t1);
-    series(paths::RECURRENCE_TIME_2, "T2", &short, FRICTION, t2);
+    series(paths::RECURRENCE_TIME_2, "T2", &short, LOAD, t2);
     series(paths::ENTROPY, "ENTR, nats", &number, SIGNAL, m.entropy);
     series(paths::DIVERGENCE_RATE, "DIV", &rate, ACCENT, m.divergence);
     series(paths::TREND, "TREND", &rate, FRICTION, trend);

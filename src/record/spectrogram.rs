@@ -8,7 +8,7 @@ use super::stream::{Moment, RecordingStream, STATIC};
 use super::style::{self, ColorMap, short};
 use crate::analysis::levels::LevelReference;
 use crate::pipeline::message::{Header, SignalInfo, Subject};
-use crate::plot::{Axis, Unit, full_scale, units};
+use crate::plot::{Axis, Unit, full_scale, shown, units};
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
@@ -19,6 +19,9 @@ const WIDTH: usize = 640;
 const TILE: usize = 16;
 /// Pixels along frequency.
 const HEIGHT: usize = 190;
+/// Draw order of the first tile, and the step to the next one. The viewer draws images with the same order at the same
+/// depth, where their edges compete; all tiles are below the axes and the marks.
+const TILE_ORDERS: [f32; 2] = [-10.0, 0.01];
 /// Number of new pixels after which the current tile is logged again.
 const REFRESH: usize = 4;
 
@@ -56,6 +59,9 @@ impl Spectrogram {
         for tile in 0..WIDTH / TILE {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at);
+            let [first, step] = TILE_ORDERS;
+            let order = Image::update_fields().with_draw_order(first + step * tile as f32);
+            rec.log_static(paths::spectrogram_tile(tile), &order);
         }
         if let Subject::Signal(signal) = &header.subject {
             draw_events(rec, &plot, signal);
@@ -179,7 +185,8 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
     let events = signal.events.iter();
     let starts = events.map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
     let numbers = (1..).zip(&signal.events).map(|(number, event)| {
-        format!("{number}: {:.1} {}", event.level_db, signal.level_reference)
+        let level = format!("{:.1} {}", event.level_db, signal.level_reference);
+        shown(&format!("{number}: {level}"))
     });
     let numbers = Points2D::new(starts)
         .with_labels(numbers)

@@ -28,7 +28,7 @@ pub const LOAD: Color = on_dark(plot::Color::Regime(Regime::Transient));
 /// The rotation.
 pub const ROTATION: Color = on_dark(plot::Color::Regime(Regime::QuasiPeriodic));
 /// Friction.
-pub const FRICTION: Color = rgb(0xd9, 0x8c, 0xc3);
+pub const FRICTION: Color = on_dark(plot::Color::Series(4));
 
 /// Colours of modes, repeated cyclically.
 pub const MODES: [Color; 11] = [
@@ -46,11 +46,11 @@ pub const MODES: [Color; 11] = [
 ];
 
 /// The colour of a contact node by its state.
-pub const fn node(state: NodeState) -> Color {
+pub const fn node(state: NodeState) -> plot::Color {
     match state {
-        NodeState::Stick => rgb(0xff, 0x9f, 0x1c),
-        NodeState::Slip => SIGNAL,
-        NodeState::Separated => rgb(0xe6, 0xe6, 0xe6),
+        NodeState::Stick => plot::Color::Compared,
+        NodeState::Slip => plot::Color::Run,
+        NodeState::Separated => plot::Color::Ink,
     }
 }
 
@@ -183,9 +183,9 @@ mod tests {
             (FRICTION, "pink"),
             (AXIS, "grey"),
             (on_dark(plot::Color::Accent), "pink"),
-            (node(NodeState::Slip), "blue"),
-            (node(NodeState::Stick), "orange"),
-            (node(NodeState::Separated), "white"),
+            (on_dark(node(NodeState::Slip)), "blue"),
+            (on_dark(node(NodeState::Stick)), "orange"),
+            (on_dark(node(NodeState::Separated)), "white"),
         ] {
             assert_eq!(name(color), expected);
         }

@@ -5,17 +5,25 @@ use std::fmt::Write as _;
 
 use crate::number::{fixed, quantity, short};
 use crate::report::Table;
+use crate::scene::Parameter;
 use crate::study::branch::{Branch, OrbitPoint};
+use crate::text::capitalize;
 
 /// Largest number of multipliers listed.
 const MULTIPLIERS: usize = 8;
+
+/// Name of the parameter without its unit, such as `tilt`, as in a sweep.
+pub fn parameter(branch: &Branch) -> String {
+    let parameter = Parameter::named(&branch.parameter);
+    parameter.map_or_else(|_| branch.name().to_owned(), Parameter::label)
+}
 
 /// The description of an orbit (Markdown).
 pub fn orbit(branch: &Branch, point: &OrbitPoint) -> String {
     let orbit = &point.orbit;
     let mut text = format!(
-        "# {} = {} {}\n\n{} orbit at **{}**, amplitude {}.\n\n",
-        branch.name(),
+        "# {} {} {}\n\n{} orbit at **{}**, amplitude {}.\n\n",
+        capitalize(&parameter(branch)),
         short(point.at.value),
         branch.unit,
         if orbit.stable {

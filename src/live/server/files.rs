@@ -1,15 +1,20 @@
 //! The files of the page, embedded in the binary.
 
+use std::collections::BTreeMap;
+
 use axum::Router;
 use axum::body::Bytes;
 use axum::http::header;
 use axum::routing::get;
 use include_dir::{Dir, include_dir};
 use serde_json::json;
+use strum::VariantArray as _;
 
+use crate::analysis::regime::Regime;
 use crate::number::PREFIXES;
+use crate::pipeline::message::NodeState;
 use crate::plot::{Color, INFERNO, NAMED_LINES, Rgb, gradient};
-use crate::record::TRAIL;
+use crate::record::{TRAIL, node_color};
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
@@ -38,20 +43,31 @@ pub(super) fn page() -> impl Iterator<Item = PageFile> {
 }
 
 /// What the page shares with figures and recordings: colours as a style sheet, and a module with the prefixes of units,
-/// a colour on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named lines.
+/// colours on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named lines.
 fn shared() -> [PageFile; 2] {
     let rule = |on: fn(Color) -> Rgb| {
-        let [signal, mark] = [Color::Run, Color::Compared].map(|color| {
+        let rules = [
+            ("signal", Color::Run),
+            ("mark", Color::Compared),
+            ("stick", node_color(NodeState::Stick)),
+            ("slip", node_color(NodeState::Slip)),
+            ("separated", node_color(NodeState::Separated)),
+            ("friction", Color::Series(4)),
+        ];
+        let rules = rules.map(|(name, color)| {
             let [r, g, b] = on(color);
-            format!("rgb({r}, {g}, {b})")
+            format!("--{name}: rgb({r}, {g}, {b});")
         });
-        format!("{{ --signal: {signal}; --mark: {mark}; }}")
+        format!("{{ {} }}", rules.join(" "))
     };
     let [dark, light] = [Color::on_dark, Color::on_light].map(rule);
     let colours = format!(":root {dark}\n:root[data-theme=\"light\"] {light}\n");
+    let regimes = Regime::VARIANTS.iter();
+    let regimes = regimes.map(|&regime| (regime.to_string(), Color::Regime(regime)));
     let values = json!({
         "prefixes": PREFIXES,
         "signal": Color::Run,
+        "regimes": regimes.collect::<BTreeMap<_, _>>(),
         "spectrogram": &gradient(&INFERNO)[..],
         "trail_s": TRAIL,
         "named_lines": NAMED_LINES,

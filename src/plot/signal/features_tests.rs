@@ -65,8 +65,8 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
         |report| zero_one(report).expect("analysed").1[0][1].clone(),
         [
-            ["0–1 test: random walk", "Duffing, two wells"],
-            ["0–1 test: bounded path", "near locking 1:3"],
+            ["0-1 test: random walk", "Duffing, two wells"],
+            ["0-1 test: bounded path", "near locking 1:3"],
         ],
     ),
     (

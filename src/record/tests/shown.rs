@@ -13,24 +13,83 @@ use crate::pipeline::{
     Sink,
     message::{Header, Record, Subject},
 };
-use crate::plot::shown;
-use crate::record::{Output, RerunSink};
+use crate::plot::{Layer, RunPanels, shown};
+use crate::record::{Output, RerunSink, paths};
 use crate::report::{Report as _, agreement, markdown};
+
+/// The chunks of a recording and its blueprint.
+fn chunks(path: &Path) -> Vec<Chunk> {
+    let messages = DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap()));
+    let chunks = messages.filter_map(|message| match message.unwrap() {
+        LogMsg::ArrowMsg(_, message) => Some(Chunk::from_arrow_msg(&message).unwrap()),
+        _ => None,
+    });
+    chunks.collect()
+}
 
 /// All texts of a recording and its blueprint, with the names of their components.
 fn texts(path: &Path) -> Vec<(String, String)> {
     let mut texts = Vec::new();
-    for message in DecoderApp::decode_lazy(BufReader::new(File::open(path).unwrap())) {
-        let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
-            continue;
-        };
-        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+    for chunk in chunks(path) {
         for &name in chunk.components().keys() {
             let rows = chunk.iter_slices::<String>(name).flatten();
             texts.extend(rows.map(|text| (name.to_string(), text.to_string())));
         }
     }
     texts
+}
+
+/// The viewer draws images with the same draw order at the same depth, where they hide each other's edges.
+#[test]
+fn each_tile_of_a_spectrogram_has_its_own_draw_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    super::record(&path, 0.01);
+    let mut orders = Vec::new();
+    for chunk in chunks(&path) {
+        let entity = chunk.entity_path().to_string();
+        for &name in chunk.components().keys() {
+            if entity.contains("/spectrogram/tile_") && name.to_string() == "Image:draw_order" {
+                let rows = chunk.iter_slices::<f32>(name).flatten();
+                orders.extend(rows.map(|order| (entity.clone(), *order)));
+            }
+        }
+    }
+    orders.sort_by(|a, b| a.0.cmp(&b.0));
+    assert_eq!(
+        orders.len(),
+        40,
+        "one order per tile, for the whole recording"
+    );
+    assert!(orders.is_sorted_by(|a, b| a.1 < b.1), "{orders:?}");
+    assert!(orders.iter().all(|(_, order)| *order < -2.0));
+}
+
+/// The series of one view are told apart by their colours.
+#[test]
+fn the_times_of_recurrence_have_different_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    super::record(&path, 0.01);
+    let series = [
+        paths::PERIOD,
+        paths::RECURRENCE_TIME_1,
+        paths::RECURRENCE_TIME_2,
+        paths::TRAPPING_TIME,
+    ];
+    let mut colors: Vec<u32> = Vec::new();
+    for chunk in chunks(&path) {
+        let entity = chunk.entity_path().to_string();
+        for &name in chunk.components().keys() {
+            let is_series = series.contains(&entity.trim_start_matches('/'));
+            if is_series && name.to_string() == "SeriesLines:colors" {
+                colors.extend(chunk.iter_slices::<u32>(name).flatten());
+            }
+        }
+    }
+    assert_eq!(colors.len(), 6, "three periods, T1, T2 and TT");
+    colors.sort_unstable();
+    assert!(colors.is_sorted_by(|a, b| a < b), "{colors:x?}");
 }
 
 /// Names and texts from a file cannot contain control sequences or imitate the surrounding text. The scene's
@@ -93,6 +152,29 @@ fn names_and_texts_of_a_file_are_escaped() {
             assert!(about <= 1 + code, "{component}: {text:?}");
         }
     }
+}
+
+/// The intervals of the exponents so far are within their axis.
+#[test]
+fn the_intervals_of_exponents_are_not_cut() {
+    let mut records = demo::records(0.05).into_iter();
+    let Some(Record::Header(header)) = records.next() else {
+        panic!("a header first");
+    };
+    let mut panels = RunPanels::new(header);
+    let mut drawn = 0;
+    for record in records {
+        panels.accept(&record, &mut |time, name, panel| {
+            if name == "lyapunov-spectrum" {
+                drawn += 1;
+                let [low, high] = panel.y.range;
+                let mut points = panel.layers.iter().flat_map(Layer::points_of);
+                let is_inside = points.all(|[_, y]| (low..=high).contains(&y));
+                assert!(is_inside, "{time}: {:?}", panel.layers);
+            }
+        });
+    }
+    assert!(drawn > 3);
 }
 
 /// The document on the exponents in a recording has the numbers of their JSON.

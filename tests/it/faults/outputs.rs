@@ -56,7 +56,7 @@ const DIRECTORIES: &[(&str, &str)] = &[
     ("paper --out %", "sweep.arrows"),
     ("paper --out %", "README.md"),
     ("cost --figures %", "cost.svg"),
-    ("analyse s.csv --rate 1000 --figures %", "zero_one.png"),
+    ("analyse s.csv --rate 1000 --figures %", "zero-one.png"),
 ];
 
 /// A folder with a signal file.
