@@ -49,7 +49,7 @@ fn each_tile_of_a_spectrogram_has_its_own_draw_order() {
     for chunk in chunks(&path) {
         let entity = chunk.entity_path().to_string();
         for &name in chunk.components().keys() {
-            if entity.contains("/spectrogram/tile_") && name.to_string() == "Image:draw_order" {
+            if entity.contains("/spectrogram/tile_") && name == "Image:draw_order" {
                 let rows = chunk.iter_slices::<f32>(name).flatten();
                 orders.extend(rows.map(|order| (entity.clone(), *order)));
             }
@@ -82,7 +82,7 @@ fn the_times_of_recurrence_have_different_colours() {
         let entity = chunk.entity_path().to_string();
         for &name in chunk.components().keys() {
             let is_series = series.contains(&entity.trim_start_matches('/'));
-            if is_series && name.to_string() == "SeriesLines:colors" {
+            if is_series && name == "SeriesLines:colors" {
                 colors.extend(chunk.iter_slices::<u32>(name).flatten());
             }
         }
