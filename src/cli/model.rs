@@ -81,5 +81,10 @@ mod tests {
         assert_eq!(json["nodes"], 16);
         assert_eq!(json["modes"], 11);
         assert_eq!(json["files"][0]["bytes"], bytes);
+        let size = Size {
+            nodes: 16,
+            modes: 11,
+        };
+        crate::report::agreement::check(&size, &[]);
     }
 }

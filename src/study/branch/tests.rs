@@ -417,6 +417,12 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         let exact = 20.0 * 10.0 * 0.3 * (-10.0 * 1e-3 * speed).exp() / (2.0 * omega);
         assert!((damping / exact - 1.0).abs() < 1e-8, "{point:?} {exact}");
     }
+    let share = |count: usize| {
+        let points = map.grid.iter();
+        let counted = points.filter(|point| point.unstable_modes == Some(count));
+        counted.count() as f64 / map.grid.len() as f64
+    };
+    crate::report::agreement::check(&map, &[share(0), share(1)]);
     // From border to border.
     let ends = [curve.points.first().unwrap(), curve.points.last().unwrap()];
     let on_border = |point: &CurvePoint| {

@@ -54,6 +54,7 @@ fn a_small_system_is_studied() {
         study.choices
     );
     assert!(study.run_cpu_s_per_s > Some(0.0) && !study.stopped);
+    crate::report::agreement::check(study, &[]);
 }
 
 /// The verified error is that of a run of the scene file with the finer settings.

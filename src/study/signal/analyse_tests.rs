@@ -19,6 +19,16 @@ fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, Sig
 }
 
 #[test]
+fn the_report_has_the_numbers_of_the_result() {
+    let tones = sines(1000.0, 2000, &[(23.0, 1.0, 0.2), (61.7, 0.4, 0.0)]);
+    let found = report(tones, Threshold::Rate(0.05)).unwrap();
+    // JSON has the logarithms of these factors.
+    let evidence = &found.verdict.get().unwrap().evidence;
+    let factors: Vec<f64> = evidence.iter().map(|piece| piece.factor()).collect();
+    crate::report::agreement::check(&found, &factors);
+}
+
+#[test]
 fn the_picture_uses_the_requested_threshold() {
     let tone = sines(1000.0, 1500, &[(23.0, 1.0, 0.2)]);
     let signal: Vec<f64> = tone
