@@ -136,7 +136,8 @@ mod tests {
 
     type Matrix = [[f64; 3]; 3];
 
-    /// Colours as seen with normal vision, protanopia and deuteranopia, in linear RGB (Machado, Oliveira and Fernandes 2009).
+    /// Colours as seen with normal vision, protanopia and deuteranopia, in linear RGB (Machado, Oliveira and Fernandes
+    /// 2009).
     const VISIONS: [Matrix; 3] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         [

@@ -17,7 +17,7 @@ const LEAST_SHARE: f64 = 0.15;
 const OUTGROWN: f64 = 2.0;
 /// Smallest and largest number of bins of a histogram: about the square root of the number of values.
 const BINS: [usize; 2] = [13, 61];
-/// The longest and the shortest of this many times do not determine the axis of the histogram: pauses between events would
+/// One in this many times at each end does not determine the axis of the histogram: pauses between events would
 /// stretch it.
 const RARE: usize = 25;
 

@@ -86,6 +86,7 @@ pub(crate) use part_file::PartFile;
 pub(crate) use portrait::TRAIL;
 pub use read::{ReadError, Series, check_recording, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
+#[cfg(feature = "live")]
 pub(crate) use style::node as node_color;
 
 /// Address space required for a recording, bytes. Its threads reserve nearly all of it, but use little.

@@ -395,7 +395,8 @@ fn single(mut colors: Vec<Color>) -> Vec<Color> {
     colors
 }
 
-/// The dashes of a dashed line, measured along the whole line: its vertices do not interrupt them.
+/// The dashes of a dashed line, which Rerun 0.36 does not have. They are measured along the whole line: its vertices do not
+/// interrupt them.
 fn dashes(line: &[[f32; 2]]) -> Vec<Vec<[f32; 2]>> {
     let mut strokes: Vec<Vec<[f32; 2]>> = Vec::new();
     // Length from the start of the current dash to the current vertex.

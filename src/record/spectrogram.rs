@@ -27,9 +27,9 @@ const REFRESH: usize = 4;
 
 /// The spectrogram of the whole run in a plot of fixed size.
 ///
-/// The image is divided into tiles along time, each a separate entity, so that only the current tile is
-/// logged again. A pixel shows the highest level of its columns; if there are fewer columns than pixels, a
-/// column extends to the next one.
+/// Rerun cannot update a part of an image. The image is therefore divided into tiles along time, each a separate entity, so
+/// that only the current tile is logged again. A pixel shows the highest level of its columns; if there are fewer columns
+/// than pixels, a column extends to the next one.
 #[derive(Debug)]
 pub struct Spectrogram {
     /// Plot area, with times in s and frequencies in Hz.

@@ -43,7 +43,8 @@ pub(super) fn page() -> impl Iterator<Item = PageFile> {
 }
 
 /// What the page shares with figures and recordings: colours as a style sheet, and a module with the prefixes of units,
-/// colours on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named lines.
+/// colours on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named
+/// lines.
 fn shared() -> [PageFile; 2] {
     let rule = |on: fn(Color) -> Rgb| {
         let rules = [

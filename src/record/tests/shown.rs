@@ -1,4 +1,4 @@
-//! Escaping of names and texts from files in a recording.
+//! Texts, colours and draw orders in a recording, and the escaping of names from files.
 
 use std::{fs::File, io::BufReader, path::Path, sync::Arc};
 
@@ -14,8 +14,11 @@ use crate::pipeline::{
     message::{Header, Record, Subject},
 };
 use crate::plot::{Layer, RunPanels, shown};
+use crate::record::branch::save_branch;
 use crate::record::{Output, RerunSink, paths};
 use crate::report::{Report as _, agreement, markdown};
+use crate::scene::{Parameter, Scene};
+use crate::study::branch::BranchPlan;
 
 /// The chunks of a recording and its blueprint.
 fn chunks(path: &Path) -> Vec<Chunk> {
@@ -90,6 +93,27 @@ fn the_times_of_recurrence_have_different_colours() {
     assert_eq!(colors.len(), 6, "three periods, T1, T2 and TT");
     colors.sort_unstable();
     assert!(colors.is_sorted_by(|a, b| a < b), "{colors:x?}");
+}
+
+/// The texts of orbits name the parameter as those of a sweep do, and every entity is shown.
+#[test]
+fn a_branch_names_its_parameter_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("branch.rrd");
+    let scene = Scene::load("mass-on-belt").unwrap();
+    let speed = Parameter::named("mass_on_belt.belt_speed_mm_per_s").unwrap();
+    let plan = BranchPlan::new(scene.clone(), speed, [20.0, 400.0], 20);
+    let branch = plan.follow(None, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
+    assert!(!branch.points.is_empty());
+    save_branch(&path, &scene, &branch, "squeakscope branch test").unwrap();
+    let texts = texts(&path);
+    let mut orbits = texts
+        .iter()
+        .filter(|(_, text)| text.contains("orbit at **"));
+    let (_, orbit) = orbits.next().expect("the text of an orbit");
+    assert!(orbit.starts_with("# Belt speed "), "{orbit}");
+    let title = "Branch diagram: solid if the motion attracts, dashed if not";
+    assert!(texts.iter().any(|(_, text)| text == title));
 }
 
 /// Names and texts from a file cannot contain control sequences or imitate the surrounding text. The scene's
