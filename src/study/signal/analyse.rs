@@ -1,5 +1,7 @@
 //! All analyses of one signal, one after another.
 
+use std::borrow::Cow;
+
 use super::sound::MeasuredSound;
 use super::stretch::{background_power, select};
 use super::{
@@ -17,6 +19,7 @@ use crate::analysis::{
         false_neighbours,
     },
     events::{TonalEvent, TonalEvents},
+    filter::{HALF_TAPS, upsampled, upsampling},
     levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
@@ -122,7 +125,10 @@ pub fn analyse_signal(
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
+    let section = embedding.try_map(|found| {
+        let factor = upsampling(&spectrum.lines(&LineCriterion::default()), rate);
+        section(studied, newest, found.choice.lag, factor)
+    })?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
         let criterion = RegimeSearch {
@@ -475,14 +481,27 @@ fn picture(
     RecurrenceImage::new(vectors, &picks, &criterion, window, 1.0 / rate)
 }
 
-/// The newest crossings of the mean level.
-fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSection, AnalysisError> {
+/// The newest crossings of the mean level, located between `factor` interpolated samples per sample.
+fn section(
+    signal: &Signal,
+    newest: &[f64],
+    lag: usize,
+    factor: usize,
+) -> Result<PoincareSection, AnalysisError> {
     let level = mean(newest);
-    let mut found = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    // Interpolation needs samples on either side of a delay vector.
+    let is_dense = factor == 1 || newest.len() <= 2 * (lag + HALF_TAPS);
+    let (dense, factor, first) = if is_dense {
+        (Cow::Borrowed(newest), 1, 0)
+    } else {
+        (Cow::Owned(upsampled(newest, factor)), factor, HALF_TAPS - 1)
+    };
+    let lag = lag * factor;
+    let mut found = delay_section(&dense, lag, SECTION_DIMENSION, level, Direction::Rising)?;
     found.drain(..found.len().saturating_sub(MAX_CROSSINGS));
-    let ahead = (signal.samples.len() - newest.len()) as f64;
+    let ahead = (signal.samples.len() - newest.len() + first) as f64;
     let point = |crossing: &Crossing| SectionPoint {
-        time_s: signal.time(ahead + crossing.sample),
+        time_s: signal.time(ahead + crossing.sample / factor as f64),
         at: [crossing.point[0], crossing.point[2]],
     };
     let crossings: Vec<SectionPoint> = found.iter().map(point).collect();
@@ -494,7 +513,7 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSectio
         mean_return_time_s: match &found[..] {
             [first, .., last] => {
                 let returns = (found.len() - 1) as f64;
-                Some((last.sample - first.sample) / returns / signal.rate)
+                Some((last.sample - first.sample) / returns / (factor as f64 * signal.rate))
             }
             _ => None,
         },

@@ -68,7 +68,7 @@ pub use truth::{Label, LabelError, Score};
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::delay::choose_delay) |
 /// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
 /// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
-/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
+/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings, after band-limited interpolation to at least 8 samples per period of the highest line |
 /// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::chaos::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
 /// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::chaos::ZeroOneTest::recommended_stride) if larger |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

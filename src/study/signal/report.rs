@@ -12,7 +12,7 @@ use crate::analysis::{
     levels::{LevelReference, SoundLevels},
     poincare::SectionShape,
     recurrence::{Measures, Threshold},
-    regime::Verdict,
+    regime::{Regime, Verdict},
     tones::Bases,
 };
 use crate::escape;
@@ -54,7 +54,9 @@ impl Report for SignalAnalysis {
             recurrence(states, &amount)
         }));
         blocks.extend(found("Poincare section", &self.section, |points| {
-            section(points, &amount)
+            let verdict = self.verdict.get();
+            let is_periodic = verdict.is_ok_and(|found| found.regime == Regime::Periodic);
+            section(points, is_periodic, &amount)
         }));
         blocks.extend(chaos(self));
         blocks
@@ -315,13 +317,14 @@ fn measures(measures: &Measures) -> [Block; 2] {
 }
 
 /// The shape of the Poincare section.
-fn section(section: &PoincareSection, amount: Amount<'_>) -> Vec<Block> {
+fn section(section: &PoincareSection, is_periodic: bool, amount: Amount<'_>) -> Vec<Block> {
     let shape = match section.shape {
         SectionShape::TooFew => "too few to classify the shape",
         SectionShape::Points(1) => "one point",
         SectionShape::Points(count) => &format!("{count} points"),
         SectionShape::Loop => "a loop",
         SectionShape::Arc => "an arc",
+        SectionShape::Cloud if is_periodic => "a cloud (noise spreads the points of the period)",
         SectionShape::Cloud => "a cloud",
     };
     let spacing = section.mean_return_time_s;
