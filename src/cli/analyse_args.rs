@@ -91,7 +91,7 @@ pub struct AnalyseArgs {
     /// Analyse this many files at once, if there are several [default: 1; each takes the memory of its samples].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub jobs: Option<NonZero<usize>>,
-    /// Write the tonal events as labels for Audacity; of several files, a file for each in this directory.
+    /// Write the tones as labels for Audacity; of several files, a file for each in this directory.
     #[arg(long, value_name = "FILE.txt|DIR", help_heading = "Output")]
     pub labels: Option<PathBuf>,
     /// Write the tonal events of all files as one table.
