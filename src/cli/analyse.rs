@@ -322,6 +322,9 @@ mod tests {
         std::fs::write(path("rig/a.csv"), format!("mic,ref\n{}", rows(&|_| 0.0))).expect("written");
         std::fs::write(path("rig/b.csv"), format!("mic,ref\n{}", rows(&tone))).expect("written");
         std::fs::write(path("rig/c.docx"), b"\0\x01\x02").expect("written");
+        std::fs::write(path("rig/notes.pdf"), "%PDF\nThe joint was dry.\n").expect("written");
+        std::fs::write(path("rig/.a.csv"), "mic,ref\n").expect("written");
+        std::fs::create_dir(path("rig/more")).expect("made");
         for (name, labels) in [("a", "0\t2\ttone\n"), ("b", "0\t2\n\\\t100\t200\n")] {
             std::fs::write(path(&format!("rig/{name}.txt")), labels).expect("written");
         }
@@ -336,7 +339,8 @@ mod tests {
             path.file_name().expect("a name").to_owned()
         };
         let names: Vec<_> = skipped.iter().map(name).collect();
-        assert_eq!(names, ["a.txt", "b.txt", "c.docx"]);
+        let expected = [".a.csv", "a.txt", "b.txt", "c.docx", "more", "notes.pdf"];
+        assert_eq!(names, expected);
         // A silent channel is a result.
         let kinds = |k: usize| json["analyses"][k]["verdict"]["regime"].as_str();
         assert_eq!(kinds(1), Some("silent"));

@@ -395,9 +395,9 @@ const LISTED: usize = 4;
 /// `duration_s` is that of the signal.
 fn sound(sound: &MeasuredSound, duration_s: f64, amount: Amount<'_>) -> Vec<Block> {
     let mut blocks = match &sound.tonal.events[..] {
-        [] => vec![Block::heading("no tonal events", "")],
+        [] => vec![Block::heading("no events", "")],
         events => vec![
-            Block::heading("tonal events", ""),
+            Block::heading("events", ""),
             event_table(events, sound.level_reference),
         ],
     };
