@@ -17,8 +17,8 @@ use crate::study::signal::CalibrationSource;
 #[derive(Debug, Default, Arguments)]
 #[command(next_help_heading = "Input")]
 pub struct AnalyseArgs {
-    /// Signal files: WAV, FLAC, MP3, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or recordings
-    /// (.rrd); a directory stands for the signal files in it.
+    /// Signal files: WAV, FLAC, MP3, AAC, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or
+    /// recordings (.rrd); a directory stands for the signal files in it.
     #[arg(value_name = "FILE", required = true, help_heading = None::<&str>)]
     pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
