@@ -1,7 +1,5 @@
 //! All analyses of one signal, one after another.
 
-use std::borrow::Cow;
-
 use super::sound::MeasuredSound;
 use super::stretch::{background_power, select};
 use super::{
@@ -125,10 +123,8 @@ pub fn analyse_signal(
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section = embedding.try_map(|found| {
-        let factor = upsampling(&spectrum.lines(&LineCriterion::default()), rate);
-        section(studied, newest, found.choice.lag, factor)
-    })?;
+    let section =
+        embedding.try_map(|found| section(studied, newest, &spectrum, found.choice.lag))?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
         let criterion = RegimeSearch {
@@ -481,27 +477,28 @@ fn picture(
     RecurrenceImage::new(vectors, &picks, &criterion, window, 1.0 / rate)
 }
 
-/// The newest crossings of the mean level, located between `factor` interpolated samples per sample.
+/// The newest crossings of the mean level, located between interpolated samples.
 fn section(
     signal: &Signal,
     newest: &[f64],
+    spectrum: &Spectrum,
     lag: usize,
-    factor: usize,
 ) -> Result<PoincareSection, AnalysisError> {
     let level = mean(newest);
-    // Interpolation needs samples on either side of a delay vector.
-    let is_dense = factor == 1 || newest.len() <= 2 * (lag + HALF_TAPS);
-    let (dense, factor, first) = if is_dense {
-        (Cow::Borrowed(newest), 1, 0)
-    } else {
-        (Cow::Owned(upsampled(newest, factor)), factor, HALF_TAPS - 1)
+    let factor = upsampling(&spectrum.lines(&LineCriterion::default()), signal.rate);
+    let (dense, first) = match factor {
+        1 => (newest.to_vec(), 0),
+        _ => (upsampled(newest, factor), HALF_TAPS - 1),
     };
     let lag = lag * factor;
     let mut found = delay_section(&dense, lag, SECTION_DIMENSION, level, Direction::Rising)?;
     found.drain(..found.len().saturating_sub(MAX_CROSSINGS));
-    let ahead = (signal.samples.len() - newest.len() + first) as f64;
+    for crossing in &mut found {
+        crossing.sample = first as f64 + crossing.sample / factor as f64;
+    }
+    let ahead = (signal.samples.len() - newest.len()) as f64;
     let point = |crossing: &Crossing| SectionPoint {
-        time_s: signal.time(ahead + crossing.sample / factor as f64),
+        time_s: signal.time(ahead + crossing.sample),
         at: [crossing.point[0], crossing.point[2]],
     };
     let crossings: Vec<SectionPoint> = found.iter().map(point).collect();
@@ -510,13 +507,10 @@ fn section(
     Ok(PoincareSection {
         level,
         shape: section_shape(&points, high - low),
-        mean_return_time_s: match &found[..] {
-            [first, .., last] => {
-                let returns = (found.len() - 1) as f64;
-                Some((last.sample - first.sample) / returns / (factor as f64 * signal.rate))
-            }
-            _ => None,
-        },
+        mean_return_time_s: (crossings.len() > 1).then(|| {
+            let span = crossings[crossings.len() - 1].time_s - crossings[0].time_s;
+            span / (crossings.len() - 1) as f64
+        }),
         crossings,
     })
 }
