@@ -344,10 +344,7 @@ pub(super) fn period_of(
     rate: f64,
 ) -> f64 {
     let frequency = event_hz.or_else(|| Some(lines.first()?.line.frequency));
-    match frequency {
-        Some(frequency) => rate / frequency,
-        None => 4.0 * lag.unwrap_or(1) as f64,
-    }
+    frequency.map_or(4.0 * lag.unwrap_or(1) as f64, |frequency| rate / frequency)
 }
 
 impl RecurrenceAnalysis {

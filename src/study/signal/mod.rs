@@ -438,12 +438,10 @@ impl SignalAnalysis {
     pub fn highest_frequency(&self, margin: f64) -> f64 {
         let nyquist = 0.5 * self.signal.rate;
         let lines = self.tones.lines.iter().map(|named| named.line.frequency);
-        let events = self.events().iter();
-        let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
-        match lines.chain(events).fold(0.0, f64::max) {
-            highest if highest > 0.0 => (margin * highest).min(nyquist),
-            _ => nyquist,
-        }
+        let harmonic = |event: &TonalEvent| event.harmonics as f64 * event.frequency_high_hz;
+        let events = self.events().iter().map(harmonic);
+        let highest = lines.chain(events).reduce(f64::max);
+        highest.map_or(nyquist, |highest| (margin * highest).min(nyquist))
     }
 
     /// What the levels of the events are relative to.
