@@ -27,9 +27,6 @@ const FORMAT: &str = "sound";
 /// The remedy for sound that is not decoded.
 pub(super) const CONVERT: &str = "convert it: ffmpeg -i FILE FILE.wav";
 
-/// Number of samples of a frame of an MP3 file.
-const MP3_FRAME: usize = 1152;
-
 /// A file whose samples have been counted.
 pub(super) struct Sound {
     path: PathBuf,
@@ -137,7 +134,7 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
     let is_stated = coding.codec == CODEC_ID_MP3 && track.delay.is_some();
     let stated = track.num_frames.filter(|_| is_stated).unwrap_or(0) as usize;
     let mut decode = decoder(coding, track.delay)?;
-    let mut frames = 0;
+    let (mut frames, mut latest) = (0, 0);
     let mut samples = Vec::new();
     let mut has_begun = false;
     let is_end = |fault: &io::Error| header.is_some() && fault.kind() == ErrorKind::UnexpectedEof;
@@ -152,7 +149,8 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
             _ => Ok((0, 0)),
         });
         match block.transpose() {
-            Ok(None) if frames + MP3_FRAME < stated => {
+            // A whole packet is missing.
+            Ok(None) if frames + latest < stated => {
                 let missing =
                     format!("its header states {stated} samples, and the file has {frames}");
                 return Ok(Some(missing));
@@ -161,7 +159,8 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
             Ok(Some((0, _))) => {}
             Ok(Some(decoded)) => {
                 has_begun = true;
-                frames += samples.len() / decoded.1.max(1);
+                latest = samples.len() / decoded.1.max(1);
+                frames += latest;
                 if !each(header.unwrap_or(decoded), &samples)? {
                     return Ok(damage);
                 }
