@@ -156,7 +156,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, FileError> {
     Ok(table.signal(&rest).map_err(failed)?)
 }
 
-/// Read a signal from a file: WAV, FLAC, MP3, Ogg, AIFF, text columns, .npy, .npz, .mat, or a recording.
+/// Read a signal from a file: WAV, FLAC, MP3, AAC, M4A, Ogg, AIFF, text columns, .uff, .npy, .npz, .mat, or a recording.
 ///
 /// Parameters
 /// ----------

@@ -15,7 +15,7 @@ use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
 use crate::analysis::{
-    events::TonalEvent,
+    events::{EventKind, TonalEvent},
     levels::{Calibration, LevelReference},
     stats::range,
 };
@@ -133,27 +133,29 @@ fn read_labels(truth: &Path, file: &Path) -> Result<Vec<Label>, CliError> {
     Label::parse(&text).map_err(|error| refused(error.to_string()))
 }
 
-/// Writes the tonal events as labels.
+/// Writes the tones as labels.
 pub(super) fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), OutputError> {
     let text = label_text(report.events(), report.level_reference());
     replace_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Tonal events as labels of Audacity: a line with start, end, frequency and level, and a line with the range of frequencies.
+/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level, and
+/// a line with the range of frequencies.
 fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
     let label = |(number, event): (usize, &TonalEvent)| {
         format!(
-            "{:.6}\t{:.6}\t{number}: {}, {:.1} Hz, {:.1} {reference}\n\\\t{:.6}\t{:.6}\n",
+            "{:.6}\t{:.6}\t{number}: {:.1} Hz, {:.1} {reference}\n\\\t{:.6}\t{:.6}\n",
             event.start_s,
             event.end_s,
-            event.kind,
             event.frequency_hz,
             event.level_db,
             event.frequency_low_hz,
             event.frequency_high_hz
         )
     };
-    (1..).zip(events).map(label).collect()
+    let numbered = (1..).zip(events);
+    let tones = numbered.filter(|(_, event)| event.kind == EventKind::Tone);
+    tones.map(label).collect()
 }
 
 /// The options of the analysis.
@@ -320,6 +322,9 @@ mod tests {
         std::fs::write(path("rig/a.csv"), format!("mic,ref\n{}", rows(&|_| 0.0))).expect("written");
         std::fs::write(path("rig/b.csv"), format!("mic,ref\n{}", rows(&tone))).expect("written");
         std::fs::write(path("rig/c.docx"), b"\0\x01\x02").expect("written");
+        std::fs::write(path("rig/notes.pdf"), "%PDF\nThe joint was dry.\n").expect("written");
+        std::fs::write(path("rig/.a.csv"), "mic,ref\n").expect("written");
+        std::fs::create_dir(path("rig/more")).expect("made");
         for (name, labels) in [("a", "0\t2\ttone\n"), ("b", "0\t2\n\\\t100\t200\n")] {
             std::fs::write(path(&format!("rig/{name}.txt")), labels).expect("written");
         }
@@ -334,7 +339,8 @@ mod tests {
             path.file_name().expect("a name").to_owned()
         };
         let names: Vec<_> = skipped.iter().map(name).collect();
-        assert_eq!(names, ["a.txt", "b.txt", "c.docx"]);
+        let expected = [".a.csv", "a.txt", "b.txt", "c.docx", "more", "notes.pdf"];
+        assert_eq!(names, expected);
         // A silent channel is a result.
         let kinds = |k: usize| json["analyses"][k]["verdict"]["regime"].as_str();
         assert_eq!(kinds(1), Some("silent"));
@@ -372,7 +378,7 @@ mod tests {
     #[test]
     fn events_become_labels() {
         let event = TonalEvent {
-            kind: crate::analysis::events::EventKind::Tone,
+            kind: EventKind::Tone,
             probability: 0.99,
             start_s: 0.5,
             end_s: 2.25,
@@ -386,9 +392,14 @@ mod tests {
             vibrato: None,
             ridge: Vec::new(),
         };
+        // Noise is no label, as `--truth` compares tones.
+        let noise = TonalEvent {
+            kind: EventKind::NarrowBandNoise,
+            ..event.clone()
+        };
         assert_eq!(
-            label_text(&[event], LevelReference::SoundPressure),
-            "0.500000\t2.250000\t1: tone, 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
+            label_text(&[noise, event], LevelReference::SoundPressure),
+            "0.500000\t2.250000\t2: 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
         );
         assert_eq!(label_text(&[], LevelReference::FullScale), "");
     }

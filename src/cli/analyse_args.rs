@@ -17,8 +17,8 @@ use crate::study::signal::CalibrationSource;
 #[derive(Debug, Default, Arguments)]
 #[command(next_help_heading = "Input")]
 pub struct AnalyseArgs {
-    /// Signal files: WAV, FLAC, MP3, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or recordings
-    /// (.rrd); a directory stands for the signal files in it.
+    /// Signal files: WAV, FLAC, MP3, AAC, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or
+    /// recordings (.rrd); a directory stands for the signal files in it.
     #[arg(value_name = "FILE", required = true, help_heading = None::<&str>)]
     pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
@@ -91,7 +91,7 @@ pub struct AnalyseArgs {
     /// Analyse this many files at once, if there are several [default: 1; each takes the memory of its samples].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub jobs: Option<NonZero<usize>>,
-    /// Write the tonal events as labels for Audacity; of several files, a file for each in this directory.
+    /// Write the tones as labels for Audacity; of several files, a file for each in this directory.
     #[arg(long, value_name = "FILE.txt|DIR", help_heading = "Output")]
     pub labels: Option<PathBuf>,
     /// Write the tonal events of all files as one table.

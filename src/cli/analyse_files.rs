@@ -15,7 +15,7 @@ use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
 use super::output::{Kind, check_directory, check_file};
 use super::resources;
-use crate::import::{Format, channels};
+use crate::import::{Format, Problem, channels};
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::study::signal::{AnalysedFiles, FailedFile, SignalAnalysis, write_events};
 
@@ -82,7 +82,7 @@ pub(super) fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<
 /// The signals. A file whose channels cannot be listed is one: a recording, of which the main column is analysed, or a
 /// damaged file, whose analysis gives the reason.
 fn jobs(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<Job>, CliError> {
-    let files = files(&args.files, skipped)?;
+    let files = files(args, skipped)?;
     if files.len() > 1 && args.truth.as_ref().is_some_and(|truth| !truth.is_dir()) {
         return Err(CliError::Input(
             "--truth is a directory for several files, with the labels NAME.txt of each file NAME"
@@ -169,10 +169,10 @@ fn write_pictures(
     Ok(())
 }
 
-/// The files, with those in a directory whose format is known; the others are `skipped`, with the reason.
-fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf>, CliError> {
+/// The files, with those in a directory that may be signals; the others are `skipped`, with the reason.
+fn files(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
-    for path in given {
+    for path in &args.files {
         if !path.is_dir() {
             files.push(path.clone());
             continue;
@@ -185,26 +185,24 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
                 "cannot read the directory `{directory}` ({source}); check its permissions"
             ))
         })?;
-        inside.retain(|entry| entry.is_file());
         inside.sort();
         let before = files.len();
         for entry in &inside {
-            let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
-            let recording = |other: &&PathBuf| {
-                !is_text(other)
-                    && other.file_stem() == entry.file_stem()
-                    && Format::of(other).is_ok()
+            let labelled = labelled_by(entry, &inside);
+            let reason = match labelled {
+                Some(recording) => format!("labels of {}", recording.display()),
+                None => match why_skipped(entry, args.skip_lines) {
+                    Some(reason) => reason,
+                    None => {
+                        files.push(entry.clone());
+                        continue;
+                    }
+                },
             };
-            let recording = inside.iter().find(recording).filter(|_| is_text(entry));
-            let reason = match (recording, Format::of(entry)) {
-                (Some(recording), _) => format!("labels of {}", recording.display()),
-                (None, Ok(_)) => {
-                    files.push(entry.clone());
-                    continue;
-                }
-                (None, Err(problem)) => problem.to_string(),
-            };
-            print_notice(&format!("{} is not analysed: {reason}", entry.display()));
+            // The labels are read.
+            if labelled.is_none() || args.truth.as_ref() != Some(path) {
+                print_notice(&format!("{} is not analysed: {reason}", entry.display()));
+            }
             skipped.push(FailedFile {
                 file: entry.clone(),
                 reason,
@@ -217,6 +215,35 @@ fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf
         }
     }
     Ok(files)
+}
+
+/// The recording beside a text of its name, which has its labels.
+fn labelled_by<'a>(entry: &Path, inside: &'a [PathBuf]) -> Option<&'a PathBuf> {
+    let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
+    let is_recording = |other: &&PathBuf| {
+        !is_text(other) && other.file_stem() == entry.file_stem() && Format::of(other).is_ok()
+    };
+    inside.iter().find(is_recording).filter(|_| is_text(entry))
+}
+
+/// Why something in a directory is no signal; `None` if it may be one.
+fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
+    if entry.is_dir() {
+        return Some("a directory; give its path, too, if it has signals".to_owned());
+    }
+    let name = entry.file_name().unwrap_or_default();
+    if name.to_string_lossy().starts_with('.') {
+        return Some("a hidden file".to_owned());
+    }
+    match Format::of(entry) {
+        Ok(Format::Text) => {
+            let problem = channels(entry, skipped_lines).err()?.problem;
+            // A damaged file is a signal that cannot be analysed.
+            matches!(problem, Problem::NoNumbers).then(|| "a text without numbers".to_owned())
+        }
+        Ok(_) => None,
+        Err(problem) => Some(problem.to_string()),
+    }
 }
 
 /// Why a file could not be analysed, without its path, which stands beside the reason.

@@ -74,8 +74,8 @@ pub enum Command {
     Model(ModelArgs),
     /// Analyse a signal from a file and classify its motion.
     ///
-    /// Reads WAV, FLAC, MP3, Ogg, AIFF, CSV and other text columns, .npy, .npz, .mat and recordings (.rrd). Of several
-    /// files, or of a directory, it prints a table.
+    /// Reads WAV, FLAC, MP3, AAC, M4A, MP4, Ogg, Opus, AIFF, CSV and other text columns, .uff, .npy, .npz, .mat and
+    /// recordings (.rrd). Of several files, or of a directory, it prints a table.
     Analyse(AnalyseArgs),
     /// Fit the Stribeck law to measured coefficients of friction.
     ///

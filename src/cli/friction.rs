@@ -47,6 +47,12 @@ fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
     let mut rows = csv_rows(text);
     let head = rows.next().map_or_else(Vec::new, |(_, head)| head);
     if head != COLUMNS[..2] && head != COLUMNS {
+        if head.first().is_some_and(|name| name.contains("mm")) {
+            return Err(
+                "its speeds are in mm/s; divide them by 1000, and begin with `speed_m_per_s,mu`"
+                    .to_owned(),
+            );
+        }
         return Err("its first line does not name the columns; begin with `speed_m_per_s,mu` or `speed_m_per_s,mu,mu_deviation`".to_owned());
     }
     let mut points = Vec::new();
@@ -125,6 +131,7 @@ mod tests {
         for (text, expected) in [
             ("", "first line"),
             ("speed,mu\n", "first line"),
+            ("speed_mm_per_s,mu\n100,0.3\n", "in mm/s"),
             ("speed_m_per_s,mu\n0.1,x\n", "line 2"),
             ("speed_m_per_s,mu\n# a remark\n0.1,0.3\n0.1\n", "line 4"),
             ("speed_m_per_s,mu\n0,0.3\n", "line 2"),

@@ -25,6 +25,9 @@ use crate::report::{Report, terminal};
 use crate::study::Stopped;
 use crate::{VERSION, escape};
 
+/// Number of written files up to which each has a line.
+const MOST_LISTED: usize = 20;
+
 /// The JSON of the result, and whether outputs replace files.
 #[derive(Clone, Debug, Default, Arguments)]
 #[command(next_help_heading = "Output")]
@@ -272,13 +275,21 @@ impl<'a> Outputs<'a> {
     }
 }
 
-/// Files with their sizes, one per line.
+/// Files with their sizes, one per line; of many files, those of one directory.
 fn list(files: &[WrittenFile]) -> String {
-    let line = |file: &WrittenFile| {
-        let path = escape::path(&file.path);
-        format!("  {path} ({})\n", size(file.bytes))
+    let line = |group: &[WrittenFile]| match group {
+        [file] => format!("  {} ({})\n", escape::path(&file.path), size(file.bytes)),
+        _ => {
+            let directory = group[0].path.with_file_name("");
+            let directory = escape::path(&directory);
+            let bytes = group.iter().map(|file| file.bytes).sum();
+            format!("  {directory} ({} files, {})\n", group.len(), size(bytes))
+        }
     };
-    files.iter().map(line).collect()
+    let is_together = |a: &WrittenFile, b: &WrittenFile| {
+        files.len() > MOST_LISTED && a.path.parent() == b.path.parent()
+    };
+    files.chunk_by(is_together).map(line).collect()
 }
 
 /// A result as JSON, with the version of the program, the scene and the written files.
@@ -411,6 +422,23 @@ mod tests {
         assert_eq!(json["value_m"], 0.1 + 0.2);
         assert!(json["rate_per_s"].is_null());
         assert_eq!(json["files"][0]["bytes"], 2);
+    }
+
+    #[test]
+    fn many_files_are_listed_by_directory() {
+        let file = |path: String| WrittenFile {
+            path: path.into(),
+            bytes: 500,
+        };
+        let of = |recording: u32| (0..13).map(move |k| format!("figures/{recording}/{k}.png"));
+        let figures: Vec<_> = (0..2).flat_map(of).map(file).collect();
+        let words = ["  figures/0/ (13 files, ", "  figures/1/ (13 files, "];
+        let text = list(&figures);
+        assert_eq!(text.lines().count(), 2, "{text}");
+        for (line, start) in text.lines().zip(words) {
+            assert!(line.starts_with(start), "{text}");
+        }
+        assert_eq!(list(&figures[..13]).lines().count(), 13);
     }
 
     #[test]

@@ -15,6 +15,9 @@ pub enum Problem {
     /// The content is not what it should be, or the selection does not fit it: what, where, and the remedy.
     #[error("{0}")]
     Content(String),
+    /// A text without a row of numbers, which is no signal.
+    #[error("the file contains no sample, only headings or comments; export it again")]
+    NoNumbers,
 }
 
 impl Problem {

@@ -4,6 +4,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::Problem;
+use super::sound::CONVERT;
 use super::uff::is_universal;
 use crate::foreign::open_file;
 
@@ -67,6 +68,16 @@ impl Format {
             || begins(&[b"FORM"]) && (at(8, b"AIFF") || at(8, b"AIFC"))
         {
             Self::Sound
+        } else if begins(&[
+            b"caff",
+            b"#!AMR",
+            b"riff\x2e\x91\xcf\x11",
+            b".snd",
+            b"\x30\x26\xb2\x75",
+            b"\x1a\x45\xdf\xa3",
+        ]) {
+            // Core Audio, AMR, Wave64, AU, Windows Media, Matroska and WebM.
+            return Err(Problem::unsupported("this kind of sound", CONVERT));
         } else if begins(&[b"MATLAB 5.0"]) {
             Self::Mat
         } else if begins(&[b"MATLAB 7.3", b"\x89HDF"]) {
@@ -83,8 +94,12 @@ impl Format {
             Self::Universal
         } else if begins(&[b"\xff\xfe", b"\xfe\xff"]) || is_text(&head) {
             Self::Text
-        } else if head[0] == 0xFF && head.get(1).is_some_and(|second| second & 0xE6 == 0xE2) {
-            // An MP3 file without a tag begins with a frame: 11 bits set, layer III.
+        } else if head[0] == 0xFF
+            && head
+                .get(1)
+                .is_some_and(|second| second & 0xE6 == 0xE2 || second & 0xF6 == 0xF0)
+        {
+            // A frame of MP3 (11 bits set, layer III) or of AAC (12 bits set, layer 0) without a tag before it.
             Self::Sound
         } else {
             return Err(unknown(path));
@@ -94,7 +109,7 @@ impl Format {
 
 /// The error for a content of no known format.
 fn unknown(path: &Path) -> Problem {
-    let known = "wav flac mp3 m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
+    let known = "wav flac mp3 aac m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let called = extension.filter(|extension| known.split(' ').any(|known| known == extension));
     let called = called.map_or_else(String::new, |extension| {

@@ -68,6 +68,11 @@ fn sound_with_loss_has_its_tone_at_its_level() {
             8000.0,
         ),
         (
+            "tone.aac",
+            include_bytes!("../../tests/data/tone.aac"),
+            8000.0,
+        ),
+        (
             "tone.opus",
             include_bytes!("../../tests/data/tone.opus"),
             48_000.0,
@@ -81,7 +86,8 @@ fn sound_with_loss_has_its_tone_at_its_level() {
             let skipped = (rate / 8000.0) as usize;
             let samples: Vec<f64> = signal.samples.iter().step_by(skipped).copied().collect();
             // The delay of the AAC encoder is not removed.
-            let delay = if name == "tone.m4a" { 1024 } else { 0 };
+            let is_aac = ["tone.m4a", "tone.aac"].contains(&name);
+            let delay = if is_aac { 1024 } else { 0 };
             let found = amplitude(&samples[delay..], frequency);
             assert!(
                 (found / level - 1.0).abs() < 0.02,
@@ -141,6 +147,33 @@ fn damaged_sound_is_refused() {
         let known = matches!(refused.problem, Problem::Content(_));
         assert!(known, "{end}: {refused}");
     }
+}
+
+#[test]
+fn incomplete_sound_is_called_damaged() {
+    let desk = TestFolder::new();
+    let damage = |name: &str, bytes: &[u8]| {
+        let mut damage = String::new();
+        let path = desk.put(name, bytes);
+        let read = read_signal_with(&path, &selection(&[("column", "left")]), &mut |found| {
+            damage = found.to_owned();
+        });
+        read.err()
+            .map_or(damage, |refused| refused.problem.to_string())
+    };
+    let mp3 = include_bytes!("../../tests/data/tone.mp3");
+    assert_eq!(damage("whole.mp3", mp3), "");
+    let half = damage("half.mp3", &mp3[..1500]);
+    assert!(half.contains("header states"), "{half}");
+    let m4a = include_bytes!("../../tests/data/tone.m4a");
+    let index = m4a.windows(4).position(|name| name == b"moov").unwrap();
+    let media = m4a.windows(4).position(|name| name == b"mdat").unwrap();
+    assert!(media < index);
+    let half = damage("half.m4a", &m4a[..index - 100]);
+    assert!(
+        half.contains("the index of the samples is missing"),
+        "{half}"
+    );
 }
 
 #[test]
@@ -277,6 +310,8 @@ fn files_of_other_libraries_are_named_with_the_remedy() {
         ),
         (b"\x89HDF\r\n\x1a\n", ["HDF5", "h5py"]),
         (b"TDSm\x0e\x00\x00\x00", ["TDMS", "nptdms"]),
+        (b"#!AMR\n", ["sound", "ffmpeg -i"]),
+        (b"\x1a\x45\xdf\xa3", ["sound", "ffmpeg -i"]),
     ] {
         let path = desk.put("signal.bin", head);
         let refused = read_signal(&path, &Selection::default()).unwrap_err();

@@ -117,7 +117,7 @@ fn an_invalid_bit_depth_is_reported_as_damage() {
     ] {
         let bytes = with(wav(depth, float, 1, 50), bits);
         let said = format!(
-            "{bits} bits for each of 1 channels, and {} bytes",
+            "1 x {bits} bits per sample, but a block size of {} x 8 bits",
             depth / 8
         );
         let message = refused(&bytes, &any);

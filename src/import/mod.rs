@@ -3,7 +3,7 @@
 //! | format | columns | clock |
 //! |---|---|---|
 //! | WAV: PCM of 8 to 32 bits, float of 32 or 64 bits, A-law, mu-law, ADPCM, any number of channels | `left`, `right`; of more channels `0`, `1`, ...; full scale is 1 FS | the header |
-//! | AIFF, FLAC, MP3, AAC in MP4, Ogg Vorbis and Opus | as WAV | the header |
+//! | AIFF, FLAC, MP3, AAC alone or in MP4, Ogg Vorbis and Opus | as WAV | the header |
 //! | universal files: time histories of dataset 58 | by node and direction | the header of each, or its times |
 //! | CSV and similar formats: fields separated by `,` `;` tab or blanks; with or without titles, a header and a row of units; `#` comments; decimal points or commas; UTF-8, UTF-16, Latin-1 | by header or by index, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first column if it increases uniformly |
 //! | `.npy`: integers and floats of any size and byte order, one or two axes | by index along the shorter axis | none |

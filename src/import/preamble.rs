@@ -155,7 +155,8 @@ fn heading(lines: &Lines, comment: &str, is_instrument: bool) -> Result<Preamble
     }
     let names = names.map(|(_, names)| names).or_else(|| {
         let names = fields_of(comment.strip_prefix('#')?.trim());
-        (names.len() == have && have > 1).then_some(names)
+        let are_words = names.iter().all(|name| number(name).is_none());
+        (names.len() == have && have > 1 && are_words).then_some(names)
     });
     let mut names = names.unwrap_or_default();
     while names.pop_if(|name| name.is_empty()).is_some() {}
@@ -189,11 +190,14 @@ impl Preamble {
             .is_some_and(|(_, text)| text.starts_with("LECROY"));
         let unstated = if is_lecroy { "V" } else { "" };
         let vertical = vertical.map_or(unstated, |value| value.rsplit(':').next().unwrap_or(value));
+        // The column of times is then left blank.
+        let is_blank = setting("X_Columns") == Some("No");
+        self.beside = usize::from(is_blank);
         let mut has_time = false;
         for (k, column) in self.columns.iter_mut().enumerate() {
             let is_time =
                 ["time", "second", "x_value", "x-axis"].contains(&&*column.name.to_lowercase());
-            if k == 0 && (is_time || column.unit == "s") {
+            if k == 0 && !is_blank && (is_time || column.unit == "s") {
                 *column = ColumnHeader::with_unit("time".to_owned(), "s");
                 has_time = true;
             } else if column.unit.is_empty() {
@@ -263,7 +267,8 @@ fn instrument(lines: &Lines) -> Option<Preamble> {
         let channels = names.iter().take_while(|field| !field.starts_with("t0"));
         let channels = channels.map(|field| match field.strip_suffix(['V', 'A']) {
             Some(name) => column(name, &field[name.len()..]),
-            None => column(field, ""),
+            // A column of times may come first: `Time(s)`.
+            None => ColumnHeader::new((*field).to_owned()),
         });
         (first, channels.collect(), setting("t0")?, setting("tInc")?)
     } else {
@@ -372,6 +377,13 @@ mod tests {
         ];
         check(&read(&lines, "CH1"), "CH1", 1e6, -6e-4, &[0.1, 0.15, 0.2]);
         assert_eq!(read(&lines, "CH2").unit, "A");
+        let lines = [
+            "Time(s),CH1V,t0 = -6.0e-04, tInc = 1.0e-06,",
+            "-6.00e-04,1.0e-01,,",
+            "-5.99e-04,1.5e-01,,",
+            "-5.98e-04,2.0e-01,,",
+        ];
+        check(&read(&lines, ""), "CH1", 1e6, -6e-4, &[0.1, 0.15, 0.2]);
     }
 
     #[test]
@@ -498,6 +510,38 @@ mod tests {
             ..signal
         };
         check(&signal, "Voltage", 1e3, 0.0, &[1.25, 1.5, 1.75]);
+    }
+
+    #[test]
+    fn labview_may_leave_the_times_blank() {
+        let lines = [
+            "LabVIEW Measurement\t",
+            "Decimal_Separator\t,",
+            "X_Columns\tNo",
+            "***End_of_Header***\t",
+            "Y_Unit_Label\tVolts\t",
+            "X0\t2,0E+0\t",
+            "Delta_X\t5,0E-5\t",
+            "***End_of_Header***\t\t",
+            "X_Value\tMic\tComment",
+            "\t1,25",
+            "\t1,50",
+            "\t1,75",
+        ];
+        check(&read(&lines, ""), "Mic", 2e4, 2.0, &[1.25, 1.5, 1.75]);
+    }
+
+    #[test]
+    fn a_comment_with_numbers_names_no_columns() {
+        let lines = [
+            "# logger 3",
+            "# rate 1000",
+            "0.000 0.1",
+            "0.001 0.2",
+            "0.002 0.3",
+        ];
+        let signal = read(&lines, "");
+        assert_eq!((&*signal.name, signal.rate), ("scope", 1e3));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Sound: WAV, AIFF, FLAC, MP3, AAC in MP4 (.m4a), Ogg Vorbis and Opus.
+//! Sound: WAV, AIFF, FLAC, MP3, AAC, alone or in MP4 (.m4a), Ogg Vorbis and Opus.
 //!
 //! Decoded by the library symphonia, Opus by opus-decoder. A file is decoded twice: once to count its samples, which not
 //! all formats state, and once more for those that are selected.
@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use opus_decoder::OpusDecoder;
-use symphonia::core::codecs::audio::well_known::CODEC_ID_OPUS;
+use symphonia::core::codecs::audio::well_known::{CODEC_ID_ALAC, CODEC_ID_MP3, CODEC_ID_OPUS};
 use symphonia::core::codecs::audio::{AudioCodecParameters, AudioDecoderOptions};
 use symphonia::core::errors::Error;
 use symphonia::core::formats::TrackType;
@@ -23,6 +23,9 @@ use super::wav::with_normal_header;
 use crate::foreign::{open_file, without_panic};
 
 const FORMAT: &str = "sound";
+
+/// The remedy for sound that is not decoded.
+pub(super) const CONVERT: &str = "convert it: ffmpeg -i FILE FILE.wav";
 
 /// A file whose samples have been counted.
 pub(super) struct Sound {
@@ -127,7 +130,11 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
     let id = track.id;
     let coding = track.codec_params.as_ref().and_then(|p| p.audio());
     let coding = coding.ok_or_else(|| Problem::no_samples("a header"))?;
+    // An MP3 file that states its delay states its number of samples, too; otherwise the library estimates it.
+    let is_stated = coding.codec == CODEC_ID_MP3 && track.delay.is_some();
+    let stated = track.num_frames.filter(|_| is_stated).unwrap_or(0) as usize;
     let mut decode = decoder(coding, track.delay)?;
+    let (mut frames, mut latest) = (0, 0);
     let mut samples = Vec::new();
     let mut has_begun = false;
     let is_end = |fault: &io::Error| header.is_some() && fault.kind() == ErrorKind::UnexpectedEof;
@@ -142,10 +149,18 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
             _ => Ok((0, 0)),
         });
         match block.transpose() {
+            // A whole packet is missing.
+            Ok(None) if frames + latest < stated => {
+                let missing =
+                    format!("its header states {stated} samples, and the file has {frames}");
+                return Ok(Some(missing));
+            }
             Ok(None) => return Ok(damage),
             Ok(Some((0, _))) => {}
             Ok(Some(decoded)) => {
                 has_begun = true;
+                latest = samples.len() / decoded.1.max(1);
+                frames += latest;
                 if !each(header.unwrap_or(decoded), &samples)? {
                     return Ok(damage);
                 }
@@ -164,7 +179,13 @@ fn decoder(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Decoder,
     if coding.codec != CODEC_ID_OPUS {
         let options = AudioDecoderOptions::default();
         let decoder = symphonia::default::get_codecs().make_audio_decoder(coding, &options);
-        let mut decoder = decoder.map_err(problem)?;
+        let mut decoder = decoder.map_err(|error| match error {
+            Error::Unsupported(_) if coding.codec == CODEC_ID_ALAC => {
+                Problem::unsupported("Apple Lossless (ALAC)", CONVERT)
+            }
+            Error::Unsupported(_) => Problem::unsupported("the coding of this sound", CONVERT),
+            error => problem(error),
+        })?;
         return Ok(Box::new(move |packet: &Packet, samples: &mut Vec<f64>| {
             let block = decoder.decode(packet).map_err(problem)?;
             block.copy_to_vec_interleaved(samples);
@@ -177,7 +198,7 @@ fn decoder(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Decoder,
         .map_or(1, |channels| channels.count());
     let mut decoder = OpusDecoder::new(OPUS_RATE, channels).map_err(|_| {
         let what = format!("Opus with {channels} channels");
-        Problem::unsupported(what, "convert it: ffmpeg -i FILE.opus FILE.wav")
+        Problem::unsupported(what, CONVERT)
     })?;
     // The output gain that the header demands, in 1/256 dB, behind the version, the channels, the delay and the rate.
     let head = coding.extra_data.as_deref();
@@ -208,12 +229,12 @@ fn problem(error: Error) -> Problem {
         Error::IoError(error) if error.kind() != ErrorKind::UnexpectedEof => {
             Problem::Unreadable(error)
         }
+        // The index is written last.
+        Error::Unsupported(what) if what.contains("moov") => {
+            Problem::damaged(FORMAT, "its end with the index of the samples is missing")
+        }
         Error::Unsupported(what) => {
-            let what = format!("this kind of sound ({what})");
-            Problem::unsupported(
-                what,
-                "save it as WAV or FLAC, for example with ffmpeg -i FILE FILE.wav",
-            )
+            Problem::unsupported(format!("this kind of sound ({what})"), CONVERT)
         }
         error => Problem::damaged(FORMAT, error),
     }

@@ -68,7 +68,7 @@ impl<R: BufRead + Seek> Text<R> {
             .skip_while(|(_, row)| !is_row_of_numbers(row))
             .collect();
         let Some((first, row)) = rows.first() else {
-            return Err(Problem::no_samples("headings or comments"));
+            return Err(Problem::NoNumbers);
         };
         let separator = separator_of(row);
         let (given, have) = widths(separator, row);

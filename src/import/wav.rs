@@ -136,7 +136,7 @@ fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
     let width = bits.div_ceil(8);
     if channels == 0 || frame != channels * width {
         return Err(damaged(&format!(
-            "it declares {bits} bits for each of {channels} channels, and {frame} bytes for all of them"
+            "its header states {channels} x {bits} bits per sample, but a block size of {frame} x 8 bits"
         )));
     }
     let rate = u32_at(&chunk, 4);

@@ -20,6 +20,9 @@ pub const MIN_POINTS: usize = 10;
 /// Slip speed times creep factor below which a point is in the creep region: its coefficient is reduced by 0.7 % there.
 const CREEP_REGION: f64 = 5.0;
 
+/// Slip speed that joints and squealing brakes do not reach, m/s.
+const FAST: f64 = 5.0;
+
 /// Largest coefficient of friction of a scene.
 pub const LARGEST_COEFFICIENT: f64 = 10.0;
 
@@ -86,8 +89,15 @@ impl FrictionFit {
         }
     }
 
-    fn find_doubts(&self) -> Vec<String> {
+    /// What is doubtful about the law, fitted to points up to a speed, m/s.
+    fn find_doubts(&self, fastest: f64) -> Vec<String> {
         let mut doubts = Vec::new();
+        if fastest > FAST {
+            doubts.push(format!(
+                "the speeds reach {fastest} m/s, and joints and squealing brakes slide below {FAST} m/s: if they are in mm/s, \
+                 divide them by 1000"
+            ));
+        }
         let remedy = "use the points as they are, with law = \"table\"";
         if self.runs_score < -1.96 {
             doubts.push(format!(
@@ -134,10 +144,10 @@ pub enum FrictionFitError {
         /// Number of points.
         have: usize,
     },
-    /// The points are as well described by a constant coefficient.
+    /// The points are as well described by a constant coefficient, or increase.
     #[error(
-        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {mu}, or measure \
-         with less scatter"
+        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {mu}, law = \"table\" \
+         if it increases, or measure with less scatter"
     )]
     NoDecrease {
         /// The constant coefficient.
@@ -171,12 +181,16 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
     // Known deviations are taken as they are, unless the points scatter more.
     let least_scale = if known { 1.0 } else { 0.0 };
     let scale = |sum: f64, freedom: usize| (sum / freedom as f64).max(least_scale);
+    let fastest = points[points.len() - 1].speed;
     let (stribeck, least) = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum));
     let (mu, constant) = constant_coefficient(&points, creep);
     // F test of the two numbers more; the quantile of two degrees of freedom is elementary.
     let quantile = 0.5 * freedom as f64 * (0.05_f64.powf(-2.0 / freedom as f64) - 1.0);
     let is_significant = 0.5 * (constant - least) > quantile * scale(least, freedom);
-    if !is_significant {
+    let half = points.len() / 2;
+    let sum_of = |part: &[FrictionPoint]| part.iter().map(|point| point.coefficient).sum::<f64>();
+    let increases = sum_of(&points[..half]) < sum_of(&points[points.len() - half..]);
+    if !is_significant || stribeck.is_none() && increases {
         let [value, variance] = mu;
         let half_width =
             student(points.len() - 1) * (variance * scale(constant, points.len() - 1)).sqrt();
@@ -223,7 +237,7 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         points_in_creep_region: in_creep_region.count(),
         doubts: Vec::new(),
     };
-    fit.doubts = fit.find_doubts();
+    fit.doubts = fit.find_doubts(fastest);
     Ok(fit)
 }
 
@@ -457,6 +471,25 @@ mod tests {
         );
         let chi_square = fit.chi_square_per_degree.unwrap();
         assert!((0.3..2.0).contains(&chi_square), "{chi_square}");
+    }
+
+    #[test]
+    fn an_increase_and_high_speeds_are_named() {
+        let mut rising = points(0.001, 5);
+        for point in &mut rising {
+            point.coefficient = 0.2 + 0.5 * point.speed;
+        }
+        let refused = fit_friction(&rising, LAW.creep).unwrap_err();
+        assert!(
+            matches!(refused, FrictionFitError::NoDecrease { .. }),
+            "{refused}"
+        );
+        let mut fast = points(0.01, 1);
+        for point in &mut fast {
+            point.speed *= 100.0;
+        }
+        let doubts = fit_friction(&fast, LAW.creep).unwrap().doubts;
+        assert!(doubts[0].contains("if they are in mm/s"), "{doubts:?}");
     }
 
     #[test]

@@ -147,7 +147,7 @@ fn an_ordinary_squeak_is_an_event() {
     let dir = TestDir::new();
     dir.wav("squeak.wav", 44_100, 1, &quantised(&squeak(0.2)));
     let (json, [text, _]) = dir.analyse_and_print("squeak.wav --figures figures");
-    assert!(text.starts_with("tonal events\n"), "{text}");
+    assert!(text.starts_with("events\n"), "{text}");
     assert!(text.contains("in event 1, demodulated"), "{text}");
     let events = json["events"].as_array().expect("a list");
     assert_eq!(events.len(), 1, "{events:?}");

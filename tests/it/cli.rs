@@ -415,7 +415,7 @@ fn completions_and_man_pages_are_written() {
     refused(test.path(), &["man", "file"]);
 }
 
-/// Exponents that decide name the attractor; otherwise the last displacement is classified, whether or not the scene asks
+/// Exponents that decide give the type of motion; otherwise the last displacement is classified, whether or not the scene asks
 /// for that.
 #[test]
 fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
@@ -430,7 +430,7 @@ fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
     };
     let chaotic = run("chaos-5deg", &[]);
     assert_eq!(chaotic["exponents"]["attractor"], "chaos");
-    assert_eq!(chaotic["motion"], "chaos");
+    assert_eq!(chaotic["motion"], "chaotic");
     assert_eq!(chaotic["motion_confidence"], serde_json::Value::Null);
     let plain = ["analysis=absent", "mechanism=absent"];
     for set in [&plain[..], &[]] {
@@ -443,6 +443,7 @@ fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
     }
     let less_friction = run("periodic-2deg", &["friction.mu_s=0.25"]);
     assert_eq!(less_friction["quiet"], true);
+    assert_eq!(less_friction["motion"], "fixed point");
     let damped = [&plain[..], &["damping.ratio=0.08", "duration_ms=200"]].concat();
     let cured = run("periodic-2deg", &damped);
     assert_eq!(

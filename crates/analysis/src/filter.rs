@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
+use crate::tones::Line;
+
 /// Width of the transition beyond each edge of the pass band, relative to the frequency of the edge.
 const TRANSITION: f64 = 0.2;
 
@@ -67,7 +69,7 @@ pub(super) fn with_gain(
 }
 
 /// Half of the samples used per interpolated sample.
-pub(super) const HALF_TAPS: usize = 24;
+pub const HALF_TAPS: usize = 24;
 
 /// Weights of the samples from `1 - HALF_TAPS` to `HALF_TAPS` after one, for the value a share (0 to 1) of a sample
 /// after it: a windowed sinc. Frequencies up to 0.45 of the rate are kept to 60 dB.
@@ -86,8 +88,23 @@ pub(super) fn taps(share: f64) -> [f64; 2 * HALF_TAPS] {
     })
 }
 
-/// Samples at `factor` times the rate, without the first and last [`HALF_TAPS`] samples.
-pub(super) fn upsampled(samples: &[f64], factor: usize) -> Vec<f64> {
+/// Least samples per period of the highest line of at least a hundredth of the strongest one, for sections and
+/// neighbours. Twelve take half as long again, and no more is right.
+const DENSE: usize = 8;
+
+/// The factor by which [`upsampled`] makes a signal with these lines, strongest first, dense enough for sections and
+/// neighbours; 1 if it is.
+pub fn upsampling(lines: &[Line], sample_rate: f64) -> usize {
+    let strong = lines
+        .iter()
+        .filter(|line| line.amplitude > 0.01 * lines[0].amplitude);
+    let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
+    ((DENSE as f64 * highest / sample_rate).ceil() as usize).max(1)
+}
+
+/// Samples at `factor` times the rate, band-limited. The first is the sample with the index `HALF_TAPS - 1`, as each
+/// depends on [`HALF_TAPS`] samples on either side; there are none from fewer than twice as many samples.
+pub fn upsampled(samples: &[f64], factor: usize) -> Vec<f64> {
     let phases: Vec<_> = (0..factor)
         .map(|phase| taps(phase as f64 / factor as f64))
         .collect();

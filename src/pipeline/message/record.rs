@@ -208,8 +208,9 @@ pub struct Summary {
     pub at_rest: bool,
     /// Whether the joint is quiet in the last window: its peak velocity is below 1 % of the sliding speed.
     pub quiet: bool,
-    /// Type of motion at the end: `at rest`; or the attractor, if Lyapunov exponents decide on it; or else the type by the
-    /// last classification of the displacement. `None` if the run is too short.
+    /// Type of motion at the end: `at rest`; or the type of the attractor, if Lyapunov exponents decide on it, such as
+    /// `periodic`, `quasi-periodic`, `chaotic` or `fixed point`; or else the type by the last classification of the
+    /// displacement. `None` if the run is too short.
     pub motion: Option<String>,
     /// Confidence of a classification, 0 to 1; `None` without one, and if it is undetermined.
     pub motion_confidence: Option<f64>,

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use super::stage::samples;
 use super::tones::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
-    regime::{RegimeSearch, Verdict, classify},
+    regime::{Regime, RegimeSearch, Verdict, classify},
     sliding::History,
     tones::{Bases, SpectrumAnalyser},
 };
+use crate::dynamics::Attractor;
 use crate::pipeline::message::{Exponents, Frame, Header, JointInfo, Record, Subject, Summary};
 use crate::scene::SpectrumSpec;
 
@@ -95,6 +96,14 @@ impl SummaryStage {
         exponents.filter(|exponents| exponents.attractor().is_decided())
     }
 
+    /// Whether the intervals of all exponents are negative. A vibration that friction does not sustain then decays, even if
+    /// the average is too short to tell its slowest decay from a zero exponent.
+    fn decays(&self) -> bool {
+        let exponents = self.so_far.exponents.as_ref();
+        let exponents = exponents.map_or(&[][..], |found| &found.spectrum.exponents);
+        !exponents.is_empty() && exponents.iter().all(|exponent| exponent.high() < 0.0)
+    }
+
     /// Type of motion, spectral lines, amplitude, peak velocity, and what is known so far. A run too short for a spectrum
     /// has no lines, and neither has a vibration at rest.
     pub fn summary(&self) -> Summary {
@@ -114,7 +123,9 @@ impl SummaryStage {
         if summary.at_rest {
             summary.motion = Some("at rest".to_owned());
         } else if let Some(exponents) = self.decided_exponents() {
-            summary.motion = Some(exponents.attractor().to_string());
+            summary.motion = Some(type_of(exponents.attractor()));
+        } else if summary.quiet && self.decays() {
+            summary.motion = Some(type_of(Attractor::FixedPoint));
         } else if let Some(verdict) = &verdict {
             summary.motion_confidence = verdict.decided_confidence();
             summary.motion = Some(verdict.name());
@@ -122,5 +133,15 @@ impl SummaryStage {
         summary.verdict = verdict;
         summary.amplitude_m = half_range(displacement);
         summary
+    }
+}
+
+/// The type of motion on an attractor, in the words of a classification where it has one.
+fn type_of(attractor: Attractor) -> String {
+    match attractor {
+        Attractor::Cycle | Attractor::PhaseLocked => Regime::Periodic.to_string(),
+        Attractor::Torus(_) => Regime::QuasiPeriodic.to_string(),
+        Attractor::Chaos | Attractor::Hyperchaos(_) => Regime::Chaotic.to_string(),
+        attractor => attractor.to_string(),
     }
 }

@@ -17,6 +17,7 @@ use crate::analysis::{
         false_neighbours,
     },
     events::{TonalEvent, TonalEvents},
+    filter::{HALF_TAPS, upsampled, upsampling},
     levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
@@ -122,7 +123,8 @@ pub fn analyse_signal(
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section = embedding.try_map(|found| section(studied, newest, found.choice.lag))?;
+    let section =
+        embedding.try_map(|found| section(studied, newest, &spectrum, found.choice.lag))?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
         let criterion = RegimeSearch {
@@ -342,10 +344,7 @@ pub(super) fn period_of(
     rate: f64,
 ) -> f64 {
     let frequency = event_hz.or_else(|| Some(lines.first()?.line.frequency));
-    match frequency {
-        Some(frequency) => rate / frequency,
-        None => 4.0 * lag.unwrap_or(1) as f64,
-    }
+    frequency.map_or(4.0 * lag.unwrap_or(1) as f64, |frequency| rate / frequency)
 }
 
 impl RecurrenceAnalysis {
@@ -475,11 +474,25 @@ fn picture(
     RecurrenceImage::new(vectors, &picks, &criterion, window, 1.0 / rate)
 }
 
-/// The newest crossings of the mean level.
-fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSection, AnalysisError> {
+/// The newest crossings of the mean level, located between interpolated samples.
+fn section(
+    signal: &Signal,
+    newest: &[f64],
+    spectrum: &Spectrum,
+    lag: usize,
+) -> Result<PoincareSection, AnalysisError> {
     let level = mean(newest);
-    let mut found = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    let factor = upsampling(&spectrum.lines(&LineCriterion::default()), signal.rate);
+    let (dense, first) = match factor {
+        1 => (newest.to_vec(), 0),
+        _ => (upsampled(newest, factor), HALF_TAPS - 1),
+    };
+    let lag = lag * factor;
+    let mut found = delay_section(&dense, lag, SECTION_DIMENSION, level, Direction::Rising)?;
     found.drain(..found.len().saturating_sub(MAX_CROSSINGS));
+    for crossing in &mut found {
+        crossing.sample = first as f64 + crossing.sample / factor as f64;
+    }
     let ahead = (signal.samples.len() - newest.len()) as f64;
     let point = |crossing: &Crossing| SectionPoint {
         time_s: signal.time(ahead + crossing.sample),
@@ -491,13 +504,10 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSectio
     Ok(PoincareSection {
         level,
         shape: section_shape(&points, high - low),
-        mean_return_time_s: match &found[..] {
-            [first, .., last] => {
-                let returns = (found.len() - 1) as f64;
-                Some((last.sample - first.sample) / returns / signal.rate)
-            }
-            _ => None,
-        },
+        mean_return_time_s: (crossings.len() > 1).then(|| {
+            let span = crossings[crossings.len() - 1].time_s - crossings[0].time_s;
+            span / (crossings.len() - 1) as f64
+        }),
         crossings,
     })
 }

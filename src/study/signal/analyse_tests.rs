@@ -1,6 +1,7 @@
 //! The analysis of a signal: thresholds, ranges.
 
 use super::*;
+use crate::analysis::poincare::SectionShape;
 use crate::test_signals::{noise, sines};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {
@@ -77,6 +78,37 @@ fn a_tone_in_noise_is_not_called_chaotic() {
         "{:?}",
         report.verdict
     );
+}
+
+/// The third harmonic has 2.6 samples per period: between them, a polynomial is wrong by 3 % of the amplitude.
+#[test]
+fn the_section_of_a_periodic_signal_is_one_point() {
+    const RATE: f64 = 48_000.0;
+    const F1: f64 = 6200.7;
+    let tones: Vec<_> = (1..=3)
+        .map(f64::from)
+        .map(|k| (k * F1, 0.3 / k, 1.7 * k))
+        .collect();
+    let signal = Signal {
+        name: "squeak".to_owned(),
+        unit: "FS".to_owned(),
+        rate: RATE,
+        start: 2.0,
+        samples: sines(RATE, 30_000, &tones),
+    };
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| Ok(())).unwrap();
+    let section = report.section.get().unwrap();
+    assert_eq!(section.shape, SectionShape::Points(1));
+    let period = section.mean_return_time_s.unwrap();
+    assert!((period * F1 - 1.0).abs() < 1e-6, "{period}");
+    // Times are those of the recording.
+    for crossing in &section.crossings {
+        let tone = |(f, a, phase): &(f64, f64, f64)| {
+            a * (std::f64::consts::TAU * f * (crossing.time_s - 2.0) + phase).sin()
+        };
+        let value: f64 = tones.iter().map(tone).sum();
+        assert!((value - crossing.at[0]).abs() < 1e-3, "{crossing:?}");
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Score, SignalAnalysis, TotalScore};
+use crate::analysis::events::EventKind;
 use crate::escape;
 use crate::number::fixed;
 use crate::report::{Block, Report, Table};
@@ -72,10 +73,12 @@ impl Report for AnalysedFiles {
                 let levels = row.ok()?.sound_levels.as_ref();
                 levels.map(|found| fixed(found.levels.a_weighted_level_db, 1))
             })
-            .right("events", |row| {
-                row.ok().map(|file| file.events().len().to_string())
+            .right("tones", |row| {
+                let events = row.ok()?.events().iter();
+                let tones = events.filter(|event| event.kind == EventKind::Tone);
+                Some(tones.count().to_string())
             })
-            .right("event, Hz", |row| {
+            .right("tone, Hz", |row| {
                 let event = row.ok()?.event();
                 event.map(|event| fixed(event.frequency_hz, 1))
             })
@@ -89,7 +92,10 @@ impl Report for AnalysedFiles {
             })
             .right("missed", |row| Some(score(row)?.missed.len().to_string()))
             .left("type of motion", |row| match row {
-                Ok(file) => file.verdict.get().ok().map(|it| it.regime.to_string()),
+                Ok(file) => Some(match file.verdict.get() {
+                    Ok(verdict) => verdict.regime.to_string(),
+                    Err(reason) => format!("skipped: {reason}"),
+                }),
                 Err(failed) => Some(escape::line(&failed.reason)),
             });
         let mut blocks = vec![table.into()];

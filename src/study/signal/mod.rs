@@ -70,7 +70,7 @@ pub use truth::{Label, LabelError, Score, TotalScore};
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::delay::choose_delay) |
 /// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
 /// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
-/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
+/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings, after band-limited interpolation to at least 8 samples per period of the highest line |
 /// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::chaos::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
 /// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::chaos::ZeroOneTest::recommended_stride) if larger |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -440,12 +440,10 @@ impl SignalAnalysis {
     pub fn highest_frequency(&self, margin: f64) -> f64 {
         let nyquist = 0.5 * self.signal.rate;
         let lines = self.tones.lines.iter().map(|named| named.line.frequency);
-        let events = self.events().iter();
-        let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
-        match lines.chain(events).fold(0.0, f64::max) {
-            highest if highest > 0.0 => (margin * highest).min(nyquist),
-            _ => nyquist,
-        }
+        let harmonic = |event: &TonalEvent| event.harmonics as f64 * event.frequency_high_hz;
+        let events = self.events().iter().map(harmonic);
+        let highest = lines.chain(events).reduce(f64::max);
+        highest.map_or(nyquist, |highest| (margin * highest).min(nyquist))
     }
 
     /// What the levels of the events are relative to.

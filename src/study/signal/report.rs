@@ -13,7 +13,7 @@ use crate::analysis::{
     levels::{LevelReference, SoundLevels},
     poincare::SectionShape,
     recurrence::{Measures, Threshold},
-    regime::Verdict,
+    regime::{Regime, Verdict},
     tones::Bases,
 };
 use crate::escape;
@@ -55,7 +55,9 @@ impl Report for SignalAnalysis {
             recurrence(states, &amount)
         }));
         blocks.extend(found("Poincare section", &self.section, |points| {
-            section(points, &amount)
+            let verdict = self.verdict.get();
+            let is_periodic = verdict.is_ok_and(|found| found.regime == Regime::Periodic);
+            section(points, is_periodic, &amount)
         }));
         blocks.extend(chaos(self));
         blocks
@@ -328,13 +330,14 @@ fn measures(measures: &Measures) -> [Block; 2] {
 }
 
 /// The shape of the Poincare section.
-fn section(section: &PoincareSection, amount: Amount<'_>) -> Vec<Block> {
+fn section(section: &PoincareSection, is_periodic: bool, amount: Amount<'_>) -> Vec<Block> {
     let shape = match section.shape {
         SectionShape::TooFew => "too few to classify the shape",
         SectionShape::Points(1) => "one point",
         SectionShape::Points(count) => &format!("{count} points"),
         SectionShape::Loop => "a loop",
         SectionShape::Arc => "an arc",
+        SectionShape::Cloud if is_periodic => "a cloud (noise spreads the points of the period)",
         SectionShape::Cloud => "a cloud",
     };
     let spacing = section.mean_return_time_s;
@@ -404,9 +407,9 @@ const LISTED: usize = 4;
 /// `duration_s` is that of the signal.
 fn sound(sound: &MeasuredSound, duration_s: f64, amount: Amount<'_>) -> Vec<Block> {
     let mut blocks = match &sound.tonal.events[..] {
-        [] => vec![Block::heading("no tonal events", "")],
+        [] => vec![Block::heading("no events", "")],
         events => vec![
-            Block::heading("tonal events", ""),
+            Block::heading("events", ""),
             event_table(events, sound.level_reference),
         ],
     };

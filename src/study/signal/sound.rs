@@ -90,11 +90,12 @@ impl MeasuredSound {
         let energy =
             |event: &TonalEvent| 10f64.powf(0.1 * event.level_db) * (event.end_s - event.start_s);
         let least = self.recording_level_db - WEAKEST_DB;
-        let events = self.tonal.events.iter().enumerate();
-        let events =
-            events.filter(|(_, event)| event.kind == EventKind::Tone && event.level_db >= least);
-        let strongest = events.max_by(|a, b| energy(a.1).total_cmp(&energy(b.1)));
-        strongest.map(|(index, _)| index)
+        let events = &self.tonal.events;
+        let is_loud =
+            |k: &usize| events[*k].kind == EventKind::Tone && events[*k].level_db >= least;
+        (0..events.len())
+            .filter(is_loud)
+            .max_by(|a, b| energy(&events[*a]).total_cmp(&energy(&events[*b])))
     }
 }
 

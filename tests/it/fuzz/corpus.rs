@@ -165,7 +165,7 @@ stored! {
     flac: "tone.flac";
     mp3: "tone.mp3";
     ogg: "tone.ogg", "tone.opus";
-    mp4: "tone.m4a";
+    mp4: "tone.m4a", "tone.aac";
     aiff: "tone.aiff";
     matlab: "plain.mat", "compressed.mat";
 }

@@ -8,7 +8,8 @@
 //!    descriptions of one partial, that of the greatest energy and coherence stays, without the sidebands of its
 //!    modulation.
 //! 4. *Events.* Partials at multiples of one frequency form a tone. A logistic model tells tones from narrow-band noise and
-//!    bursts, and all of them from noise, struck notes and speech.
+//!    bursts, and all of them from noise, struck notes and speech. Sidebands of a fast modulation, which sound with their
+//!    tone, are joined with it.
 //!
 //! A sung, bowed or blown note is a tonal event: nothing in the sound tells it from a squeak.
 
@@ -26,6 +27,7 @@ mod paths;
 mod result;
 mod ridge;
 mod search;
+mod sidebands;
 mod spectrogram;
 mod stretch;
 #[cfg(test)]

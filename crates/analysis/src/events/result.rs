@@ -83,7 +83,7 @@ pub struct TonalEvent {
     pub frequency_high_hz: f64,
     /// Number of harmonics found, the fundamental included.
     pub harmonics: usize,
-    /// Level of the event: mean power with its harmonics, dB relative to the level reference.
+    /// Level of the event: mean power with its harmonics and sidebands, dB relative to the level reference.
     pub level_db: f64,
     /// Signal-to-noise ratio: power of the fundamental over the noise in the third octave around it, dB.
     pub snr_db: f64,

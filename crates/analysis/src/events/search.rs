@@ -12,6 +12,7 @@ use super::modulation::{modulation, vibrato};
 use super::partial::Partial;
 use super::paths::ridges;
 use super::ridge::Ridge;
+use super::sidebands::join_sidebands;
 use super::spectrogram::{Peaks, peaks};
 use super::{EventKind, Hum, RidgePoint, TonalEvent, TonalEvents};
 use crate::stats::{mean, range};
@@ -91,7 +92,7 @@ pub fn tonal_events(
             ..event.clone()
         })
     });
-    let events = events.collect();
+    let events = join_sidebands(events.collect());
     Ok(TonalEvents { events, hum })
 }
 

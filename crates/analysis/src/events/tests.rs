@@ -460,3 +460,32 @@ fn a_squeak_louder_than_a_line_of_hum_beside_it_is_an_event() {
     assert!((found.events[0].frequency_hz - 1025.0).abs() < 3.0);
     assert!((found.events[0].start_s - 4.0).abs() < 0.1);
 }
+
+#[test]
+fn sidebands_of_a_modulated_tone_belong_to_it() {
+    let mut samples = background(2, 5.0);
+    let modulation = |t: f64| 0.1 * (1.0 + 0.5 * (TAU * 200.0 * t).cos());
+    let partials = [1.0, 0.5, 0.3];
+    tone(&mut samples, [1.0, 4.0], &partials, |_| 2000.0, modulation);
+    let found = events(&samples).events;
+    let [event] = &found[..] else {
+        panic!("{:?}", summary(&found))
+    };
+    assert!((event.frequency_hz - 2000.0).abs() < 1.0);
+    assert_eq!(event.harmonics, 3);
+    let level = 10.0 * (0.01 * (1.0 + 0.25 + 0.09) * (1.0 + 0.125_f64)).log10();
+    assert!((event.level_db - level).abs() < 0.3, "{}", event.level_db);
+
+    // Tones at other distances are tones of their own.
+    let mut samples = background(3, 5.0);
+    for (frequency, amplitude) in [(2000.0, 0.1), (1700.0, 0.05), (2230.0, 0.05)] {
+        tone(
+            &mut samples,
+            [1.0, 4.0],
+            &[1.0],
+            |_| frequency,
+            |_| amplitude,
+        );
+    }
+    assert_eq!(events(&samples).events.len(), 3);
+}

@@ -6,7 +6,7 @@
 use std::f64::consts::LN_2;
 
 use super::neighbourhood::{MIN_ERROR, Neighbourhood, PredictionError, REFERENCES};
-use crate::filter::upsampled;
+use crate::filter::{upsampled, upsampling};
 use crate::significant;
 use crate::{
     AnalysisError,
@@ -26,10 +26,6 @@ pub(super) const SECTIONS: usize = 8;
 /// Longest period considered in the section, crossings. Four multiples of it must fit into half of the
 /// crossings.
 const MAX_PERIOD: usize = 4;
-
-/// Least samples per period of the highest line of at least a hundredth of the strongest one, for sections and
-/// neighbours. Twelve take half as long again, and no more is right.
-const DENSE: usize = 8;
 
 /// An input of the model.
 #[derive(Clone, Debug)]
@@ -106,7 +102,7 @@ impl Features {
         let floor = spectrum.broadband_share();
         let white = floor * whiteness(&spectrum.floor());
         let levels = levels(&centred, power);
-        let centred = match samples_per_step(&lines, sample_rate) {
+        let centred = match upsampling(&lines, sample_rate) {
             1 => centred,
             factor => upsampled(&centred, factor),
         };
@@ -398,15 +394,6 @@ fn are_locked([f1, f2]: [f64; 2], uncertainty: f64) -> bool {
         let deviation = (q * f2 - p * f1).abs();
         p >= 1.0 && deviation <= 0.2 * uncertainty * (q * q + p * p).sqrt()
     })
-}
-
-/// Number of samples to interpolate per sample.
-fn samples_per_step(lines: &[Line], sample_rate: f64) -> usize {
-    let strong = lines
-        .iter()
-        .filter(|line| line.amplitude > 0.01 * lines[0].amplitude);
-    let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
-    ((DENSE as f64 * highest / sample_rate).ceil() as usize).max(1)
 }
 
 /// Change of equally spaced values from the first to the last on the least-squares line, and its size over its standard
