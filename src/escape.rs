@@ -41,7 +41,6 @@ fn escaped(text: &str, is_kept: fn(char) -> bool) -> String {
 }
 
 /// A path on one line.
-#[cfg(feature = "cli")]
 pub(crate) fn path(path: &std::path::Path) -> String {
     line(&path.to_string_lossy())
 }

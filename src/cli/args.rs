@@ -357,6 +357,21 @@ mod tests {
     }
 
     #[test]
+    fn a_comparison_takes_two_scenes_and_no_changes() {
+        assert!(parse("squeakscope scenes --compare a b").is_ok());
+        for rest in [
+            "--compare a",
+            "--compare a b --set time.seed=5",
+            "--compare a b c",
+        ] {
+            assert!(
+                parse(&format!("squeakscope scenes {rest}")).is_err(),
+                "{rest}"
+            );
+        }
+    }
+
+    #[test]
     fn exponents_are_a_positive_number_or_all() {
         assert_eq!(exponents("all"), Ok(None));
         assert_eq!(exponents("3"), Ok(Some(3)));

@@ -155,10 +155,12 @@ fn finish(
     files: Outputs<'_>,
     watch: Watch<'_>,
 ) -> Result<(), CliError> {
+    // An interrupt while the ends are searched leaves the table complete.
+    let lacks_points = result.interrupted;
     let result = result.concluded(plan, &mut watch.progress());
     files.finish(watch, Some(&plan.subject.name), &result, |files| {
         let figures = || sweep_figures(plan, &result.points);
-        write(plan, &result.points, result.interrupted, files, figures)
+        write(plan, &result.points, lacks_points, files, figures)
     })
 }
 

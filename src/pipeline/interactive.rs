@@ -376,7 +376,7 @@ impl Source for InteractiveSource {
         }
         match self.apply_changes() {
             // Stopped while a command was applied.
-            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
+            Err(PipelineError::Dynamics(DynamicsError::Stopped(_))) => return Ok(None),
             taken => taken?,
         }
         let Some(mut frame) = self.source.next_frame()? else {

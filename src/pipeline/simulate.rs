@@ -337,7 +337,7 @@ impl Source for Simulation {
         }
         let began = Instant::now();
         match self.advance_loading(Some(self.next_sample)) {
-            Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
+            Err(PipelineError::Dynamics(DynamicsError::Stopped(_))) => return Ok(None),
             other => other?,
         }
         let (first, count, rate) = (
@@ -351,7 +351,7 @@ impl Source for Simulation {
         for index in first..first + count {
             let time = index as f64 / rate;
             match motion.integrator.sample(time, &mut motion.z) {
-                Err(DynamicsError::Stopped { .. }) => break,
+                Err(DynamicsError::Stopped(_)) => break,
                 other => other?,
             }
             let [displacement, velocity] = observe(&motion.probe, &motion.z);

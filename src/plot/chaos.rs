@@ -30,7 +30,7 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
     let verdict = match region {
         Some(ScalingRegion { slope, error, .. }) => {
             let exponent = with_error(*slope, *error);
-            format!("largest Lyapunov exponent λ = {exponent} per s (± standard error)")
+            format!("largest exponent λ = {exponent} per s (± std. error)")
         }
         None => "no scaling region: no chaos, or too weak for this length".to_owned(),
     };

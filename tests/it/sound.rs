@@ -85,9 +85,13 @@ fn simulate(options: &[&str]) -> (Audio, String) {
         .expect("printed");
     let (loudest, unit) = loudest.split_once(' ').expect("a unit");
     let of_pressure = options.contains(&"pressure");
-    assert_eq!(unit, if of_pressure { "m/s^2" } else { "mm/s" });
-    let loudest: f64 = loudest.parse().expect("a number");
-    let loudest = if of_pressure { loudest } else { 1e-3 * loudest };
+    let factor = match unit {
+        "m/s^2" if of_pressure => 1.0,
+        "mm/s" if !of_pressure => 1e-3,
+        "µm/s" if !of_pressure => 1e-6,
+        unit => panic!("{unit}"),
+    };
+    let loudest = factor * loudest.parse::<f64>().expect("a number");
     let heard = heard.to_owned();
     (Audio::read(&desk.path().join("squeak.wav"), loudest), heard)
 }

@@ -203,7 +203,7 @@ impl Steppers {
         };
         let implicit = method.needs_derivative().then(|| {
             let derivative = sys.differentiable().ok_or(NO_DERIVATIVE)?;
-            Ok(Rosenbrock::new(sys, derivative))
+            Ok::<_, DynamicsError>(Rosenbrock::new(sys, derivative))
         });
         let chooses = method.name == MethodName::Auto;
         Ok(Self {

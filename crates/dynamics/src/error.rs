@@ -71,11 +71,8 @@ pub enum DynamicsError {
     },
     /// The stop flag was set ([`Integrator::set_stop_flag`](super::Integrator::set_stop_flag)). The integrator keeps the
     /// last accepted state, and times up to it can still be sampled.
-    #[error("stopped on request at t = {time} s")]
-    Stopped {
-        /// Time reached, s.
-        time: f64,
-    },
+    #[error("stopped")]
+    Stopped(#[from] Stopped),
     /// A parameter of the method is out of its range.
     #[error("{name} of the integrator is {value:e}: it must be {allowed}")]
     Parameter {

@@ -16,7 +16,7 @@ use crate::dynamics::{
     Sign, SolverStats,
 };
 
-use super::{OnProgress, POLL};
+use super::{OnProgress, POLL, Stopped};
 use crate::dynamics::equilibrium::Jacobian;
 use crate::pipeline::message::{Classification, MotionSegment};
 use crate::pipeline::{ChangeDetector, PipelineError, Simulation, Source as _};
@@ -219,12 +219,12 @@ pub fn lyapunov(
         begun: 0.0,
         study: LyapunovStudy::default(),
     };
-    let stopped = run.settle()?;
+    let settled = run.settle();
+    run.integrator.reset_growth();
     run.study.settle_s = run.time() - start;
-    run.study.ending = if stopped {
-        Ending::Stopped
-    } else {
-        run.average()?
+    run.study.ending = match settled.and_then(|()| run.average()) {
+        Err(DynamicsError::Stopped(_)) => Ending::Stopped,
+        ended => ended?,
     };
     run.study.simulated_s = run.time() - start;
     let mut study = run.study;
@@ -327,22 +327,20 @@ impl StudyRun<'_, '_> {
         self.start + self.samples as f64 * self.plan.sample_interval
     }
 
-    /// Lets the tangent vectors align; returns whether the study is stopped.
-    fn settle(&mut self) -> Result<bool, DynamicsError> {
+    /// Lets the tangent vectors align.
+    fn settle(&mut self) -> Result<(), DynamicsError> {
         let plan = self.plan;
         let last = (plan.settle / plan.sample_interval).ceil() as u64;
-        let mut stopped = false;
         for sample in 0..=last {
             let share = sample as f64 * plan.sample_interval / (plan.settle + self.needed);
-            stopped = sample.is_multiple_of(POLL)
-                && (self.progress)(share, "aligning the tangent vectors").is_err();
-            if stopped || sample == last {
-                break;
+            if sample.is_multiple_of(POLL) {
+                (self.progress)(share, "aligning the tangent vectors")?;
             }
-            self.advance()?;
+            if sample < last {
+                self.advance()?;
+            }
         }
-        self.integrator.reset_growth();
-        Ok(stopped)
+        Ok(())
     }
 
     /// The task, with the largest exponent so far.
@@ -384,7 +382,7 @@ impl StudyRun<'_, '_> {
                     });
                 }
                 if stopped {
-                    return Ok(Ending::Stopped);
+                    return Err(Stopped.into());
                 }
             }
         }

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, MethodName, System};
-use crate::study::Stopped;
 use std::time::Duration;
 
 #[path = "../../../crates/dynamics/tests/it/known/lorenz.rs"]

@@ -14,7 +14,7 @@ use super::events::{Events, SearchedStep};
 use super::step_controller::StepController;
 use super::stepper::{Law, switching};
 use super::tangents::Tangents;
-use super::{DynamicsError, ErrorEstimate, SolverStats, System};
+use super::{DynamicsError, ErrorEstimate, SolverStats, Stopped, System};
 
 /// Integrates a [`System`] and returns its state at any times in ascending order.
 ///
@@ -386,7 +386,7 @@ impl<'a> Integrator<'a> {
         if let Some(stop) = &self.stop
             && stop.load(Ordering::Relaxed)
         {
-            return Err(DynamicsError::Stopped { time: self.time() });
+            return Err(Stopped.into());
         }
         let time = self.time();
         if let Some(PerturbedTrajectory { integrator, .. }) = &mut self.perturbed {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::systems::{Duffing, Forced, Free, Lorenz, Unilateral, by_differences};
 use super::*;
-use squeakscope_dynamics::{Differentiable, DynamicsError};
+use squeakscope_dynamics::{Differentiable, DynamicsError, Stopped};
 
 #[test]
 fn an_equilibrium_stays_bitwise_unchanged() {
@@ -347,7 +347,8 @@ fn the_stop_flag_ends_stepping_and_keeps_the_state() {
         let time = stopped.time();
         stopped.sample(time, &mut z).unwrap();
         let error = stopped.sample(time + 1.0, &mut z).unwrap_err();
-        assert_eq!(error, DynamicsError::Stopped { time });
+        assert_eq!(error, DynamicsError::Stopped(Stopped));
+        assert_eq!(stopped.time(), time);
         stop.store(false, Ordering::Relaxed);
         unstopped.sample(3.0, &mut same).unwrap();
         stopped.sample(3.0, &mut z).unwrap();
