@@ -275,6 +275,11 @@ impl Report for RunResult<'_> {
         if let Some(audio) = &self.audio {
             blocks.push(Block::text(format!("sound: {audio}")));
         }
+        if !summary.facts.is_empty() {
+            blocks.push(Block::heading("lesson", ""));
+        }
+        let facts = summary.facts.iter().map(|fact| Block::Text(fact.line()));
+        blocks.extend(facts);
         blocks
     }
 
@@ -434,6 +439,28 @@ mod tests {
             .expect("saved")
             .len();
         assert_eq!(report["files"][0]["bytes"], size);
+    }
+
+    #[test]
+    fn a_run_reports_the_facts_of_its_lesson() {
+        let test = TestFolder::new();
+        test.run_scene("negative-slope --duration 100 --json @/out.json")
+            .expect("success");
+        let report = test.json();
+        let facts = report["facts"].as_array().expect("a list");
+        let fact = |name| facts.iter().find(|fact| fact["name"] == name);
+        let claim = fact("vibration").expect("a claim");
+        assert_eq!(claim["measured"], "grows");
+        assert_eq!(claim["agrees"], true);
+        let rate = fact("growth rate, while small").expect("a rate");
+        let [predicted, measured] = ["predicted", "measured"].map(|key| rate[key].as_f64());
+        let ratio = measured.expect("a number") / predicted.expect("a number");
+        assert!((ratio - 1.0).abs() < 0.01, "{rate}");
+        assert_eq!(rate["unit"], "1/s");
+        // A scene without a mechanism has no lesson.
+        test.run_scene("impact-oscillator --duration 10 --force --json @/out.json")
+            .expect("success");
+        assert_eq!(test.json()["facts"], serde_json::json!([]));
     }
 
     #[test]

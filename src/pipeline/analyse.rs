@@ -125,10 +125,12 @@ impl Analyser {
 
     /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,
     /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
-    /// and the distance of the perturbed trajectory. All other fields have default values.
+    /// and the distance of the perturbed trajectory; the facts of the lesson. All other fields have default values.
     pub fn summary(&self) -> Summary {
+        let lesson = self.lesson.as_ref();
         Summary {
             simulated_s: self.clock.elapsed(),
+            facts: lesson.map_or_else(Vec::new, |lesson| lesson.lesson(0.0).facts()),
             ..self.summary.summary()
         }
     }

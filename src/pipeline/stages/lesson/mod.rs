@@ -116,16 +116,21 @@ impl LessonStage {
         })
     }
 
-    /// Emits the measurements if they have changed.
+    /// The lesson at a time, s.
+    pub fn lesson(&self, time: f64) -> Lesson {
+        Lesson {
+            time,
+            computed: Arc::clone(&self.computed),
+            measured: self.measurements(),
+        }
+    }
+
+    /// Emits the lesson if the measurements have changed.
     fn send(&mut self, time: f64, records: &mut Vec<Record>) {
-        let measured = self.measurements();
-        if self.sent.as_ref() != Some(&measured) {
-            self.sent = Some(measured.clone());
-            records.push(Record::Lesson(Arc::new(Lesson {
-                time,
-                computed: Arc::clone(&self.computed),
-                measured,
-            })));
+        let lesson = self.lesson(time);
+        if self.sent.as_ref() != Some(&lesson.measured) {
+            self.sent = Some(lesson.measured.clone());
+            records.push(Record::Lesson(Arc::new(lesson)));
         }
     }
 
