@@ -1,5 +1,5 @@
 //! Text for the results of a run: Markdown from the templates under `assets/text`, filled with the values of
-//! an observation.
+//! an observation, and lessons.
 //!
 //! The pipeline sends values ([`Observation`], [`Lesson`]); the sink that displays them calls this module to
 //! turn them into text. The template values of a sweep are in `record/sweep/description.rs`.

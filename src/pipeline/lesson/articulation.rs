@@ -132,10 +132,7 @@ fn pass(facts: &mut Facts<'_>, predicted: Option<&UnstablePass>, found: Option<&
         facts.predicted(&name("largest growth rate"), rate, "1/s");
     }
     let is_over = found.is_some_and(|pass| pass.has_ended);
-    for (end, k) in [
-        ("start of growth and squeak", 0),
-        ("end of growth and squeak", 1),
-    ] {
+    for (end, k) in [("start of squeak", 0), ("end of squeak", 1)] {
         let squeak = squeak.filter(|_| k == 0 || is_over);
         let fact = facts.found(&name(end), squeak.map(|tilts| tilts[k]), "rad");
         fact.predicted = growth.map(|tilts| tilts[k].into());

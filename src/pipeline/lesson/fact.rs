@@ -129,14 +129,9 @@ impl Facts<'_> {
     }
 
     /// Adds a measured number with its interval.
-    pub fn estimate(
-        &mut self,
-        name: &str,
-        value: Option<Measured>,
-        unit: &'static str,
-    ) -> &mut Fact {
-        let fact = self.found(name, value.map(|value| value.value), unit);
-        fact.half_width = value.map(|value| value.half_width);
+    pub fn estimate(&mut self, name: &str, x: Option<Measured>, unit: &'static str) -> &mut Fact {
+        let fact = self.found(name, x.map(|x| x.value), unit);
+        fact.half_width = x.map(|x| x.half_width);
         fact
     }
 

@@ -20,11 +20,8 @@ impl Facts<'_> {
         let regime = self.measured.regime;
         let unclear = [Regime::Transient, Regime::Noise, Regime::Undetermined];
         let clear = regime.filter(|regime| !unclear.contains(regime));
-        let fact = self.found(
-            MOTION,
-            regime.map(|regime| regime.to_string()).as_deref(),
-            "",
-        );
+        let text = regime.map(|regime| regime.to_string());
+        let fact = self.found(MOTION, text.as_deref(), "");
         fact.predicted = explained.map(|explained| explained.to_string().as_str().into());
         let both = explained.zip(clear);
         fact.agrees = both.map(|(explained, regime)| regime == explained);

@@ -159,7 +159,7 @@ pub fn facts(facts: &mut Facts<'_>) {
     if let Some((torus, birth)) = torus.and_then(|torus| Some((torus, torus.birth()?))) {
         facts.predicted(point, torus.tilt, "rad");
         facts.predicted("first tone there", birth.frequency_hz, "Hz");
-        facts.predicted("distance of the second tone", birth.second_hz, "Hz");
+        facts.predicted("distance of the second tone from it", birth.second_hz, "Hz");
         let ends = [torus.course.first(), torus.course.last()];
         for (end, at) in zip(["lower", "upper"], ends.into_iter().flatten()) {
             facts.predicted(&format!("{end} end of the branch"), at.tilt, "rad");
