@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::PipelineError;
 use super::endpoints::{Sink, SinkError};
+use super::lesson::LessonStage;
 use super::message::{Frame, Header, Observation, Record, Summary};
-use super::stages::{Clock, LessonStage, StageGroup, SummaryStage, stages};
+use super::stages::{Clock, StageGroup, SummaryStage, stages};
 use crate::scene::AnalysisSpec;
 
 /// The requested analyses.

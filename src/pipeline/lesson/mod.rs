@@ -1,4 +1,5 @@
-//! Lessons: each mechanism is declared once, with its explanation, its prediction and its facts.
+//! Lessons: each mechanism is declared once, with its explanation, its prediction and its facts. The stage of the lesson
+//! measures what the facts compare.
 
 mod articulation;
 mod contact;
@@ -6,13 +7,19 @@ mod fact;
 mod friction;
 mod growth;
 mod hysteresis;
+mod level;
 mod modes;
 mod prediction;
+mod second_tone;
+mod stage;
+mod tilt_history;
 mod torus;
 mod torus_birth;
+mod turning;
 
 pub use fact::{Fact, FactValue};
 pub(super) use prediction::{for_joint, for_small, sliding_speed};
+pub(super) use stage::LessonStage;
 pub(crate) use torus::MOTION;
 
 use self::fact::Facts;

@@ -4,22 +4,17 @@
 //! The stage observes the records of the other stages: its numbers agree with the displayed ones. It
 //! measures the rest itself. The prediction is in [`MechanismPrediction`].
 
-mod level;
-mod second_tone;
-mod tilt_history;
-mod turning;
-
 use std::sync::Arc;
 
-use self::level::Level;
-use self::second_tone::SecondTone;
-use self::tilt_history::TiltHistory;
-use self::turning::Turning;
-use super::stage::samples;
+use super::level::Level;
+use super::second_tone::SecondTone;
+use super::tilt_history::TiltHistory;
+use super::turning::Turning;
 use crate::pipeline::message::{
     ContactSample, Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction,
     NodeShares, Record, StatusKind, StatusShares, Subject, TiltedTone,
 };
+use crate::pipeline::stages::samples;
 use crate::scene::{AnalysisSpec, Evidence, Parameter};
 
 /// Minimum time between two lessons, s: a text that changes more often is unreadable.
