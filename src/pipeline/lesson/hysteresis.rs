@@ -57,4 +57,6 @@ pub fn facts(facts: &mut Facts<'_>) {
     facts.jumps();
     facts.found("last jump with rising tilt", tilts.last_up, "rad");
     facts.found("jump back, at a smaller tilt", tilts.back, "rad");
+    let both = tilts.last_up.zip(tilts.back);
+    facts.found("width of the loop", both.map(|(up, back)| up - back), "rad");
 }
