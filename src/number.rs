@@ -75,21 +75,6 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{value:.decimals$} %")
 }
 
-/// A dimensionless number: about three digits if small, no decimals if large.
-pub(crate) fn plain(x: f64) -> String {
-    match x.abs() {
-        100.0.. => format!("{x:.0}"),
-        10.0.. => format!("{x:.1}"),
-        0.1.. => format!("{x:.2}"),
-        _ => format!("{x:.4}"),
-    }
-}
-
-/// An angle (rad) in degrees, rounded to 0.1 degrees.
-pub(crate) fn tenths(angle: f64) -> f64 {
-    (10.0 * angle.to_degrees()).round() / 10.0
-}
-
 /// A number with this many decimals, without the sign of a value that rounds to zero.
 pub(crate) fn rounded(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");

@@ -36,6 +36,14 @@ def test_snapshots_of_the_contact_agree(run: s.Run) -> None:
     assert np.all(contact.normal_force[contact.state != 2] > 0)
 
 
+def test_a_run_has_the_facts_of_its_lesson() -> None:
+    summary = s.run("negative-slope", duration=0.1, samples=False).summary
+    facts = {fact.name: fact for fact in summary.facts}
+    assert facts["vibration"].measured == "grows" and facts["vibration"].agrees is True
+    rate = facts["growth rate, while small"]
+    assert rate.measured == pytest.approx(rate.predicted, rel=0.01) and rate.unit == "1/s"
+
+
 def test_lines_of_a_longer_run() -> None:
     lines = s.run("doubled-torus-3deg", duration=0.05, samples=False).lines
     assert 1000 < lines[0].frequency_hz < 20_000

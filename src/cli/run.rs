@@ -262,6 +262,28 @@ mod tests {
     }
 
     #[test]
+    fn a_run_reports_the_facts_of_its_lesson() {
+        let test = TestFolder::new();
+        test.run_scene("negative-slope --duration 100 --json @/out.json")
+            .expect("success");
+        let report = test.json();
+        let facts = report["facts"].as_array().expect("a list");
+        let fact = |name| facts.iter().find(|fact| fact["name"] == name);
+        let claim = fact("vibration").expect("a claim");
+        assert_eq!(claim["measured"], "grows");
+        assert_eq!(claim["agrees"], true);
+        let rate = fact("growth rate, while small").expect("a rate");
+        let [predicted, measured] = ["predicted", "measured"].map(|key| rate[key].as_f64());
+        let ratio = measured.expect("a number") / predicted.expect("a number");
+        assert!((ratio - 1.0).abs() < 0.01, "{rate}");
+        assert_eq!(rate["unit"], "1/s");
+        // A scene without a mechanism has no lesson.
+        test.run_scene("impact-oscillator --duration 10 --force --json @/out.json")
+            .expect("success");
+        assert_eq!(test.json()["facts"], serde_json::json!([]));
+    }
+
+    #[test]
     fn an_interrupted_run_keeps_its_results() {
         let test = TestFolder::new();
         test.stop.store(true, std::sync::atomic::Ordering::Relaxed);

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::PipelineError;
 use super::endpoints::{Sink, SinkError};
+use super::lesson::LessonStage;
 use super::message::{Frame, Header, Observation, Record, Summary};
-use super::stages::{Clock, LessonStage, StageGroup, SummaryStage, stages};
+use super::stages::{Clock, StageGroup, SummaryStage, stages};
 use crate::scene::AnalysisSpec;
 
 /// The requested analyses.
@@ -125,10 +126,12 @@ impl Analyser {
 
     /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,
     /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
-    /// and the distance of the perturbed trajectory. All other fields have default values.
+    /// and the distance of the perturbed trajectory; the facts of the lesson. All other fields have default values.
     pub fn summary(&self) -> Summary {
+        let lesson = self.lesson.as_ref();
         Summary {
             simulated_s: self.clock.elapsed(),
+            facts: lesson.map_or_else(Vec::new, |lesson| lesson.lesson(0.0).facts()),
             ..self.summary.summary()
         }
     }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::PipelineError;
-use super::computed::sliding_speed;
+use super::lesson::sliding_speed;
 use super::message::{
     ContactSample, EnergySample, Frame, JointInfo, ModeInfo, NodeState, PatchGeometry,
     PatchSnapshot,

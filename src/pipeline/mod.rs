@@ -2,7 +2,6 @@
 
 mod analyse;
 mod budget;
-mod computed;
 #[cfg(test)]
 mod control_tests;
 mod endpoints;
@@ -10,6 +9,7 @@ mod error;
 mod health;
 mod interactive;
 mod joint_body;
+pub mod lesson;
 pub mod message;
 mod motion_changes;
 mod prepare;

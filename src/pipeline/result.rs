@@ -129,6 +129,11 @@ impl Report for RunResult<'_> {
         if let Some(audio) = &self.audio {
             blocks.push(Block::text(format!("sound: {audio}")));
         }
+        if !summary.facts.is_empty() {
+            blocks.push(Block::heading("lesson", ""));
+        }
+        let facts = summary.facts.iter().map(|fact| Block::Text(fact.line()));
+        blocks.extend(facts);
         blocks
     }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::computed;
 use super::endpoints::Source;
 use super::interactive::RunState;
 use super::joint_body::JointBody;
+use super::lesson;
 use super::message::{DisplayRates, Frame, Header, MechanismPrediction, SmallInfo, Subject};
 use super::prepare::{boxed, kick, small_integrator, small_probe};
 use super::sensitivity::{SensitivityTracker, with_tangents};
@@ -71,14 +71,14 @@ impl Simulation {
         let (body, probe, (integrator, z), computed) = match &scene.subject {
             SystemSpec::Joint(tilted) => {
                 let (body, unstarted) = JointBody::new(scene, tilted)?;
-                let computed = computed::for_joint(scene, tilted, &body.ball, &body.joint)?;
+                let computed = lesson::for_joint(scene, tilted, &body.ball, &body.joint)?;
                 let probe = body.joint.probe().to_vec();
                 (Body::Joint(Box::new(body)), probe, unstarted, computed)
             }
             SystemSpec::Small(small) => {
                 let body = Body::Small(small_body::info(small, scene.sample_rate));
                 let unstarted = small_integrator(scene, small)?;
-                let computed = computed::for_small(scene, small);
+                let computed = lesson::for_small(scene, small);
                 (body, small_probe(small), unstarted, computed)
             }
         };

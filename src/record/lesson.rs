@@ -42,8 +42,7 @@ impl Lesson {
     pub fn write(&mut self, rec: &RecordingStream, now: &message::Lesson) {
         let words = crate::text::lesson(now);
         if words != self.text {
-            let document = text::document(text::lists(&words));
-            rec.log(paths::LESSON, now.time, &document);
+            rec.log(paths::LESSON, now.time, &text::document(&words));
             self.text = words;
         }
     }

@@ -26,27 +26,6 @@ pub fn document(markdown: impl AsRef<str>) -> TextDocument {
     TextDocument::from_markdown(text.replace("![", "!\\["))
 }
 
-/// Markdown with its tables of two columns as lists: a list wraps in a narrow view, and a table is clipped.
-pub fn lists(markdown: &str) -> String {
-    let line = |line: &str| {
-        let row = line.strip_prefix("| ");
-        let Some(row) = row.and_then(|row| row.strip_suffix('|')) else {
-            // The rule below the header of a table ends the paragraph of its name.
-            return if line.starts_with("|-") {
-                "\n".to_owned()
-            } else {
-                format!("{line}\n")
-            };
-        };
-        match row.split_once(" | ") {
-            Some((name, "")) => format!("**{}**\n", style::capitalize(name)),
-            Some((name, value)) => format!("* {name}: {}\n", value.trim()),
-            None => format!("{line}\n"),
-        }
-    };
-    markdown.lines().map(line).collect()
-}
-
 /// How to use the time cursor.
 fn moving(header: &Header) -> &'static str {
     match header.subject {

@@ -183,7 +183,7 @@ pub fn markdown(blocks: &[Block]) -> String {
 
 impl Cell {
     /// The text, bold unless its tone is plain.
-    fn markdown(&self) -> String {
+    pub(crate) fn markdown(&self) -> String {
         if self.tone == Tone::Plain || self.text.is_empty() {
             self.text.clone()
         } else {

@@ -1,5 +1,5 @@
 //! Text for the results of a run: Markdown from the templates under `assets/text`, filled with the values of
-//! an observation.
+//! an observation, and lessons.
 //!
 //! The pipeline sends values ([`Observation`], [`Lesson`]); the sink that displays them calls this module to
 //! turn them into text. The template values of a sweep are in `record/sweep/description.rs`.
@@ -12,22 +12,19 @@ mod template;
 #[cfg(test)]
 mod tests;
 
-use std::f64::consts::{LN_2, LN_10};
+use std::f64::consts::LN_2;
 
 use minijinja::context;
 use minijinja::value::{Serde, Value};
 
 use crate::dynamics::{Motion, Sign};
 use crate::number::{quantity, with_error};
-use crate::pipeline::message::{
-    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, MotionSegment,
-    Observation, Regime, Subject, TorusBirth, fastest, unstable,
-};
-use crate::scene::Mechanism;
-use template::{fill, lesson_name};
+use crate::pipeline::lesson::{Fact, MOTION};
+use crate::pipeline::message::{Exponents, Header, Lesson, MotionSegment, Observation, Subject};
+use crate::report::{Block, markdown};
+use crate::scene::Evidence;
+use template::fill;
 
-/// Velocity level over the sliding speed below which the vibration counts as inaudible.
-const SILENT: f64 = 1e-3;
 /// Number of exponents listed in a sentence.
 const EXPONENTS_SHOWN: usize = 4;
 
@@ -64,15 +61,41 @@ pub fn narration(observation: &Observation) -> String {
 
 /// A lesson as text: Markdown that starts with a heading `## ...`.
 pub fn lesson(lesson: &Lesson) -> String {
-    let name = lesson_name(lesson.computed.mechanism);
-    let mut text = tidy(&filled(&name, lesson_values(lesson)));
-    let changed = lesson.measured.changed.join(", ");
-    if !changed.is_empty() {
-        text += &format!(
-            "\n\n**Changed in this run: {changed}.** The computed numbers hold for the scene as written.\n"
+    let Lesson {
+        computed, measured, ..
+    } = lesson;
+    let facts = lesson.facts();
+    let mut remarks = String::new();
+    let is_other = |fact: &Fact| fact.name == MOTION && fact.agrees == Some(false);
+    if let Some(motion) = measured.regime.filter(|_| facts.iter().any(is_other)) {
+        remarks += &format!(
+            "**The motion is now classified as {motion}.** This lesson explains the motion for which the scene was \
+             written.\n\n"
         );
     }
-    text
+    let tilts = computed.tilt.zip(measured.tilt);
+    let tilts = tilts.map(|(from, to)| [from, to].map(|tilt| format!("{:.1}°", tilt.to_degrees())));
+    let evidence = computed.mechanism.evidence();
+    let is_ramp = matches!(
+        evidence,
+        Evidence::Turning | Evidence::Loop | Evidence::Birth
+    );
+    if let Some([from, to]) = tilts.filter(|[from, to]| from != to && !is_ramp) {
+        remarks += &format!("The load is now tilted by **{to}**; the lesson is for {from}.\n\n");
+    }
+    let changed = measured.changed.join(", ");
+    if !changed.is_empty() {
+        remarks += &format!(
+            "**Changed in this run: {changed}.** The computed numbers hold for the scene as written.\n\n"
+        );
+    }
+    let explanation = lesson.explanation();
+    let (heading, explanation) = explanation.split_once("\n\n").unwrap_or_default();
+    let facts = facts
+        .iter()
+        .map(|fact| format!("* {}", markdown(&[Block::Text(fact.line())])));
+    let facts: String = facts.collect();
+    format!("{heading}\n\n{remarks}{explanation}\n{facts}")
 }
 
 /// A Markdown table of the views of a run's recording and what each one shows.
@@ -140,74 +163,4 @@ fn each_with_error(exponents: &Exponents) -> Vec<String> {
     all.take(EXPONENTS_SHOWN)
         .map(|exponent| with_error(exponent.value, exponent.half_width))
         .collect()
-}
-
-/// Template variables of a lesson.
-fn lesson_values(lesson: &Lesson) -> Value {
-    let Lesson {
-        computed, measured, ..
-    } = lesson;
-    let line = measured.lines.first();
-    let near = line.and_then(|line| computed.unstable_near(line.frequency));
-    let reading = |reading: &FrictionReading| {
-        let values = Value::from(Serde(reading));
-        context! { unstable => Serde(unstable(&reading.modes)), ..values }
-    };
-    let readings = computed.readings.iter().flatten();
-    let exponents = measured.exponents.as_deref();
-    let alone = computed.memory.as_ref();
-    let alone = alone.map(|memory| &memory.modes_of_speed_alone[..]);
-    context! {
-        ln2 => LN_2,
-        ln10 => LN_10,
-        computed => Serde(&**computed),
-        measured => Serde(measured),
-        readings => readings.map(reading).collect::<Vec<_>>(),
-        fastest => computed.fastest(),
-        birth => computed.torus.as_ref().and_then(TorusBirth::birth).map(Serde),
-        memory_fastest => alone.and_then(fastest),
-        memory_unstable => alone.map(|modes| unstable(modes).len()),
-        unstable => Serde(computed.unstable()),
-        line => line.map(Serde),
-        near => near.map(|mode| mode.label.as_str()),
-        kick => computed.start.kick,
-        seed => computed.start.seed,
-        silent => silence(computed, measured),
-        motion => measured.regime.map(|regime| regime.to_string()),
-        contrary => contrary(computed.mechanism, measured.regime).map(|regime| regime.to_string()),
-        exponents => exponents.map(each_with_error),
-        attractor => exponents.map(|exponents| exponents.attractor().name()),
-    }
-}
-
-/// The level in words, if it is too small to be heard.
-fn silence(computed: &MechanismPrediction, measured: &Measurements) -> Option<&'static str> {
-    if measured.at_rest {
-        Some("at rest")
-    } else {
-        (measured.level < SILENT * computed.sliding_speed).then_some("silent")
-    }
-}
-
-/// The present type of motion, if it is clear and differs from the one that the lesson explains.
-fn contrary(mechanism: Mechanism, regime: Option<Regime>) -> Option<Regime> {
-    let explained = match mechanism {
-        Mechanism::Torus => Regime::QuasiPeriodic,
-        Mechanism::Chaos => Regime::Chaotic,
-        _ => return None,
-    };
-    let unclear = [Regime::Transient, Regime::Noise, Regime::Undetermined];
-    regime.filter(|regime| *regime != explained && !unclear.contains(regime))
-}
-
-/// Trims each line and collapses consecutive empty lines.
-fn tidy(text: &str) -> String {
-    let mut tidy = String::new();
-    for line in text.trim().lines().map(str::trim) {
-        if !line.is_empty() || !tidy.ends_with("\n\n") {
-            tidy += line;
-            tidy += "\n";
-        }
-    }
-    tidy
 }

@@ -6,10 +6,8 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use crate::analysis::tones::Bases;
 use crate::escape;
-use crate::number::{brief, percent, plain, quantity, short, tenths, with_error};
-use crate::scene::Mechanism;
+use crate::number::{brief, percent, quantity, short};
 
 /// The templates with their text.
 macro_rules! templates {
@@ -19,7 +17,6 @@ macro_rules! templates {
 }
 
 const TEMPLATES: &[(&str, &str)] = templates![
-    "macros",
     "views",
     "paper/caption",
     "paper/page",
@@ -30,27 +27,7 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "narration/vibration",
     "narration/separated",
     "narration/exponents",
-    "lesson/negative-slope",
-    "lesson/mode-coupling",
-    "lesson/stick-slip",
-    "lesson/lift-off",
-    "lesson/exchanged-friction",
-    "lesson/which-mode-wins",
-    "lesson/hysteresis",
-    "lesson/torus",
-    "lesson/torus-birth",
-    "lesson/chaos",
-    "lesson/prediction",
-    "lesson/bristles",
-    "lesson/contact-age",
-    "lesson/measured-friction",
-    "lesson/articulation",
 ];
-
-/// Name of the template of a mechanism's lesson.
-pub fn lesson_name(mechanism: Mechanism) -> String {
-    format!("lesson/{}", mechanism.name())
-}
 
 /// Renders a template with named values; a missing value is an error.
 pub fn fill(name: &str, values: Value) -> Result<String, Error> {
@@ -73,50 +50,22 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("quantity", with_unit);
     environment.add_filter("brief", briefly);
     environment.add_filter("percent", |x: Value| formatted(&x, percent));
-    environment.add_filter("plain", |x: Value| formatted(&x, plain));
-    environment.add_filter("per_second", |x: Value| {
-        formatted(&x, |x| format!("{} per s", plain(x)))
-    });
     environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
         let digits = digits.unwrap_or(1);
         formatted(&x, |x| format!("{:.digits$}°", x.to_degrees()))
     });
-    environment.add_filter("tenths", tenths);
     environment.add_filter("decimals", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$}"))
-    });
-    environment.add_filter("with_error", |x: Value, half_width: f64| {
-        formatted(&x, |x| with_error(x, half_width))
-    });
-    environment.add_filter("signed", |x: Value, digits: usize| {
-        formatted(&x, |x| format!("{x:+.digits$}"))
     });
     environment.add_filter("scientific", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$e}"))
     });
-    environment.add_filter("short", |x: Value| formatted(&x, |x| x.to_string()));
     // Labels of modes can come from a user's file.
     environment.add_filter("name", |x: &str| escape::markdown(x));
-    environment.add_filter("named", named);
-    environment.add_filter("beat", beat);
     environment.add_filter("mixed", mixed);
     environment.add_filter("harmonics", harmonics);
     environment.add_filter("halves", halves);
     Ok(environment)
-}
-
-/// The spectral line with a given label.
-fn named(lines: Vec<Value>, name: &str) -> Option<Value> {
-    lines.into_iter().find(|line| label(line) == name)
-}
-
-/// The beat frequency of the base frequencies of spectral lines, Hz: their lowest difference frequency.
-fn beat(lines: Vec<Value>) -> Option<f64> {
-    let frequency = |name: &str| {
-        let line = lines.iter().find(|line| label(line) == name)?;
-        f64::try_from(line.get_attr("frequency_hz").ok()?).ok()
-    };
-    Bases::of_names(frequency).beat()
 }
 
 /// The spectral lines that are integer combinations of both base frequencies.
@@ -177,12 +126,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_template_is_embedded_and_every_mechanism_has_one() {
+    fn every_template_is_embedded() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/text");
         let mut files = 0;
         for folder in [
             folder.clone(),
-            folder.join("lesson"),
             folder.join("narration"),
             folder.join("paper"),
             folder.join("sweep"),
@@ -191,10 +139,6 @@ mod tests {
             files += entries.filter(|entry| entry.path().is_file()).count();
         }
         assert_eq!(files, TEMPLATES.len());
-        for mechanism in Mechanism::ALL {
-            let name = lesson_name(*mechanism);
-            assert!(TEMPLATES.iter().any(|(known, _)| *known == name), "{name}");
-        }
     }
 
     #[test]

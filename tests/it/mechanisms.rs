@@ -24,7 +24,7 @@ fn every_mechanism_has_a_scene() {
     }
 }
 
-/// At the start of a run no lesson contains a measured number.
+/// At the start of a run no lesson contains a measurement.
 #[test]
 fn initial_lessons_contain_no_measured_numbers() {
     for preset in PRESETS {
@@ -33,23 +33,13 @@ fn initial_lessons_contain_no_measured_numbers() {
             continue;
         }
         let run = Run::of(&scene.with_duration(2.0).expect("valid"));
-        let (time, first) = run.lessons()[0];
-        assert_eq!(time, 0.0);
-        let (_, measured) = first.split_once("| measured").expect("a table");
-        let rows: Vec<&str> = measured
-            .lines()
-            .skip(2)
-            .take_while(|l| !l.is_empty())
-            .collect();
-        assert!(!rows.is_empty());
-        for row in rows {
-            assert!(
-                row.ends_with("| not yet measured |"),
-                "{}: {row}",
-                preset.name
-            );
+        assert_eq!(run.lessons()[0].0, 0.0);
+        let facts = run.first_facts();
+        assert!(!facts.is_empty(), "{}", preset.name);
+        for fact in facts {
+            let is_open = (&fact.measured, fact.agrees) == (&None, None);
+            assert!(is_open, "{}: {fact:?}", preset.name);
         }
-        assert!(!measured.contains("**"), "{}: {measured}", preset.name);
     }
 }
 
@@ -128,16 +118,12 @@ fn negative_slope_grows_at_the_computed_rate() {
     let expected = -0.5 * (20.0 * slope + 2.0 * 0.002 * std::f64::consts::TAU * 400.0);
     assert_close(run.computed().fastest().expect("a mode"), expected, 1e-9);
     assert_close(run.growth([0.01, 0.06]), expected, 0.01);
-    assert_close(
-        run.number("growth rate of the velocity level, while small"),
-        expected,
-        0.01,
-    );
-    assert_close(run.number("growth rate"), expected, 0.01);
+    assert_close(run.number("growth rate, while small"), expected, 0.01);
+    run.assert_confirmed("vibration", "grows");
     // The growth ends at the belt speed.
     let fastest = run.velocity().into_iter().fold(0.0, f64::max);
     assert_close(fastest, 0.02, 0.05);
-    assert!(run.number("share of time sticking, last 25 ms") > 1.0);
+    assert!(run.number("share of time sticking") > 0.01);
 
     // With more damping the vibration decays.
     let damped = Run::with(
@@ -148,7 +134,7 @@ fn negative_slope_grows_at_the_computed_rate() {
     let rate = damped.computed().fastest().expect("a mode");
     assert!(rate < -50.0 && damped.computed().unstable().is_empty());
     assert_close(damped.growth([0.01, 0.06]), rate, 0.02);
-    assert!(damped.last_lesson().contains("does not grow, as computed"));
+    damped.assert_confirmed("vibration", "does not grow");
 }
 
 #[test]
@@ -166,7 +152,7 @@ fn two_modes_flutter_above_the_critical_coefficient_only() {
     assert!(below.growth([0.1, 0.3]).abs() < 3.0);
     let peak = below.velocity().into_iter().fold(0.0, f64::max);
     assert!(peak < 1e-4, "{peak}");
-    assert!(below.last_lesson().contains("does not grow, as computed"));
+    below.assert_confirmed("vibration", "does not grow");
 
     for mu in [1.1 * critical, 0.4] {
         let above = at(mu);
@@ -174,7 +160,7 @@ fn two_modes_flutter_above_the_critical_coefficient_only() {
         assert!(rate > 20.0);
         // The stable mode has decayed by then, and the contact is still closed.
         assert_close(above.growth([3.0 / rate, 5.0 / rate]), rate, 0.05);
-        let reported = above.number("growth rate of the velocity level, while small");
+        let reported = above.number("growth rate, while small");
         assert_close(reported, rate, 0.1);
     }
     let run = at(0.4);
@@ -183,8 +169,8 @@ fn two_modes_flutter_above_the_critical_coefficient_only() {
         run.computed().modes[0].frequency_hz,
         0.01,
     );
-    let separated = run.number("share of time separated, last 25 ms");
-    assert!((10.0..60.0).contains(&separated), "{separated}");
+    let separated = run.number("share of time separated");
+    assert!((0.1..0.6).contains(&separated), "{separated}");
 }
 
 #[test]
@@ -203,8 +189,8 @@ fn nodes_stick_for_part_of_each_period() {
     assert!(stuck.contains(&0));
     let share = sticks.iter().filter(|sticks| **sticks).count() as f64 / sticks.len() as f64;
     assert!((0.2..0.8).contains(&share), "{share}");
-    let reported = run.number("share of time with at least half of the nodes sticking");
-    assert!((reported - 100.0 * share).abs() < 3.0, "{reported} {share}");
+    let reported = run.number("time with half of the nodes sticking");
+    assert!((reported - share).abs() < 0.03, "{reported} {share}");
     // While the nodes stick, the contact point moves with the socket.
     let (velocity, rate) = (run.velocity(), run.header.sample_rate);
     for (snapshot, sticks) in last.iter().zip(&sticks) {
@@ -224,9 +210,9 @@ fn stick_time_on_the_belt_agrees_with_the_closed_form() {
             .unwrap(),
     );
     let (slip, stick) = (1.552, 1.996);
-    let share = 100.0 * stick / (slip + stick);
-    let reported = run.number("share of time sticking, last 25 ms");
-    assert!((reported - share).abs() < 4.0, "{reported} {share}");
+    let share = stick / (slip + stick);
+    let reported = run.number("share of time sticking");
+    assert!((reported - share).abs() < 0.04, "{reported} {share}");
     assert_close(run.number("releases"), 1e3 / (slip + stick), 0.1);
 }
 
@@ -242,8 +228,8 @@ fn the_contact_separates_and_impacts() {
     let all =
         separated.iter().filter(|count| **count == nodes).count() as f64 / separated.len() as f64;
     assert!(mean > 0.1 && all > 0.05, "{mean} {all}");
-    let reported = run.number("nodes separated, mean over the last 25 ms");
-    assert!((reported - 100.0 * mean).abs() < 2.0, "{reported} {mean}");
+    let reported = run.number("separated nodes, mean");
+    assert!((reported - mean).abs() < 0.02, "{reported} {mean}");
     // A separated contact has no normal force; the peak force at impact exceeds the load.
     for (snapshot, separated) in last.iter().zip(&separated) {
         let force: f64 = snapshot.normal_force.iter().sum();
@@ -255,7 +241,7 @@ fn the_contact_separates_and_impacts() {
         .fold(0.0, f64::max);
     assert!(peak > 300.0, "{peak}");
     assert_close(run.number("separations per node"), run.dominant_hz(), 0.1);
-    assert!(run.last_lesson().contains("leaves the socket completely"));
+    assert_eq!(run.text("separation"), "of the whole contact");
 }
 
 #[test]
@@ -279,27 +265,28 @@ fn printed_parameters_are_stable_and_exchanged_ones_squeal() {
         last.iter().fold(0.0, |a: f64, v| a.max(v.abs()))
     };
     assert!(peak(&printed) < 1e-3 * speed);
-    assert!(printed.last_lesson().contains("**not grow**"));
-    assert_eq!(printed.value("strongest line"), "none, silent");
+    printed.assert_confirmed("vibration", "does not grow");
+    assert_eq!(printed.text("strongest line"), "none, silent");
     // Lines below the limit of rest are not named, and below a larger limit the joint is at rest.
     let floor = printed.header.rest_speed;
     assert!(printed.peaks().iter().all(|line| line.amplitude >= floor));
     let spectrum = "every_ms = 5";
     let floored = format!("{spectrum}\nrest_mm_per_s = 1");
     let still = Run::with("printed-friction", spectrum, &floored);
-    assert_eq!(still.value("strongest line"), "none, at rest");
+    assert_eq!(still.text("strongest line"), "none, at rest");
     assert!(still.peaks().is_empty());
     let (_, narrated) = still.narrations().pop().expect("commentary");
     assert!(narrated.starts_with("## At rest"), "{narrated}");
 
     assert!(peak(&exchanged) > 0.5 * speed);
-    assert!(exchanged.last_lesson().contains("grown into a **squeak**"));
+    exchanged.assert_confirmed("vibration", "grows");
+    assert!(exchanged.measured().growth_ended);
     // Four modes grow; the growth rate of their sum lies between theirs.
     let rates: Vec<f64> = unstable(&other.modes)
         .iter()
         .map(|mode| mode.growth)
         .collect();
-    let measured = exchanged.number("growth rate of the velocity level, while small");
+    let measured = exchanged.number("growth rate, while small");
     let [fastest, .., slowest] = rates[..] else {
         panic!("four modes");
     };
@@ -317,13 +304,10 @@ fn the_kick_determines_the_dominant_mode() {
     assert_eq!(run.computed().modes, other.computed().modes);
     assert_close(run.dominant_hz(), 12_430.0, 0.01);
     assert_close(other.dominant_hz(), 4113.0, 0.01);
-    assert!(run.last_lesson().contains("**4th bending** dominates"));
-    assert!(other.last_lesson().contains("**2nd bending** dominates"));
-    assert!(run.value("kick at the start").contains("seed 6"));
-    assert_eq!(
-        run.value("mode with the most energy, last 25 ms"),
-        "4th bending"
-    );
+    assert_eq!(run.text("mode of the strongest line"), "4th bending");
+    assert_eq!(other.text("mode of the strongest line"), "2nd bending");
+    assert_eq!(run.text("seed of the first kick"), "6");
+    assert_eq!(run.text("strongest mode, last 25 ms"), "4th bending");
     assert_eq!(run.computed().unstable().len(), 4);
 }
 
@@ -357,17 +341,11 @@ fn downward_and_upward_ramps_differ() {
         .find(|tone| tone.way == TiltDirection::Down && is_high(tone.frequency));
     let (left, back) = (left.expect("left").tilt, back.expect("back").tilt);
     assert!(left > back + 2f64.to_radians(), "{left} {back}");
-    let lesson = run.last_lesson();
-    let conclusion = lesson.lines().last().expect("a conclusion");
-    let tilts: Vec<f64> = conclusion
-        .split("**")
-        .filter_map(|part| part.strip_suffix('°')?.parse().ok())
-        .collect();
-    let [up, down] = tilts[..] else {
-        panic!("two tilts in `{conclusion}`");
-    };
-    assert!((up - left.to_degrees()).abs() < 0.5, "{up} {left}");
-    assert!((down - back.to_degrees()).abs() < 0.5, "{down} {back}");
+    let jumps = ["last jump with rising tilt", "jump back, at a smaller tilt"];
+    let [up, down] = jumps.map(|name| run.number(name));
+    assert!((up - left).to_degrees().abs() < 0.5, "{up} {left}");
+    assert!((down - back).to_degrees().abs() < 0.5, "{down} {back}");
+    assert_eq!(run.fact("line at the same tilt").agrees, Some(true));
 }
 
 #[test]
@@ -380,15 +358,17 @@ fn the_torus_beats_at_the_difference_frequency() {
     let difference = (line("f1") - line("f2")).abs();
     assert_close(difference, 240.0, 0.05);
     assert_close(run.number("difference frequency"), difference, 0.01);
+    assert_close(run.number("period of the beat"), 1.0 / difference, 0.01);
     assert_close(line("f1 + f2"), line("f1") + line("f2"), 1e-3);
-    assert!(run.last_lesson().contains("times per second"));
+    run.assert_confirmed("second tone", "present");
     // A periodic motion has no second frequency.
     let periodic = Run::with(
         "which-mode-wins",
         "\"which-mode-wins\"\n\n",
         "\"torus\"\n\n",
     );
-    assert_eq!(periodic.value("second tone f2"), "not yet measured");
+    assert_eq!(periodic.fact("second tone f2").measured, None);
+    assert_ne!(periodic.fact("second tone").agrees, Some(true));
 }
 
 #[test]
@@ -406,19 +386,9 @@ fn the_perturbed_trajectory_diverges() {
     assert!(last.distance > 100.0 * first.distance);
     let line = last.line.expect("a line");
     assert!(line.grows(), "{line:?}");
-    let value = run.value("doubling time");
-    let doubling: f64 = value
-        .split(' ')
-        .next()
-        .expect("a number")
-        .parse()
-        .expect("ms");
-    assert!(value.ends_with(" ms"));
-    assert_close(
-        doubling,
-        1e3 * std::f64::consts::LN_2 / line.rate_per_s,
-        0.06,
-    );
+    let doubling = std::f64::consts::LN_2 / line.rate_per_s;
+    assert_close(run.number("doubling time"), doubling, 0.01);
+    run.assert_confirmed("trajectories", "separate");
 }
 
 #[test]
@@ -428,10 +398,12 @@ fn the_dominant_mode_is_not_the_fastest_growing_one() {
     let fastest = computed.unstable()[0];
     assert_eq!(fastest.label, "1st bending");
     assert!(run.dominant_hz() > 5.0 * fastest.frequency_hz);
-    assert!(run.last_lesson().contains("they disagree"));
+    let dominates = run.fact("mode of the strongest line");
+    assert_eq!(dominates.predicted, Some("1st bending".into()));
+    assert_eq!(dominates.agrees, Some(false), "{dominates:?}");
     // Linear theory is valid for small amplitudes.
     let rates: Vec<f64> = computed.unstable().iter().map(|mode| mode.growth).collect();
-    let measured = run.number("growth rate of the velocity level, while small");
+    let measured = run.number("growth rate, while small");
     assert!(
         (0.9 * rates[3]..1.1 * rates[0]).contains(&measured),
         "{measured} {rates:?}"

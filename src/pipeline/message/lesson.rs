@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::frame::Kick;
 use super::observation::{Exponents, TrajectoryDivergence};
 use crate::analysis::{regime::Regime, tones::SpectralLine};
@@ -25,7 +23,7 @@ pub struct Lesson {
 
 /// Measurements of a run that demonstrates a mechanism. Shares refer to the last 25 ms. All are computed from
 /// samples at fixed instants of simulated time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measurements {
     /// Growth rate of the velocity level while the vibration is small, 1/s.
     pub growth: Option<Measured>,
@@ -70,12 +68,18 @@ pub struct Measurements {
     /// Distance of the perturbed trajectory: first and last value.
     pub separation: Option<[TrajectoryDivergence; 2]>,
     /// Last Lyapunov exponents.
-    #[serde(skip)]
     pub exponents: Option<Arc<Exponents>>,
 }
 
+impl Measurements {
+    /// Whether the growth rate is above zero by its interval; `None` if it is not measured.
+    pub fn grows(&self) -> Option<bool> {
+        self.growth.map(|rate| rate.value > rate.half_width)
+    }
+}
+
 /// The squeak while a joint turns in one direction, from one reversal to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SqueakPass {
     /// Direction in which the tilt changes.
     pub way: TiltDirection,
@@ -86,7 +90,7 @@ pub struct SqueakPass {
 }
 
 /// Level of the second tone of a torus that is born.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SecondToneLevel {
     /// Amplitude of its two side lines relative to that of the first tone, root of the sum of squares, in the last window.
     pub ratio: f64,
@@ -97,7 +101,7 @@ pub struct SecondToneLevel {
 }
 
 /// Growth of a small second tone over an interval of the tilt.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneGrowth {
     /// Tilts at the first and at the last window, rad.
     pub tilts: [f64; 2],
@@ -108,7 +112,7 @@ pub struct ToneGrowth {
 }
 
 /// Shares of contact nodes that stick or have separated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeShares {
     /// Mean share of sticking nodes, 0 to 1.
     pub stuck: f64,
@@ -127,7 +131,7 @@ pub struct NodeShares {
 }
 
 /// Shares of the states of a small system.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StatusShares {
     /// Share of the time in which it sticks, rests or touches, 0 to 1.
     pub held: f64,
@@ -136,7 +140,7 @@ pub struct StatusShares {
 }
 
 /// Loop over the tilt: the strongest spectral line over a tilt that rises and falls.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TiltLoop {
     /// Tilt of the last line, rad; `None` before the tilt changes.
     pub tilt: Option<f64>,
@@ -155,7 +159,7 @@ pub struct TiltLoop {
 }
 
 /// A change of the strongest spectral line.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneChange {
     /// Frequency before the change, Hz.
     pub from: f64,
@@ -178,7 +182,7 @@ pub struct LevelSample {
 }
 
 /// The strongest spectral line at a tilt.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TiltedTone {
     /// Tilt at the centre of the window of the spectrum, rad.
     pub tilt: f64,
@@ -189,8 +193,7 @@ pub struct TiltedTone {
 }
 
 /// Direction in which a tilt changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TiltDirection {
     /// Rising, or at the maximum.
     Up,
@@ -206,10 +209,9 @@ impl TiltDirection {
 }
 
 /// Predictions for a scene that demonstrates a mechanism.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MechanismPrediction {
     /// The mechanism.
-    #[serde(skip)]
     pub mechanism: Mechanism,
     /// Modes linearised about steady sliding under the initial load, tilt and rotation, in ascending order of
     /// frequency.
@@ -221,7 +223,6 @@ pub struct MechanismPrediction {
     /// Sliding speed in steady sliding, m/s.
     pub sliding_speed: f64,
     /// Initial conditions of the run.
-    #[serde(skip)]
     pub start: Start,
     /// Readings of the friction curve: as in the scene, and with its two slope factors exchanged.
     pub readings: Option<[FrictionReading; 2]>,
@@ -236,12 +237,11 @@ pub struct MechanismPrediction {
     /// A torus that is born while the tilt changes; `None` if no branch of periodic motions leads to one.
     pub torus: Option<TorusBirth>,
     /// Curves to draw.
-    #[serde(skip)]
     pub picture: Option<PredictedCurves>,
 }
 
 /// One reading (interpretation) of the friction curve, Eq. (5).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrictionReading {
     /// Slope factor of the creep range, s/m.
     pub creep: f64,
@@ -257,7 +257,7 @@ pub struct FrictionReading {
 
 /// A friction law with a state, for small oscillations about steady sliding; see
 /// [`OscillatingFriction`](crate::joint::OscillatingFriction).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrictionMemory {
     /// Slope of the coefficient in steady sliding, s/m.
     pub steady_slope: f64,
@@ -272,7 +272,7 @@ pub struct FrictionMemory {
 }
 
 /// A measured friction curve at the sliding speed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TableReading {
     /// Number of points.
     pub points: usize,
@@ -288,7 +288,7 @@ pub struct TableReading {
 }
 
 /// Growth of small vibrations while a joint turns from one reversal to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnstablePass {
     /// Direction in which the tilt changes.
     pub way: TiltDirection,
@@ -300,7 +300,7 @@ pub struct UnstablePass {
 }
 
 /// Birth of a torus at a Neimark-Sacker point of a periodic motion over the tilt, by Floquet multipliers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TorusBirth {
     /// Tilt of the Neimark-Sacker point, rad.
     pub tilt: f64,
@@ -309,7 +309,7 @@ pub struct TorusBirth {
 }
 
 /// A periodic motion, and the second tone that belongs to a pair of its Floquet multipliers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SecondToneGrowth {
     /// Tilt, rad.
     pub tilt: f64,
@@ -347,7 +347,7 @@ impl TorusBirth {
 }
 
 /// Coefficient of friction of two coupled modes, and the critical value for flutter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// Coefficient of friction of the run.
     pub mu: f64,

@@ -18,6 +18,7 @@ use crate::analysis::{
     tones::SpectralLine,
 };
 use crate::dynamics::{ErrorEstimate, SolverStats};
+use crate::pipeline::lesson::Fact;
 
 /// A message of an analysis stage to the sink.
 #[derive(Clone, Debug)]
@@ -231,6 +232,8 @@ pub struct Summary {
     pub exponents: Option<Exponents>,
     /// Final distance of the perturbed trajectory; `None` if not requested.
     pub divergence: Option<TrajectoryDivergence>,
+    /// Facts of the lesson at the end of the run; empty for a scene without a mechanism.
+    pub facts: Vec<Fact>,
     /// Mean rate of the displayed analysis: share of its windows that was computed; `None` if all were, without a
     /// budget.
     pub analysis_rate: Option<f64>,

@@ -3,7 +3,6 @@
 mod appearance;
 mod divergence;
 mod embedding;
-mod lesson;
 mod regime;
 mod section;
 mod stage;
@@ -12,8 +11,7 @@ mod summary;
 pub(super) mod synthetic_tests;
 mod tones;
 
-pub use lesson::LessonStage;
-pub use stage::{Clock, Context, Stage, StageGroup};
+pub use stage::{Clock, Context, Stage, StageGroup, samples};
 pub use summary::SummaryStage;
 
 use super::message::Header;

@@ -123,8 +123,7 @@ pub fn analyse_signal(
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section =
-        embedding.try_map(|found| section(studied, newest, &spectrum, found.choice.lag))?;
+    let section = embedding.try_map(|used| section(studied, newest, &spectrum, used.choice.lag))?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
         let criterion = RegimeSearch {

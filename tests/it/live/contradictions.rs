@@ -58,14 +58,16 @@ pub fn contradictions(panel: &Value) -> Vec<String> {
         found.push(format!("{motion}, but the header says {}", text("now")));
     }
     let regime = text("regime").split([' ', ':']).next().unwrap_or_default();
-    let types = text("lesson").lines().filter(|line| {
-        line.contains("by the last classification |")
-            || !panel["confidence"].is_null() && line.contains("now classified as ")
+    let types = text("lesson").lines().filter_map(|line| {
+        let is_type = line.contains("by the last classification: ")
+            || !panel["confidence"].is_null() && line.contains("now classified as ");
+        // What is measured is bold.
+        line.rsplit("**").nth(1).filter(|_| is_type)
     });
     found.extend(
         types
-            .filter(|line| !line.contains(regime))
-            .map(|line| format!("{regime}, but the lesson says {line}")),
+            .filter(|motion| !motion.contains(regime))
+            .map(|motion| format!("{regime}, but the lesson says {motion}")),
     );
     if regime == "at" && panel["lines"] != serde_json::json!([]) {
         found.push("lines of a system at rest".to_owned());

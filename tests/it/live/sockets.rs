@@ -271,15 +271,10 @@ fn a_lesson_states_that_the_tilt_has_changed() {
         let lesson = panel["lesson"].as_str();
         lesson.is_some_and(|lesson| lesson.contains(words))
     };
-    let first = control.panel(|panel| says(panel, "computed"));
+    let first = control.panel(|panel| says(panel, "predicted"));
     assert!(!says(&first, "tilted by"), "{first}");
     assert_eq!(control.ask(&tilt(5.0)), None);
-    control.panel(|panel| {
-        says(
-            panel,
-            "now tilted by **5.0°**; the computed values are for 3.5°",
-        )
-    });
+    control.panel(|panel| says(panel, "now tilted by **5.0°**; the lesson is for 3.5°"));
 }
 
 /// A recording is complete without resuming a paused run.

@@ -32,16 +32,13 @@ fn bristles_reduce_the_growth_of_a_vibration() {
         let growth = same.map(|other| other.growth).fold(0.0, f64::max);
         assert_close(mode.growth, share * growth, 0.15);
     }
-    let measured = run.number("growth rate of the velocity level, while small");
+    let measured = run.number("growth rate, while small");
     assert_close(measured, fastest, 0.1);
     assert!(measured < 0.5 * alone);
     let frequency = run.number("frequency, while small");
     assert_close(frequency, run.computed().unstable()[0].frequency_hz, 0.01);
-    let lesson = run.last_lesson();
-    assert!(
-        lesson.contains("the bristles explain the difference"),
-        "{lesson}"
-    );
+    let without = run.fact("growth rate, friction of the speed alone");
+    assert_eq!(without.agrees, Some(false), "{without:?}");
 }
 
 /// Another seed and another stiffness; and bristles so stiff that they change nothing.
@@ -49,11 +46,11 @@ fn bristles_reduce_the_growth_of_a_vibration() {
 fn lessons_on_bristles_hold_for_other_runs() {
     let other = Run::with("bristles", "seed = 11", "seed = 6");
     let (_, fastest) = memory(&other);
-    let measured = other.number("growth rate of the velocity level, while small");
+    let measured = other.number("growth rate, while small");
     assert_close(measured, fastest, 0.15);
     let stiffer = Run::with("bristles", "per_m = 2e5", "per_m = 6e5");
     let (memory_of, fastest) = memory(&stiffer);
-    let measured = stiffer.number("growth rate of the velocity level, while small");
+    let measured = stiffer.number("growth rate, while small");
     assert_close(measured, fastest, 0.15);
     assert!(fastest < 0.8 * message::fastest(&memory_of.modes_of_speed_alone).expect("a mode"));
     let stiff = Run::of(
@@ -61,9 +58,9 @@ fn lessons_on_bristles_hold_for_other_runs() {
             .with_duration(40.0)
             .expect("valid"),
     );
-    let lesson = stiff.last_lesson();
-    assert!(lesson.contains("growth would be the same"), "{lesson}");
-    assert!(!lesson.contains("explain the difference"), "{lesson}");
+    let (memory, fastest) = self::memory(&stiff);
+    let alone = message::fastest(&memory.modes_of_speed_alone).expect("a mode");
+    assert_close(fastest, alone, 0.05);
 }
 
 /// Modes grow below the critical frequency `V / (2 pi D_c) sqrt(b / a - 1)` only.
@@ -84,9 +81,8 @@ fn the_age_of_the_contact_stabilises_high_modes() {
             assert!(mode.frequency_hz < 1.05 * critical, "{mode:?} {critical}");
         }
         assert_eq!(run.computed().unstable().is_empty(), !grows);
-        let lesson = run.last_lesson();
         if grows {
-            let measured = run.number("growth rate of the velocity level, while small");
+            let measured = run.number("growth rate, while small");
             // The level is that of all unstable modes.
             let rates = run
                 .computed()
@@ -96,17 +92,10 @@ fn the_age_of_the_contact_stabilises_high_modes() {
             let slowest = rates.fold(fastest, f64::min);
             let between = (0.9 * slowest..1.05 * fastest).contains(&measured);
             assert!(between, "{measured} {slowest} {fastest}");
-            let below = lesson.contains("below the critical frequency.");
-            assert!(
-                below && lesson.contains("The vibration grows at "),
-                "{lesson}"
-            );
+            run.assert_confirmed("frequency of the growth", "below critical");
         } else {
-            assert!(lesson.contains("does not grow, as computed"), "{lesson}");
-            assert!(
-                !lesson.contains("below the critical frequency."),
-                "{lesson}"
-            );
+            run.assert_confirmed("vibration", "does not grow");
+            assert_eq!(run.fact("frequency of the growth").measured, None);
         }
     }
 }
@@ -122,14 +111,15 @@ fn a_measured_curve_drives_the_vibration_by_its_slope() {
     assert_close(low, -0.025 / 0.004, 1e-9);
     assert_close(high, -0.04 / 0.009, 1e-9);
     let fastest = run.computed().fastest().expect("a mode");
-    let measured = run.number("growth rate of the velocity level, while small");
+    let measured = run.number("growth rate, while small");
     assert_close(measured, fastest, 0.15);
-    assert!(!run.last_lesson().contains("above the last point"));
+    let above = |run: &Run| run.fact("slip speeds").measured == Some("above the last point".into());
+    assert!(!above(&run));
     // The vibration leaves a table that ends at 25 mm/s.
     let short = "    { speed_m_per_s = 0.040, mu = 0.38 },\n    { speed_m_per_s = 0.060, mu = 0.34 },\n    \
                  { speed_m_per_s = 0.100, mu = 0.31 },\n";
     let shorter = Run::with("measured-friction", short, "");
-    assert!(shorter.last_lesson().contains("above the last point"));
+    assert!(above(&shorter));
     let points = |values: [f64; 3]| {
         let points = [0.01, 0.016, 0.025].into_iter().zip(values);
         let points = points.map(|(v, mu)| format!("speed_m_per_s = {v:.3}, mu = {mu:.2} }},"));
@@ -140,7 +130,6 @@ fn a_measured_curve_drives_the_vibration_by_its_slope() {
         &points([0.5, 0.47, 0.43]),
         &points([0.4, 0.47, 0.55]),
     );
-    let lesson = rising.last_lesson();
-    assert!(rising.computed().unstable().is_empty(), "{lesson}");
-    assert!(lesson.contains("does not grow, as computed"), "{lesson}");
+    assert!(rising.computed().unstable().is_empty());
+    rising.assert_confirmed("vibration", "does not grow");
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use squeakscope::pipeline::lesson::{Fact, FactValue};
 use squeakscope::pipeline::message::{
-    DisplayRates, Header, LevelSample, Measurements, MechanismPrediction, PatchSnapshot, Record,
-    SpectralLine,
+    DisplayRates, Header, Lesson, LevelSample, Measurements, MechanismPrediction, PatchSnapshot,
+    Record, SpectralLine,
 };
 use squeakscope::pipeline::{Analyser, Monitor, Simulation, Source as _, run};
 use squeakscope::scene::{AnalysisSpec, Scene};
@@ -89,40 +90,69 @@ impl Run {
         lessons.map(|(time, text)| (*time, text.as_str())).collect()
     }
 
-    /// The measurements of the last lesson.
-    pub fn measured(&self) -> &Measurements {
-        let mut records = self.records.iter().rev();
-        let last = records.find_map(|record| match record {
-            Record::Lesson(lesson) => Some(&lesson.measured),
+    /// The lesson after the last sample, or before the first one.
+    fn lesson_record(&self, is_last: bool) -> &Lesson {
+        let mut lessons = self.records.iter().filter_map(|record| match record {
+            Record::Lesson(lesson) => Some(&**lesson),
             _ => None,
         });
-        last.expect("a lesson")
+        let found = if is_last {
+            lessons.next_back()
+        } else {
+            lessons.next()
+        };
+        found.expect("a lesson")
+    }
+
+    /// The measurements of the last lesson.
+    pub fn measured(&self) -> &Measurements {
+        &self.lesson_record(true).measured
+    }
+
+    /// The facts of the first lesson.
+    pub fn first_facts(&self) -> Vec<Fact> {
+        self.lesson_record(false).facts()
+    }
+
+    /// The facts of the last lesson.
+    pub fn facts(&self) -> Vec<Fact> {
+        self.lesson_record(true).facts()
+    }
+
+    /// A fact of the last lesson.
+    pub fn fact(&self, name: &str) -> Fact {
+        let mut facts = self.facts().into_iter();
+        let found = facts.find(|fact| fact.name == name);
+        found.unwrap_or_else(|| panic!("no fact `{name}` in\n{}", self.last_lesson()))
+    }
+
+    /// Asserts that what the last lesson says of its mechanism is observed.
+    #[track_caller]
+    pub fn assert_confirmed(&self, name: &str, text: &str) {
+        let fact = self.fact(name);
+        assert_eq!(fact.measured, Some(text.into()), "{fact:?}");
+        assert_eq!(fact.agrees, Some(true), "{fact:?}");
     }
 
     pub fn last_lesson(&self) -> &str {
         &self.lessons.last().expect("a lesson").1
     }
 
-    /// The value in the row `name` of the tables of the last lesson.
-    pub fn value(&self, name: &str) -> &str {
-        let lesson = self.last_lesson();
-        let row = lesson
-            .lines()
-            .find(|line| line.starts_with(&format!("| {name} |")));
-        let row = row.unwrap_or_else(|| panic!("no row `{name}` in\n{lesson}"));
-        row.split('|')
-            .nth(2)
-            .expect("two columns")
-            .trim()
-            .trim_matches('*')
+    /// The measured text of a fact, or the predicted one.
+    pub fn text(&self, name: &str) -> String {
+        let fact = self.fact(name);
+        match fact.measured.or(fact.predicted) {
+            Some(FactValue::Text(text)) => text,
+            other => panic!("`{name}` is {other:?}"),
+        }
     }
 
-    /// The first number in the row `name`.
+    /// The measured number of a fact.
     pub fn number(&self, name: &str) -> f64 {
-        let value = self.value(name);
-        let word = value.split([' ', '°']).next().expect("a word");
-        word.parse()
-            .unwrap_or_else(|_| panic!("`{name}` is `{value}`"))
+        match self.fact(name).measured {
+            Some(FactValue::Number(number)) => number,
+            other => panic!("`{name}` is {other:?}"),
+        }
     }
 
     /// Samples of the velocity, m/s.

@@ -6,6 +6,7 @@ use squeakscope::scene::Scene;
 use super::run::{Run, changed};
 
 const END: &str = "time_ms = 800\ntilt_deg = 1.2";
+const FACTS: [&str; 2] = ["decay of the second tone", "growth of the second tone"];
 /// A ramp that is twice as fast.
 const FAST: &str = "time_ms = 400\ntilt_deg = 1.2";
 
@@ -58,11 +59,8 @@ fn the_second_tone_decays_and_grows_as_its_multiplier_predicts() {
         let [first, last] = growth.tilts.map(f64::to_degrees);
         assert!(low < first && first < last && last < high, "{growth:?}");
         assert!(found.ratio > 0.05, "{found:?}");
-        let lesson = run.last_lesson();
-        for verb in ["decays", "grows"] {
-            let words = format!("The second tone {verb} at ");
-            assert!(lesson.contains(&words), "{lesson}");
-        }
+        let rates = FACTS.map(|name| run.number(name));
+        assert_eq!(rates, [decay.growth.value, growth.growth.value]);
     }
 }
 
@@ -72,9 +70,9 @@ fn a_ramp_below_the_point_has_no_second_tone() {
     let run = Run::of(&ramp([END, "time_ms = 400\ntilt_deg = 0.3"], 480.0));
     assert_eq!(run.computed().torus, None);
     assert_eq!(run.measured().second_tone, None);
-    let lesson = run.last_lesson();
-    assert!(lesson.contains("| none on the branch"), "{lesson}");
-    assert!(!lesson.contains("the computed rate"), "{lesson}");
+    let point = run.text("tilt of the Neimark-Sacker point");
+    assert!(point.starts_with("none on the branch"), "{point}");
+    assert_eq!(FACTS.map(|name| run.fact(name).measured), [None, None]);
 }
 
 /// Another kick leads to another motion, at whose frequency the torus is not predicted.
@@ -86,5 +84,5 @@ fn another_motion_is_not_compared_with_the_branch() {
     if let Some(found) = run.measured().second_tone {
         assert_eq!((found.decay, found.growth), (None, None), "{found:?}");
     }
-    assert!(!run.last_lesson().contains("the computed rate"));
+    assert_eq!(FACTS.map(|name| run.fact(name).measured), [None, None]);
 }

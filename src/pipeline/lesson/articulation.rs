@@ -1,12 +1,11 @@
-//! Prediction for a joint that turns to and fro: where its modes grow in each pass.
+//! A joint that turns to and fro: where its modes grow in each pass, and where it squeaks.
 
-use super::{POINTS, linear_modes, sliding_speed};
-use crate::joint::BallJoint;
+use super::Facts;
+use super::prediction::{JointOfRun, POINTS, linear_modes, sliding_speed};
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::message::{
-    MechanismPrediction, PredictedCurves, TiltDirection, UnstablePass, fastest,
+    MechanismPrediction, PredictedCurves, SqueakPass, TiltDirection, UnstablePass, fastest,
 };
-use crate::scene::LoadedJoint;
 
 /// Bisections of an interval that contains a limit of stability.
 const BISECTIONS: usize = 8;
@@ -20,13 +19,12 @@ struct Instant {
     speed: f64,
 }
 
-/// Adds the passes of a run of a duration (s). The sliding speed becomes the largest of the run.
-pub fn passes(
+/// Adds the passes of the run. The sliding speed becomes the largest of the run.
+pub fn predict(
     computed: &mut MechanismPrediction,
-    tilted: &LoadedJoint,
-    ball: &BallJoint,
-    duration: f64,
+    (scene, tilted, ball): JointOfRun<'_>,
 ) -> Result<(), PipelineError> {
+    let duration = scene.duration;
     let mut ball = ball.clone();
     let mut at = |time: f64| -> Result<Instant, PipelineError> {
         let now = tilted.loading(time);
@@ -98,4 +96,45 @@ fn limit_of_stability(
         }
     }
     Ok(after.tilt)
+}
+
+/// The last two passes, and the strongest line over the tilt.
+pub fn facts(facts: &mut Facts<'_>) {
+    let predicted = facts.computed.passes.as_deref().unwrap_or_default();
+    let found = &facts.measured.passes;
+    let end = found.len().max(2);
+    for k in end - 2..end {
+        pass(facts, predicted.get(k), found.get(k));
+    }
+    facts.strongest_line();
+    facts.jumps();
+}
+
+/// Growth and squeak of a pass.
+fn pass(facts: &mut Facts<'_>, predicted: Option<&UnstablePass>, found: Option<&SqueakPass>) {
+    let ways = [found.map(|pass| pass.way), predicted.map(|pass| pass.way)];
+    let Some(way) = ways.into_iter().flatten().next() else {
+        return;
+    };
+    let name = |quantity| match way {
+        TiltDirection::Up => format!("{quantity}, rising tilt"),
+        TiltDirection::Down => format!("{quantity}, falling tilt"),
+    };
+    // Commands can change the course of the tilt.
+    let predicted = predicted.filter(|pass| pass.way == way);
+    let growth = predicted.and_then(|pass| pass.unstable);
+    let squeak = found.and_then(|pass| pass.squeak);
+    if let Some(pass) = predicted {
+        let squeaks = found.map(|_| squeak.is_some());
+        let cases = ["squeaks", "is silent"];
+        facts.claim(&name("joint"), cases, growth.is_some(), squeaks);
+        let rate = pass.largest_growth_per_s;
+        facts.predicted(&name("largest growth rate"), rate, "1/s");
+    }
+    let is_over = found.is_some_and(|pass| pass.has_ended);
+    for (end, k) in [("start of squeak", 0), ("end of squeak", 1)] {
+        let squeak = squeak.filter(|_| k == 0 || is_over);
+        let fact = facts.found(&name(end), squeak.map(|tilts| tilts[k]), "rad");
+        fact.predicted = growth.map(|tilts| tilts[k].into());
+    }
 }

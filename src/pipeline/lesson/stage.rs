@@ -4,22 +4,17 @@
 //! The stage observes the records of the other stages: its numbers agree with the displayed ones. It
 //! measures the rest itself. The prediction is in [`MechanismPrediction`].
 
-mod level;
-mod second_tone;
-mod tilt_history;
-mod turning;
-
 use std::sync::Arc;
 
-use self::level::Level;
-use self::second_tone::SecondTone;
-use self::tilt_history::TiltHistory;
-use self::turning::Turning;
-use super::stage::samples;
+use super::level::Level;
+use super::second_tone::SecondTone;
+use super::tilt_history::TiltHistory;
+use super::turning::Turning;
 use crate::pipeline::message::{
     ContactSample, Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction,
     NodeShares, Record, StatusKind, StatusShares, Subject, TiltedTone,
 };
+use crate::pipeline::stages::samples;
 use crate::scene::{AnalysisSpec, Evidence, Parameter};
 
 /// Minimum time between two lessons, s: a text that changes more often is unreadable.
@@ -116,16 +111,21 @@ impl LessonStage {
         })
     }
 
-    /// Emits the measurements if they have changed.
+    /// The lesson at a time, s.
+    pub fn lesson(&self, time: f64) -> Lesson {
+        Lesson {
+            time,
+            computed: Arc::clone(&self.computed),
+            measured: self.measurements(),
+        }
+    }
+
+    /// Emits the lesson if the measurements have changed.
     fn send(&mut self, time: f64, records: &mut Vec<Record>) {
-        let measured = self.measurements();
-        if self.sent.as_ref() != Some(&measured) {
-            self.sent = Some(measured.clone());
-            records.push(Record::Lesson(Arc::new(Lesson {
-                time,
-                computed: Arc::clone(&self.computed),
-                measured,
-            })));
+        let lesson = self.lesson(time);
+        if self.sent.as_ref() != Some(&lesson.measured) {
+            self.sent = Some(lesson.measured.clone());
+            records.push(Record::Lesson(Arc::new(lesson)));
         }
     }
 

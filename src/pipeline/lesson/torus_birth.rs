@@ -1,9 +1,12 @@
-//! Prediction for a torus that is born while the tilt changes: the growth of its second tone, by the Floquet multipliers
-//! of the periodic motion.
+//! A torus that is born while the tilt changes: the growth of its second tone, predicted by the Floquet multipliers of the
+//! periodic motion.
 
 use std::f64::consts::TAU;
+use std::iter::zip;
 use std::sync::Arc;
 
+use super::Facts;
+use super::prediction::JointOfRun;
 use crate::dynamics::continuation::{
     Bifurcation, BifurcationKind, ContinuationOptions, Family, FamilyError, FamilyMember,
     Multiplier, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
@@ -14,7 +17,6 @@ use crate::pipeline::message::{
     MechanismPrediction, PredictedCurves, SecondToneGrowth, TorusBirth,
 };
 use crate::pipeline::prepare::joint_integrator;
-use crate::scene::{LoadedJoint, Scene};
 
 /// Time for which the motion settles at the first tilt of the run, s.
 const SETTLE: f64 = 0.2;
@@ -38,11 +40,9 @@ impl Family for OverTilt<'_> {
 
 /// Adds the torus, if a branch of periodic motions leads from the settled motion at the first tilt to a Neimark-Sacker
 /// point within the tilts of the run.
-pub fn birth(
+pub fn predict(
     computed: &mut MechanismPrediction,
-    scene: &Scene,
-    tilted: &LoadedJoint,
-    ball: &BallJoint,
+    (scene, tilted, ball): JointOfRun<'_>,
 ) -> Result<(), PipelineError> {
     let tilt = tilted.tilt.at(0.0);
     let joint = Arc::new(ball.joint(tilt)?);
@@ -150,4 +150,39 @@ fn tone(orbit: &PeriodicOrbit, near: Multiplier) -> Option<(SecondToneGrowth, Mu
         growth_per_s: multiplier.growth_per_s(orbit.period_s),
     };
     Some((tone, multiplier))
+}
+
+/// Decay and growth of the second tone.
+pub fn facts(facts: &mut Facts<'_>) {
+    let point = "tilt of the Neimark-Sacker point";
+    let torus = facts.computed.torus.as_ref();
+    if let Some((torus, birth)) = torus.and_then(|torus| Some((torus, torus.birth()?))) {
+        facts.predicted(point, torus.tilt, "rad");
+        facts.predicted("first tone there", birth.frequency_hz, "Hz");
+        facts.predicted("distance of the second tone from it", birth.second_hz, "Hz");
+        let ends = [torus.course.first(), torus.course.last()];
+        for (end, at) in zip(["lower", "upper"], ends.into_iter().flatten()) {
+            facts.predicted(&format!("{end} end of the branch"), at.tilt, "rad");
+            let name = format!("growth rate at the {end} end");
+            facts.predicted(&name, at.growth_per_s, "1/s");
+        }
+    } else {
+        facts.predicted(point, "none on the branch of the first motion", "");
+    }
+    let second = facts.measured.second_tone;
+    let ratio = second.map(|second| second.ratio);
+    facts.found("relative amplitude of the second tone", ratio, "share");
+    let decay = second.and_then(|second| second.decay);
+    let growth = second.and_then(|second| second.growth);
+    let names = ["decay of the second tone", "growth of the second tone"];
+    for (name, found) in zip(names, [decay, growth]) {
+        let rate = facts.estimate(name, found.map(|found| found.growth), "1/s");
+        rate.against(found.map(|found| found.computed_per_s));
+        let tilts = found.into_iter().flat_map(|found| found.tilts);
+        for (end, tilt) in zip(["from", "to"], tilts) {
+            facts.found(&format!("{name}, {end}"), Some(tilt), "rad");
+        }
+    }
+    facts.strongest_line();
+    facts.motion(None);
 }

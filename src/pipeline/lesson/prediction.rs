@@ -1,24 +1,26 @@
 //! Linear prediction for a scene's mechanism before the run: complex eigenvalues and curves.
 
-mod friction;
-mod torus;
-mod turning;
-
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::error::PipelineError;
-use super::message::{Coupling, MechanismPrediction, PredictedCurves};
-use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
+use super::Declaration;
+use crate::joint::{BallJoint, Joint, NamedMode, is_unstable};
+use crate::pipeline::error::PipelineError;
+use crate::pipeline::message::{Coupling, MechanismPrediction, PredictedCurves};
 use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
 /// Number of intervals of a computed curve.
-const POINTS: usize = 120;
+pub const POINTS: usize = 120;
+
+/// What a run of a joint is predicted from: the scene, its loading, and the joint at the start.
+pub type JointOfRun<'a> = (&'a Scene, &'a LoadedJoint, &'a BallJoint);
+/// Adds to the linear modes of a joint what else is predicted for a mechanism.
+pub type Predict = fn(&mut MechanismPrediction, JointOfRun<'_>) -> Result<(), PipelineError>;
 
 /// Coefficient of friction versus sliding speed, up to three times the speed of the run, with the operating
 /// point.
-fn friction_curves(
+pub fn friction_curves(
     speed: f64,
     laws: &[&dyn Fn(f64) -> f64],
     names: &'static [&'static str],
@@ -35,13 +37,13 @@ fn friction_curves(
 }
 
 /// Sliding speed of a joint at a tilt (rad), m/s.
-pub(super) fn sliding_speed(ball: &BallJoint, tilt: f64) -> f64 {
+pub fn sliding_speed(ball: &BallJoint, tilt: f64) -> f64 {
     let velocity = ball.sliding_velocity(tilt);
     velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// The linearised modes of a joint, with their names.
-fn linear_modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
+pub fn linear_modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
     let families = ball.family_labels();
     let modes = joint.linear_modes()?.into_iter();
     Ok(modes.map(|mode| mode.named(&families)).collect())
@@ -52,7 +54,7 @@ fn linear_modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, Pipel
 ///
 /// # Errors
 /// If eigenvalues do not converge, or the joint with exchanged slope factors cannot be assembled.
-pub(super) fn for_joint(
+pub fn for_joint(
     scene: &Scene,
     tilted: &LoadedJoint,
     ball: &BallJoint,
@@ -69,21 +71,8 @@ pub(super) fn for_joint(
         sliding_speed: sliding_speed(ball, tilt),
         ..without_modes(mechanism, scene)
     };
-    match (mechanism, &tilted.spec.friction) {
-        (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) => {
-            friction::exchanged(&mut computed, ball, (law, *radial))?;
-        }
-        (Mechanism::Bristles | Mechanism::ContactAge, Friction::Dynamic { law, radial }) => {
-            friction::with_memory(&mut computed, ball, (law, *radial))?;
-        }
-        (Mechanism::MeasuredFriction, Friction::Table { law, .. }) => {
-            friction::measured(&mut computed, law);
-        }
-        (Mechanism::Articulation, _) => {
-            turning::passes(&mut computed, tilted, ball, scene.duration)?;
-        }
-        (Mechanism::TorusBirth, _) => torus::birth(&mut computed, scene, tilted, ball)?,
-        _ => {}
+    if let Some(predict) = Declaration::of(mechanism).predict {
+        predict(&mut computed, (scene, tilted, ball))?;
     }
     Ok(Some(Arc::new(computed)))
 }
@@ -108,7 +97,7 @@ fn without_modes(mechanism: Mechanism, scene: &Scene) -> MechanismPrediction {
 }
 
 /// Prediction for a scene with a small system; `None` if the scene has no mechanism.
-pub(super) fn for_small(scene: &Scene, small: &SmallSystem) -> Option<Arc<MechanismPrediction>> {
+pub fn for_small(scene: &Scene, small: &SmallSystem) -> Option<Arc<MechanismPrediction>> {
     let mut computed = without_modes(scene.mechanism?, scene);
     match small {
         SmallSystem::MassOnBelt(system) => {
