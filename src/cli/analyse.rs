@@ -20,14 +20,14 @@ use crate::analysis::{
     stats::range,
 };
 use crate::export::{OutputError, replace_file};
-use crate::import::Selection;
+use crate::import::{Label, Selection};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    FREQUENCY_MARGIN, Label, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
+    FREQUENCY_MARGIN, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
     live_analysis, write_events,
 };
 
