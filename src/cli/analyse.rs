@@ -139,8 +139,8 @@ pub(super) fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), O
     replace_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level, and
-/// a line with the range of frequencies.
+/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level,
+/// and a line with the range of frequencies.
 fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
     let label = |(number, event): (usize, &TonalEvent)| {
         format!(
