@@ -20,14 +20,14 @@ use crate::analysis::{
     stats::range,
 };
 use crate::export::{OutputError, replace_file};
-use crate::import::Selection;
+use crate::import::{Label, Selection};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{signal_figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    FREQUENCY_MARGIN, Label, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
+    FREQUENCY_MARGIN, Score, SignalAnalysis, SignalError, SignalOptions, analyse_signal,
     live_analysis, write_events,
 };
 
@@ -139,8 +139,8 @@ pub(super) fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), O
     replace_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level, and
-/// a line with the range of frequencies.
+/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level,
+/// and a line with the range of frequencies.
 fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
     let label = |(number, event): (usize, &TonalEvent)| {
         format!(

@@ -34,6 +34,7 @@
 
 mod clock;
 mod format;
+mod labels;
 mod lines;
 mod mat;
 mod npy;
@@ -51,6 +52,7 @@ use std::path::{Path, PathBuf};
 
 pub use crate::foreign::Problem;
 pub use format::Format;
+pub use labels::{Label, LabelError};
 use npy::{Arrays, Container};
 pub use signal::{MAX_SAMPLES, Selection, Signal};
 use sound::Sound;

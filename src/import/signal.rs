@@ -1,5 +1,7 @@
 //! A signal, and the selection of a part of a file.
 
+use crate::analysis::filter::{HALF_TAPS, upsampled};
+
 /// Default of [`Selection::max_samples`]: 34 minutes at 48 kHz.
 pub const MAX_SAMPLES: usize = 100_000_000;
 
@@ -22,6 +24,17 @@ impl Signal {
     /// Time of a sample, s; its index may be fractional.
     pub fn time(&self, index: f64) -> f64 {
         self.start + index / self.rate
+    }
+
+    /// The signal with `factor` samples per sample, interpolated band-limited.
+    pub fn interpolated(&self, factor: usize) -> Self {
+        Self {
+            name: self.name.clone(),
+            unit: self.unit.clone(),
+            rate: factor as f64 * self.rate,
+            start: self.time((HALF_TAPS - 1) as f64),
+            samples: upsampled(&self.samples, factor),
+        }
     }
 
     /// Duration: number of samples divided by the rate, s.

@@ -148,6 +148,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             min_diagonal_states: 2,
             min_vertical_states: 2,
             line_of_identity: false,
+            interpolation: 1,
             stride_samples: 1,
             lag_states: 12,
             dimension: 5,

@@ -415,8 +415,8 @@ fn completions_and_man_pages_are_written() {
     refused(test.path(), &["man", "file"]);
 }
 
-/// Exponents that decide give the type of motion; otherwise the last displacement is classified, whether or not the scene asks
-/// for that.
+/// Exponents that decide give the type of motion; otherwise the last displacement is classified, whether or not the scene
+/// asks for that.
 #[test]
 fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
     let test = folder();

@@ -1,5 +1,7 @@
 //! All analyses of one signal, one after another.
 
+use std::borrow::Cow;
+
 use super::sound::MeasuredSound;
 use super::stretch::{background_power, select};
 use super::{
@@ -17,7 +19,7 @@ use crate::analysis::{
         false_neighbours,
     },
     events::{TonalEvent, TonalEvents},
-    filter::{HALF_TAPS, upsampled, upsampling},
+    filter::upsampling,
     levels::{Calibration, LevelReference},
     poincare::{Crossing, Direction, SectionPoint, delay_section, section_shape},
     recurrence::{
@@ -57,6 +59,9 @@ const WINDOWS: usize = 120;
 
 /// Minimum line length, states.
 const MIN_LINE: usize = 2;
+
+/// Maximum number of samples of a signal that is interpolated.
+const MAX_INTERPOLATED: usize = 1 << 20;
 
 /// Side of the picture, pixels, and the number of periods it shows.
 const PICTURE: usize = 560;
@@ -100,7 +105,7 @@ pub fn analyse_signal(
     let (stretch, part, obstacle) = select(&signal, sound.as_ref(), search.event)?;
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
-    let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
+    let newest = newest(samples, 1);
     progress(0.1, "spectrum")?;
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
         .analyse_welch(samples, MAX_SPECTRUM_SAMPLES)?;
@@ -114,16 +119,16 @@ pub fn analyse_signal(
     progress(0.3, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
     progress(0.4, "recurrence")?;
+    let (dense, factor) = interpolated(studied, &spectrum);
     let recurrence = embedding.try_map(|embedding| {
-        let choice = &embedding.choice;
-        let mut recurrence = RecurrenceAnalysis::planned(choice, search, newest.len(), rate);
-        recurrence.quantify(studied, newest, period)?;
+        let mut recurrence = RecurrenceAnalysis::planned(&embedding.choice, search, &dense, factor);
+        recurrence.quantify(&dense, factor as f64 * period)?;
         progress(0.55, "recurrence along the signal")?;
-        recurrence.windows = recurrence.along(studied)?;
+        recurrence.windows = recurrence.along(&dense)?;
         Ok::<_, SignalError>(recurrence)
     })?;
     progress(0.65, "section")?;
-    let section = embedding.try_map(|used| section(studied, newest, &spectrum, used.choice.lag))?;
+    let section = embedding.try_map(|found| section(&dense, factor, found.choice.lag))?;
     progress(0.68, "type of motion")?;
     let verdict = Outcome::unless(obstacle, || {
         let criterion = RegimeSearch {
@@ -347,13 +352,21 @@ pub(super) fn period_of(
 }
 
 impl RecurrenceAnalysis {
-    /// The settings for a delay and a number of samples at `rate` (Hz); nothing is measured yet.
-    fn planned(delay: &DelayChoice, search: &SignalOptions, samples: usize, rate: f64) -> Self {
+    /// The settings for a delay and a signal with `interpolation` samples per sample; nothing is measured yet.
+    fn planned(
+        delay: &DelayChoice,
+        search: &SignalOptions,
+        signal: &Signal,
+        interpolation: usize,
+    ) -> Self {
         // A short signal keeps all its samples.
+        let samples = newest(&signal.samples, interpolation).len();
         let affordable = (samples / WINDOW_STATES).max(1);
-        let stride = (delay.lag / STATES_PER_LAG).clamp(1, affordable);
-        let lag = (delay.lag as f64 / stride as f64).round() as usize;
-        let given = search.theiler.map(|samples| samples.div_ceil(stride));
+        let lag = interpolation * delay.lag;
+        let stride = (lag / STATES_PER_LAG).clamp(1, affordable);
+        let lag = (lag as f64 / stride as f64).round() as usize;
+        let theiler = search.theiler.map(|samples| interpolation * samples);
+        let given = theiler.map(|samples| samples.div_ceil(stride));
         let theiler = given.unwrap_or(lag);
         Self {
             rule: RecurrenceCriterion {
@@ -365,11 +378,12 @@ impl RecurrenceAnalysis {
             min_diagonal_states: search.min_diagonal.unwrap_or(MIN_LINE),
             min_vertical_states: search.min_vertical.unwrap_or(MIN_LINE),
             line_of_identity: theiler == 0,
+            interpolation,
             stride_samples: stride,
             lag_states: lag,
             dimension: delay.dimension,
             states: 0,
-            theiler_s: theiler as f64 * (stride as f64 / rate),
+            theiler_s: theiler as f64 * (stride as f64 / signal.rate),
             recurrence_periods: RecurrencePeriods::default(),
             measures: Measures::default(),
             windows: Vec::new(),
@@ -383,12 +397,8 @@ impl RecurrenceAnalysis {
     }
 
     /// Quantifies and draws the newest states.
-    fn quantify(
-        &mut self,
-        signal: &Signal,
-        newest: &[f64],
-        period: f64,
-    ) -> Result<(), AnalysisError> {
+    fn quantify(&mut self, signal: &Signal, period: f64) -> Result<(), AnalysisError> {
+        let newest = newest(&signal.samples, self.interpolation);
         let taken = thinned(newest, self.stride_samples);
         let taken = &taken[taken.len().saturating_sub(self.samples_for(MAX_STATES))..];
         let (measures, epsilon, states) = self.measured(taken)?;
@@ -473,25 +483,34 @@ fn picture(
     RecurrenceImage::new(vectors, &picks, &criterion, window, 1.0 / rate)
 }
 
-/// The newest crossings of the mean level, located between interpolated samples.
+/// The newest samples, for the nonlinear methods, of a signal with `interpolation` samples per sample.
+fn newest(samples: &[f64], interpolation: usize) -> &[f64] {
+    &samples[samples
+        .len()
+        .saturating_sub(interpolation * MAX_NONLINEAR_SAMPLES)..]
+}
+
+/// The signal with samples so dense that section and recurrences are those of the motion and not of the sampling, and the
+/// number of its samples per sample. A long signal stays as it is.
+fn interpolated<'a>(signal: &'a Signal, spectrum: &Spectrum) -> (Cow<'a, Signal>, usize) {
+    let factor = upsampling(&spectrum.lines(&LineCriterion::default()), signal.rate);
+    if factor == 1 || signal.samples.len() > MAX_INTERPOLATED {
+        (Cow::Borrowed(signal), 1)
+    } else {
+        (Cow::Owned(signal.interpolated(factor)), factor)
+    }
+}
+
+/// The newest crossings of the mean level.
 fn section(
     signal: &Signal,
-    newest: &[f64],
-    spectrum: &Spectrum,
+    interpolation: usize,
     lag: usize,
 ) -> Result<PoincareSection, AnalysisError> {
-    let level = mean(newest);
-    let factor = upsampling(&spectrum.lines(&LineCriterion::default()), signal.rate);
-    let (dense, first) = match factor {
-        1 => (newest.to_vec(), 0),
-        _ => (upsampled(newest, factor), HALF_TAPS - 1),
-    };
-    let lag = lag * factor;
-    let mut found = delay_section(&dense, lag, SECTION_DIMENSION, level, Direction::Rising)?;
+    let newest = newest(&signal.samples, interpolation);
+    let (level, lag) = (mean(newest), interpolation * lag);
+    let mut found = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
     found.drain(..found.len().saturating_sub(MAX_CROSSINGS));
-    for crossing in &mut found {
-        crossing.sample = first as f64 + crossing.sample / factor as f64;
-    }
     let ahead = (signal.samples.len() - newest.len()) as f64;
     let point = |crossing: &Crossing| SectionPoint {
         time_s: signal.time(ahead + crossing.sample),

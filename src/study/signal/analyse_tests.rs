@@ -82,7 +82,7 @@ fn a_tone_in_noise_is_not_called_chaotic() {
 
 /// The third harmonic has 2.6 samples per period: between them, a polynomial is wrong by 3 % of the amplitude.
 #[test]
-fn the_section_of_a_periodic_signal_is_one_point() {
+fn section_and_recurrences_of_a_periodic_signal_have_its_period() {
     const RATE: f64 = 48_000.0;
     const F1: f64 = 6200.7;
     let tones: Vec<_> = (1..=3)
@@ -101,6 +101,10 @@ fn the_section_of_a_periodic_signal_is_one_point() {
     assert_eq!(section.shape, SectionShape::Points(1));
     let period = section.mean_return_time_s.unwrap();
     assert!((period * F1 - 1.0).abs() < 1e-6, "{period}");
+    // The samples are 20 / 48 kHz = 2.6 periods apart where they recur.
+    let recurrence = report.recurrence.get().unwrap();
+    let time = recurrence.measures.recurrence_time_2.unwrap();
+    assert!((0.9..1.2).contains(&(time * F1)), "{time}");
     // Times are those of the recording.
     for crossing in &section.crossings {
         let tone = |(f, a, phase): &(f64, f64, f64)| {

@@ -79,7 +79,8 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         lag: Some(lag),
         dimension: Some(choice.dimension),
     };
-    let step = recurrence.stride_samples as f64 / rate;
+    let stride = recurrence.stride_samples.div_ceil(recurrence.interpolation);
+    let step = stride as f64 / rate;
     let criterion = ThresholdSpec {
         norm: recurrence.rule.norm,
         threshold: recurrence.rule.threshold,

@@ -53,7 +53,7 @@ pub use live::{FREQUENCY_MARGIN, live_analysis};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 #[cfg(feature = "table")]
 pub use table::write_events;
-pub use truth::{Label, LabelError, Score, TotalScore};
+pub use truth::{Score, TotalScore};
 
 /// Options of a signal's analysis; the other choices follow from the signal.
 ///
@@ -68,9 +68,10 @@ pub use truth::{Label, LabelError, Score, TotalScore};
 /// | spectrogram | of the whole signal: Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
 /// | nonlinear methods | of the stretch the newest [`MAX_NONLINEAR_SAMPLES`] samples |
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::delay::choose_delay) |
+/// | interpolation | for recurrence and section, band-limited, to at least 8 samples per period of the highest line of a hundredth of the strongest one; not of more than 2^20 samples |
 /// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
 /// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
-/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings, after band-limited interpolation to at least 8 samples per period of the highest line |
+/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
 /// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::chaos::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
 /// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::chaos::ZeroOneTest::recommended_stride) if larger |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -294,7 +295,9 @@ pub struct RecurrenceAnalysis {
     /// Whether the line of identity counts, as recurrent points and as a diagonal line. The recurrence rate refers to
     /// the pairs that count.
     pub line_of_identity: bool,
-    /// Samples per state: one state is taken every `stride_samples` samples.
+    /// Interpolated samples per sample: more than 1 where a line has fewer than 8 samples per period.
+    pub interpolation: usize,
+    /// Interpolated samples per state: one state is taken every `stride_samples`.
     pub stride_samples: usize,
     /// Delay, states.
     #[serde(skip)]

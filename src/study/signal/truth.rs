@@ -3,32 +3,14 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::events::{EventKind, Span, TonalEvent};
+use crate::analysis::events::{EventKind, TonalEvent};
+use crate::import::Label;
 
 /// Least common part of an event and a label, of the longer one.
 const COMMON: f64 = 0.3;
 
 /// Relative deviation of the frequency of an event from the range of a label.
 const FREQUENCY: f64 = 0.01;
-
-/// A label of Audacity: an interval, perhaps with a range of frequencies.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Label {
-    /// Where the label lies, s.
-    #[serde(flatten)]
-    pub span: Span,
-    /// Range of frequencies, Hz; `None` without a spectral selection.
-    pub range_hz: Option<[f64; 2]>,
-    /// Text of the label.
-    pub text: String,
-}
-
-/// A line of a label file that is none.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "line {0} is no label of Audacity: start, end and text, separated by tabs; export the labels again"
-)]
-pub struct LabelError(pub usize);
 
 /// Events compared with labels: an event is found if it has a label of its own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -70,47 +52,16 @@ impl TotalScore {
     }
 }
 
-impl Label {
-    /// Reads the labels of a file: a line with start, end and text, separated by tabs, and a line with `\` and the range
-    /// of frequencies for a spectral selection.
-    ///
-    /// # Errors
-    /// [`LabelError`] with the number of the line.
-    pub fn parse(text: &str) -> Result<Vec<Self>, LabelError> {
-        let mut labels: Vec<Self> = Vec::new();
-        for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
-            let fields: Vec<&str> = line.split('\t').map(str::trim).collect();
-            let value = |k: usize| fields.get(k)?.replace(',', ".").parse::<f64>().ok();
-            let pair = |k| value(k).zip(value(k + 1)).filter(|(low, high)| low <= high);
-            if let ["\\", ..] = fields[..]
-                && let (Some(label), Some((low, high))) = (labels.last_mut(), pair(1))
-            {
-                // A range that is open has a negative end.
-                label.range_hz = (low > 0.0).then_some([low, high]);
-            } else if let Some((start_s, end_s)) = pair(0) {
-                labels.push(Self {
-                    span: Span { start_s, end_s },
-                    range_hz: None,
-                    text: fields[2..].join(" "),
-                });
-            } else if !line.trim().is_empty() {
-                return Err(LabelError(number));
-            }
-        }
-        Ok(labels)
-    }
-
-    /// Common part of an event with this label, of the longer one; `None` if the event does not fit.
-    fn fit(&self, event: &TonalEvent) -> Option<f64> {
-        let [a, b] = [self.span, event.span()];
-        let common = a.end_s.min(b.end_s) - a.start_s.max(b.start_s);
-        let longer = a.length_s().max(b.length_s()).max(f64::MIN_POSITIVE);
-        let sounds = self.range_hz.is_none_or(|[low, high]| {
-            let range = low * (1.0 - FREQUENCY)..=high * (1.0 + FREQUENCY);
-            range.contains(&event.frequency_hz)
-        });
-        Some(common / longer).filter(|share| sounds && *share >= COMMON)
-    }
+/// Common part of an event with a label, of the longer one; `None` if the event does not fit.
+fn fit(label: &Label, event: &TonalEvent) -> Option<f64> {
+    let [a, b] = [label.span, event.span()];
+    let common = a.end_s.min(b.end_s) - a.start_s.max(b.start_s);
+    let longer = a.length_s().max(b.length_s()).max(f64::MIN_POSITIVE);
+    let sounds = label.range_hz.is_none_or(|[low, high]| {
+        let range = low * (1.0 - FREQUENCY)..=high * (1.0 + FREQUENCY);
+        range.contains(&event.frequency_hz)
+    });
+    Some(common / longer).filter(|share| sounds && *share >= COMMON)
 }
 
 impl Score {
@@ -121,7 +72,8 @@ impl Score {
         let mut score = Self::default();
         for label in labels {
             let fits = left.iter().enumerate();
-            let fits = fits.filter_map(|(place, &event)| Some((place, label.fit(&events[event])?)));
+            let fits =
+                fits.filter_map(|(place, &event)| Some((place, fit(label, &events[event])?)));
             if let Some((place, _)) = fits.max_by(|a, b| a.1.total_cmp(&b.1)) {
                 left.remove(place);
                 score.found += 1;
@@ -179,9 +131,5 @@ mod tests {
             text.contains("2 of 3 labels found, 1 missed; 3 false events"),
             "{text}"
         );
-        for text in ["start\tend\tlabel", "3\t2\tback", "0\t1\n\\\t300"] {
-            let line = text.lines().count();
-            assert_eq!(Label::parse(text), Err(LabelError(line)), "{text}");
-        }
     }
 }

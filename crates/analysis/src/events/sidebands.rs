@@ -10,7 +10,8 @@ const ENDS_S: f64 = 0.05;
 const WIDEST: f64 = 0.45;
 
 /// Joins tones with a louder tone of which they are sidebands: they begin and end with it, and lie at multiples of its
-/// frequency `f1` plus or minus up to three times `fm`, where both `f1 - fm` and `f1 + fm` are among them.
+/// frequency `f1` plus or minus up to three times `fm`, where both `f1 - fm` and `f1 + fm` are among them. They lie in the
+/// band of its harmonics, `n` of which may be the odd ones, so that the filter of its stretch passes them.
 pub(super) fn join_sidebands(mut events: Vec<TonalEvent>) -> Vec<TonalEvent> {
     events.sort_by(|a, b| b.level_db.total_cmp(&a.level_db));
     let mut k = 0;
@@ -28,17 +29,16 @@ pub(super) fn join_sidebands(mut events: Vec<TonalEvent>) -> Vec<TonalEvent> {
         let is_pair = |fm: &f64| distances.iter().any(|d| (d + fm).abs() < SAME * fm);
         let pairs = distances.iter().copied().filter(is_pair);
         if let Some(fm) = pairs.reduce(f64::min).filter(|fm| *fm < WIDEST * f1) {
-            let is_side = |event: &TonalEvent| {
+            let is_side = |event: &&TonalEvent| {
                 let nearest = (event.frequency_hz / f1).round().max(1.0) * f1;
                 let order = (event.frequency_hz - nearest) / fm;
-                (1.0..=3.0).contains(&order.round().abs()) && (order - order.round()).abs() < SAME
+                let is_multiple = (order - order.round()).abs() < SAME;
+                let is_near = event.frequency_hz < (2.0 * carrier.harmonics as f64 - 0.5) * f1;
+                is_beside(event) && is_multiple && is_near && (0.5..3.5).contains(&order.abs())
             };
-            let (sides, others) = events
-                .into_iter()
-                .partition::<Vec<_>, _>(|event| is_beside(event) && is_side(event));
-            events = others;
-            let joined = sides.iter().chain([&carrier]);
+            let joined = events.iter().filter(is_side).chain([&carrier]);
             let power: f64 = joined.map(|event| 10f64.powf(0.1 * event.level_db)).sum();
+            events.retain(|event| !is_side(&event));
             events[k].level_db = 10.0 * power.log10();
         }
         k += 1;
