@@ -204,6 +204,7 @@ pub fn report(name: &str) -> SignalAnalysis {
                     },
                 )
                 .collect(),
+            intervals: Vec::new(),
         }),
         nonlinear_samples: samples.len(),
         stretch: AnalysedStretch {
