@@ -84,28 +84,17 @@ pub fn chaos(facts: &mut Facts<'_>) {
     let clear = line.filter(|line| line.grows() || line.shrinks());
     let shrinks = clear.map(|line| line.shrinks());
     facts.claim("trajectories", ["converge", "separate"], false, shrinks);
-    facts.found(
-        "initial distance, relative to the motion",
-        first.map(|first| first.distance),
-        "",
-    );
-    facts.found(
-        "current distance, relative to the motion",
-        last.map(|last| last.distance),
-        "",
-    );
+    let [first, now] = [first, last].map(|at| at.map(|at| at.distance));
+    facts.found("initial distance, relative to the motion", first, "");
+    facts.found("current distance, relative to the motion", now, "");
     let rate = line.map(|line| Measured::new(line.rate_per_s, line.half_width_per_s));
     facts.estimate("growth rate of the distance", rate, "1/s");
     let growing = line.filter(|line| line.grows()).map(|line| line.rate_per_s);
     let after = last.and_then(|last| Some(last.saturated_s? - last.start_s));
     let gain = growing.filter(|_| after.is_some()).map(|rate| LN_10 / rate);
     facts.found("doubling time", growing.map(|rate| LN_2 / rate), "s");
-    facts.found(
-        "time until the distance is a tenth of the motion",
-        after,
-        "s",
-    );
-    facts.found("gain of this time by tenfold accuracy", gain, "s");
+    facts.found("time until it is a tenth of the motion", after, "s");
+    facts.found("time gained by tenfold accuracy", gain, "s");
     let names = ["largest Lyapunov exponent"];
     facts.exponents(&names, "chaos", Attractor::is_chaotic);
     facts.motion(Some(Regime::Chaotic));
