@@ -304,7 +304,7 @@ fn evidence(
 fn intervals(samples: &[f64]) -> Result<(Vec<Range<usize>>, usize), AnalysisError> {
     let (all, max) = (samples.len(), RegimeSearch::MAX_SAMPLES);
     if all <= max {
-        return Ok((vec![0..all], 1));
+        return Ok((std::iter::once(0..all).collect(), 1));
     }
     let period = (LAGS_PER_PERIOD * features::lag(&samples[all - max..])?) as f64;
     let spectrum =
