@@ -68,7 +68,7 @@ pub fn torus(facts: &mut Facts<'_>) {
         facts.found(&line.label, Some(line.frequency), "Hz");
     }
     if half.is_some() {
-        facts.found("torus", Some("doubled: lines half-way between"), "");
+        facts.found("torus", Some("doubled, with lines half-way between"), "");
     }
     let names = ["largest Lyapunov exponent", "second Lyapunov exponent"];
     let is_torus = |attractor| matches!(attractor, Attractor::Torus(_));
