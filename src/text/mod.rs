@@ -91,10 +91,8 @@ pub fn lesson(lesson: &Lesson) -> String {
     }
     let explanation = lesson.explanation();
     let (heading, explanation) = explanation.split_once("\n\n").unwrap_or_default();
-    let facts = facts
-        .iter()
-        .map(|fact| format!("* {}", markdown(&[Block::Text(fact.line())])));
-    let facts: String = facts.collect();
+    let line = |fact: &Fact| format!("* {}", markdown(&[Block::Text(fact.line())]));
+    let facts: String = facts.iter().map(line).collect();
     format!("{heading}\n\n{remarks}{explanation}\n{facts}")
 }
 
