@@ -230,7 +230,7 @@ pub fn measured(facts: &mut Facts<'_>) {
             }
         }
         if table.secants.is_none() {
-            facts.predicted("slopes between points", "none: outside the points", "");
+            facts.predicted("slopes between points", "none, outside the points", "");
         }
         let sides = ["below the last point", "above the last point"];
         let side = reached.map(|reached| sides[usize::from(reached > last)]);
