@@ -28,21 +28,17 @@ pub(crate) fn prefix(power: i32, unit: &str) -> (i32, &'static str) {
     (power, PREFIXES[(power + 4) as usize])
 }
 
-/// A value with `digits` significant digits, but at most two decimals, and an SI prefix: `4.12 kHz`, `690 nm`.
+/// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
-    prefixed(value, digits, 2, unit)
-}
-
-/// A value with `digits` significant digits, but at most this number of decimals, and an SI prefix.
-fn prefixed(value: f64, digits: usize, most_decimals: i32, unit: &str) -> String {
     // Take the exponent of the rounded value: 999.9 is 1.00 k.
     let text = format!("{value:.*e}", digits - 1);
     let value = text.parse().unwrap_or(value);
     let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
     let exponent: i32 = exponent.unwrap_or(0);
     let (power, prefix) = prefix(exponent.div_euclid(3), unit);
-    let decimals = digits as i32 - 1 - (exponent - 3 * power);
-    let decimals = decimals.clamp(0, most_decimals) as usize;
+    // Of a value below the smallest prefix nothing remains.
+    let most = digits as i32 - 1;
+    let decimals = (most - (exponent - 3 * power)).clamp(0, most) as usize;
     let scaled = value / 1000_f64.powi(power);
     format!("{scaled:.decimals$} {prefix}{unit}")
 }
@@ -122,11 +118,6 @@ pub(crate) fn error(error: f64) -> String {
         error if (1e-2..1e4).contains(&error) || error == 0.0 => short(error),
         error => format!("{error:.1e}"),
     }
-}
-
-/// A time (s) with `digits` significant digits and an SI prefix: `1.50 s`, `12.3 ms`, `640 ns`.
-pub(crate) fn time(seconds: f64, digits: usize) -> String {
-    prefixed(seconds, digits, digits as i32 - 1, "s")
 }
 
 /// A count with its noun: `1 point`, `3 points`.
@@ -220,6 +211,7 @@ mod tests {
         assert_eq!(brief(1.25e-6, "m"), "1.25 µm");
         assert_eq!(brief(300.0, "Hz"), "300 Hz");
     }
+
     #[test]
     fn labels_have_at_most_three_digits() {
         for (x, text) in [
@@ -236,9 +228,9 @@ mod tests {
         }
         assert_eq!(significant(0.006_4, 4), "0.006400");
         assert_eq!(significant(f64::NAN, 4), "NaN");
-        assert_eq!(time(6.4e-7, 3), "640 ns");
-        assert_eq!(time(1.234_2e-6, 4), "1.234 µs");
-        assert_eq!(time(0.25, 4), "250.0 ms");
+        assert_eq!(quantity(1.234_2e-6, 4, "s"), "1.234 µs");
+        assert_eq!(quantity(0.25, 4, "s"), "250.0 ms");
+        assert_eq!(quantity(4104.267, 5, "Hz"), "4.1043 kHz");
         assert_eq!(size(12_345), "12.3 kB");
         assert_eq!(size(4_500_000), "4.5 MB");
         assert_eq!(fixed(None, 1), "");

@@ -183,7 +183,7 @@ pub fn markdown(blocks: &[Block]) -> String {
 
 impl Cell {
     /// The text, bold unless its tone is plain.
-    pub(crate) fn markdown(&self) -> String {
+    fn markdown(&self) -> String {
         if self.tone == Tone::Plain || self.text.is_empty() {
             self.text.clone()
         } else {

@@ -61,9 +61,7 @@ pub fn narration(observation: &Observation) -> String {
 
 /// A lesson as text: Markdown that starts with a heading `## ...`.
 pub fn lesson(lesson: &Lesson) -> String {
-    let Lesson {
-        computed, measured, ..
-    } = lesson;
+    let (computed, measured) = (&lesson.computed, &lesson.measured);
     let facts = lesson.facts();
     let mut remarks = String::new();
     let is_other = |fact: &Fact| fact.name == MOTION && fact.agrees == Some(false);
@@ -75,11 +73,8 @@ pub fn lesson(lesson: &Lesson) -> String {
     }
     let tilts = computed.tilt.zip(measured.tilt);
     let tilts = tilts.map(|(from, to)| [from, to].map(|tilt| format!("{:.1}°", tilt.to_degrees())));
-    let evidence = computed.mechanism.evidence();
-    let is_ramp = matches!(
-        evidence,
-        Evidence::Turning | Evidence::Loop | Evidence::Birth
-    );
+    let ramps = [Evidence::Turning, Evidence::Loop, Evidence::Birth];
+    let is_ramp = ramps.contains(&computed.mechanism.evidence());
     if let Some([from, to]) = tilts.filter(|[from, to]| from != to && !is_ramp) {
         remarks += &format!("The load is now tilted by **{to}**; the lesson is for {from}.\n\n");
     }
@@ -91,10 +86,8 @@ pub fn lesson(lesson: &Lesson) -> String {
     }
     let explanation = lesson.explanation();
     let (heading, explanation) = explanation.split_once("\n\n").unwrap_or_default();
-    let facts = facts
-        .iter()
-        .map(|fact| format!("* {}", markdown(&[Block::Text(fact.line())])));
-    let facts: String = facts.collect();
+    let line = |fact: &Fact| format!("* {}", markdown(&[Block::Text(fact.line())]));
+    let facts: String = facts.iter().map(line).collect();
     format!("{heading}\n\n{remarks}{explanation}\n{facts}")
 }
 

@@ -35,7 +35,7 @@ pub fn lift_off(facts: &mut Facts<'_>) {
     facts.strongest_line();
     let nodes = facts.measured.nodes;
     let extent = nodes.map(|nodes| match (nodes.most_separated, nodes.all_separated) {
-        (0.0, _) => "none: the vibration is too small",
+        (0.0, _) => "none, the vibration is too small",
         (_, 0.0) => "of a part of the nodes",
         _ => "of the whole contact",
     });
@@ -45,10 +45,6 @@ pub fn lift_off(facts: &mut Facts<'_>) {
     };
     add("separated nodes, mean", |n| n.separated, "share");
     add("separated nodes, maximum", |n| n.most_separated, "share");
-    add(
-        "time with all nodes separated",
-        |n| n.all_separated,
-        "share",
-    );
+    add("time without contact", |n| n.all_separated, "share");
     add("separations per node", |n| n.separations_per_s, "1/s");
 }

@@ -230,15 +230,10 @@ pub fn measured(facts: &mut Facts<'_>) {
             }
         }
         if table.secants.is_none() {
-            facts.predicted("slopes between points", "none: outside the points", "");
+            facts.predicted("slopes between points", "none, outside the points", "");
         }
-        let side = reached.map(|reached| {
-            if reached > last {
-                "above the last point"
-            } else {
-                "below the last point"
-            }
-        });
+        let sides = ["below the last point", "above the last point"];
+        let side = reached.map(|reached| sides[usize::from(reached > last)]);
         facts.found("slip speeds", side, "");
     }
     facts.strongest_line();

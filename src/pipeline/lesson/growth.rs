@@ -40,7 +40,7 @@ pub fn mode_coupling(facts: &mut Facts<'_>) {
         facts.given("coefficient of friction", coupling.mu, "");
         match coupling.critical {
             Some(critical) => facts.predicted("critical coefficient", critical, ""),
-            None => facts.predicted("critical coefficient", "none: no coupling", ""),
+            None => facts.predicted("critical coefficient", "none, no coupling", ""),
         }
     }
     facts.growth();

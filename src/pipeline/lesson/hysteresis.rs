@@ -28,19 +28,13 @@ impl Facts<'_> {
 fn list(changes: &[ToneChange]) -> String {
     let jump = |jump: &ToneChange| {
         let [from, to] = [jump.from, jump.to.frequency].map(|hz| quantity(hz, 3, "Hz"));
-        format!(
-            "at {}° from {from} to {to}",
-            short(jump.to.tilt.to_degrees())
-        )
+        let tilt = short(jump.to.tilt.to_degrees());
+        format!("at {tilt}° from {from} to {to}")
     };
-    let last = changes[changes.len().saturating_sub(JUMPS)..]
-        .iter()
-        .map(jump);
-    let last = last.collect::<Vec<_>>().join("; ");
-    if last.is_empty() {
-        "none so far".to_owned()
-    } else {
-        last
+    let last = &changes[changes.len().saturating_sub(JUMPS)..];
+    match last.iter().map(jump).collect::<Vec<_>>().join("; ") {
+        none if none.is_empty() => "none so far".to_owned(),
+        jumps => jumps,
     }
 }
 

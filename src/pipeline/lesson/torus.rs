@@ -68,7 +68,7 @@ pub fn torus(facts: &mut Facts<'_>) {
         facts.found(&line.label, Some(line.frequency), "Hz");
     }
     if half.is_some() {
-        facts.found("torus", Some("doubled: lines half-way between"), "");
+        facts.found("torus", Some("doubled, with lines half-way between"), "");
     }
     let names = ["largest Lyapunov exponent", "second Lyapunov exponent"];
     let is_torus = |attractor| matches!(attractor, Attractor::Torus(_));
@@ -78,8 +78,7 @@ pub fn torus(facts: &mut Facts<'_>) {
 
 /// The distance of a perturbed trajectory.
 pub fn chaos(facts: &mut Facts<'_>) {
-    let first = facts.measured.separation.map(|[first, _]| first);
-    let last = facts.measured.separation.map(|[_, last]| last);
+    let [first, last] = [0, 1].map(|k| facts.measured.separation.map(|ends| ends[k]));
     let line = last.and_then(|last| last.line);
     let clear = line.filter(|line| line.grows() || line.shrinks());
     let shrinks = clear.map(|line| line.shrinks());

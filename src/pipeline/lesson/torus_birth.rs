@@ -179,7 +179,7 @@ pub fn facts(facts: &mut Facts<'_>) {
         let rate = facts.estimate(name, found.map(|found| found.growth), "1/s");
         rate.against(found.map(|found| found.computed_per_s));
         let tilts = found.into_iter().flat_map(|found| found.tilts);
-        for (end, tilt) in zip(["from", "to"], tilts) {
+        for (end, tilt) in zip(["from tilt", "to tilt"], tilts) {
             facts.found(&format!("{name}, {end}"), Some(tilt), "rad");
         }
     }

@@ -133,14 +133,11 @@ impl<'a> RunExponents<'a> {
     /// Classifies the exponents of a run.
     pub fn new(found: &'a Exponents) -> Self {
         let earlier = earlier_motion(&found.segments, found.chaotic_transient);
+        let (spectrum, motion) = (&found.spectrum, found.motion);
+        let classification = Classification::new(spectrum, motion, found.omega_1, earlier);
         Self {
-            classification: Classification::new(
-                &found.spectrum,
-                found.motion,
-                found.omega_1,
-                earlier,
-            ),
             found,
+            classification,
         }
     }
 }

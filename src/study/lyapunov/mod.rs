@@ -135,10 +135,7 @@ pub struct LyapunovStudy {
 impl LyapunovStudy {
     /// Classification of the attractor; undecided if there are no exponents.
     pub fn attractor(&self) -> Attractor {
-        if self.spectrum.exponents.is_empty() {
-            return Attractor::Undecided;
-        }
-        self.spectrum.attractor_of(self.motion)
+        self.classification.attractor
     }
 
     /// Relative difference between the sum of all exponents and the mean trace: a check of how well the time
@@ -510,7 +507,7 @@ pub fn scene_lyapunov(
         Goal::HalfWidth(_) => [MIN_PERIODS * period, MAX_TIME],
         Goal::Classification => [MIN_PERIODS, MAX_PERIODS].map(|periods| periods * period),
     };
-    let plan = LyapunovPlan {
+    let mut plan = LyapunovPlan {
         settle: request.settle.unwrap_or(SETTLE_PERIODS * period),
         goal: request.goal,
         min_time,
@@ -539,14 +536,9 @@ pub fn scene_lyapunov(
     let (time, state) = (integrator.time(), integrator.state().to_vec());
     let mut integrator = with_tangents(integrator)?;
     integrator.start(time, &state)?;
-    let plan = LyapunovPlan {
-        constant_since: if fixed_at == FixedAt::default() {
-            0.0
-        } else {
-            transient
-        },
-        ..plan
-    };
+    if fixed_at != FixedAt::default() {
+        plan.constant_since = transient;
+    }
     let study = lyapunov(&mut integrator, &plan, &mut |share, task| {
         progress(before + (1.0 - before) * share, task)
     })?;

@@ -17,7 +17,7 @@ use crate::analysis::{
     tones::Bases,
 };
 use crate::escape;
-use crate::number::{counted, fixed, significant, time, with_error};
+use crate::number::{counted, fixed, quantity, significant, with_error};
 use crate::report::{Block, Report, Table};
 
 /// Number of significant digits.
@@ -198,7 +198,7 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
         let limitation = verdict.limitation;
         blocks.extend(limitation.map(|it| Block::text(it.to_string())));
         if let [first, .., _] = &verdict.intervals[..] {
-            let (count, length) = (verdict.intervals.len(), time(first.length_s(), DIGITS));
+            let (count, length) = (verdict.intervals.len(), duration(first.length_s()));
             blocks.push(Block::text(format!(
                 "mean of {count} intervals of {length}, spread over the stretch; the evidence is that of a typical one"
             )));
@@ -395,7 +395,7 @@ fn chaos(report: &SignalAnalysis) -> Vec<Block> {
 }
 
 fn duration(seconds: f64) -> String {
-    time(seconds, DIGITS)
+    quantity(seconds, DIGITS, "s")
 }
 
 fn percent(share: f64) -> String {
