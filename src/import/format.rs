@@ -69,10 +69,10 @@ impl Format {
         {
             Self::Sound
         } else if begins(&[
-            b"caff",
+            b"caff\x00",
             b"#!AMR",
             b"riff\x2e\x91\xcf\x11",
-            b".snd",
+            b".snd\x00",
             b"\x30\x26\xb2\x75",
             b"\x1a\x45\xdf\xa3",
         ]) {
