@@ -183,7 +183,7 @@ impl SectionAxes {
         match all - returns.len() {
             _ if all == 0 => panel.with_note("fewer than two crossings"),
             0 => panel,
-            outside => panel.with_caption(format!("outside of the axis: {outside} of {all}")),
+            outside => panel.with_caption(format!("outside the axis: {outside} of {all}")),
         }
     }
 }
@@ -280,6 +280,6 @@ mod tests {
         let panel = axes.return_times(&times, Color::Ink);
         let [low, high] = panel.x.range;
         assert!(low > 0.0 && low < 1e-3 && high > 1e-3 && high < 2e-3);
-        assert_eq!(panel.caption, "outside of the axis: 2 of 149");
+        assert_eq!(panel.caption, "outside the axis: 2 of 149");
     }
 }
