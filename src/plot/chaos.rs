@@ -38,7 +38,7 @@ pub fn divergence(divergence: &Divergence, unit: &Unit) -> Panel {
     let y = Axis::linear(distance, [low.floor(), high.ceil()]);
     let panel = Panel::new("divergence of nearby states", x, y, layers);
     if divergence.curve.is_empty() {
-        return panel.with_note("no state has enough neighbours");
+        return panel.with_note("too few distinct neighbours");
     }
     panel.with_caption(verdict)
 }

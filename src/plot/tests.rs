@@ -387,7 +387,7 @@ fn a_divergence_without_neighbours_says_so() {
     let figures = signal_figures(&report);
     let figure = figures.iter().find(|figure| figure.name == "divergence");
     let svg = figure.expect("a figure").svg(&LOOK);
-    assert!(svg.contains("no state has enough neighbours"));
+    assert!(svg.contains("too few distinct neighbours"));
 }
 
 /// A figure with one layer of each kind.

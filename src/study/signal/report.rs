@@ -361,6 +361,9 @@ fn chaos(report: &SignalAnalysis) -> Vec<Block> {
                 duration(region.from),
                 duration(region.to)
             ),
+            None if divergence.curve.is_empty() => {
+                format!("{name:<10}  none: too few distinct neighbours")
+            }
             None => format!("{name:<10}  none: nearby trajectories do not diverge exponentially"),
         })
     };
