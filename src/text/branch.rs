@@ -67,7 +67,10 @@ pub fn about(branch: &Branch) -> String {
         "# Branches of periodic orbits over {}\n\nFrom {} to {} {}. An orbit attracts if all its multipliers, except the one \
          at 1, are inside the unit circle. Where one leaves, the motion changes: through 1 at a fold, through -1 at a \
          period doubling, as a complex pair at a Neimark-Sacker point, where a torus is born.\n\n",
-        branch.parameter, branch.interval[0], branch.interval[1], branch.unit
+        parameter(branch),
+        branch.interval[0],
+        branch.interval[1],
+        branch.unit
     );
     for reason in &branch.ended {
         let _ = writeln!(text, "* {reason}");
