@@ -47,7 +47,8 @@ fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
     let mut rows = csv_rows(text);
     let head = rows.next().map_or_else(Vec::new, |(_, head)| head);
     if head != COLUMNS[..2] && head != COLUMNS {
-        if head.first().is_some_and(|name| name.contains("mm")) {
+        let is_in_mm = |name: &&str| name.contains("mm/s") || name.contains("mm_per_s");
+        if head.first().is_some_and(is_in_mm) {
             return Err(
                 "its speeds are in mm/s; divide them by 1000, and begin with `speed_m_per_s,mu`"
                     .to_owned(),
