@@ -239,7 +239,8 @@ fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
         Ok(Format::Text) => {
             let problem = channels(entry, skipped_lines).err()?.problem;
             // A damaged file is a signal that cannot be analysed.
-            matches!(problem, Problem::NoNumbers).then(|| "a text without numbers".to_owned())
+            matches!(problem, Problem::NoNumbers)
+                .then(|| "a text without numbers in its first lines".to_owned())
         }
         Ok(_) => None,
         Err(problem) => Some(problem.to_string()),
