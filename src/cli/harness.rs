@@ -286,8 +286,10 @@ fn list(files: &[WrittenFile]) -> String {
             format!("  {directory} ({} files, {})\n", group.len(), size(bytes))
         }
     };
+    // Files of the current directory have no directory to name.
     let is_together = |a: &WrittenFile, b: &WrittenFile| {
-        files.len() > MOST_LISTED && a.path.parent() == b.path.parent()
+        let directory = a.path.parent().filter(|path| *path != Path::new(""));
+        files.len() > MOST_LISTED && directory.is_some() && directory == b.path.parent()
     };
     files.chunk_by(is_together).map(line).collect()
 }
@@ -439,6 +441,8 @@ mod tests {
             assert!(line.starts_with(start), "{text}");
         }
         assert_eq!(list(&figures[..13]).lines().count(), 13);
+        let beside = (0..26).map(|k| file(format!("{k}.png")));
+        assert_eq!(list(&Vec::from_iter(beside)).lines().count(), 26);
     }
 
     #[test]

@@ -205,6 +205,7 @@ pub fn report(name: &str) -> SignalAnalysis {
                     },
                 )
                 .collect(),
+            intervals: Vec::new(),
         }),
         nonlinear_samples: samples.len(),
         stretch: AnalysedStretch {

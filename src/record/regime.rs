@@ -105,6 +105,7 @@ mod tests {
                 contribution: 0.7,
                 description: "K = 0.02: regular.".to_owned(),
             }],
+            intervals: Vec::new(),
         };
         let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
         assert!(text.starts_with(
@@ -123,6 +124,7 @@ mod tests {
             likeliest: vec![Regime::QuasiPeriodic, Regime::Chaotic],
             limitation: Some(Limitation::TooShort),
             evidence: Vec::new(),
+            intervals: Vec::new(),
         };
         let text = markdown(&verdict);
         assert!(

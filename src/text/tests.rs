@@ -489,7 +489,7 @@ fn a_later_kick_is_not_the_one_at_the_start() {
     };
     let later = text(2, Some(kick));
     for line in [
-        "* kick at the start: predicted 1.00 µm/s √kg\n",
+        "* kick at the start: 1.00 µm/s √kg\n",
         "* kicks since the start: **2**\n",
         "* last kick: **1.00 mm/s √kg**\n",
         "* seed of the last kick: **9**\n",

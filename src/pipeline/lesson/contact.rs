@@ -1,6 +1,6 @@
 //! The contact while it sticks and separates.
 
-use super::Facts;
+use super::{FactValue, Facts};
 use crate::pipeline::message::NodeShares;
 
 /// Frequency of the strongest line over the natural frequency below which the stick phase lengthens the period.
@@ -14,11 +14,11 @@ pub fn stick_slip(facts: &mut Facts<'_>) {
     let sticks = share.map(|share| share > 0.0);
     facts.claim("contact", ["sticks", "only slips"], true, sticks);
     facts.predicted("lowest natural frequency", natural, "Hz");
-    let line = measured.lines.first().map(|line| line.frequency);
-    let is_below = sticks == Some(true) && line.is_some_and(|line| line < LENGTHENED * natural);
     let line = facts.strongest_line();
+    let is_below =
+        matches!(line.measured, Some(FactValue::Number(hz)) if hz < LENGTHENED * natural);
     line.predicted = Some("below the natural frequency".into());
-    line.agrees = is_below.then_some(true);
+    line.agrees = sticks.filter(|sticks| *sticks && is_below);
     if let Some(nodes) = measured.nodes {
         facts.found("nodes sticking, mean", Some(nodes.stuck), "share");
         facts.found("nodes sticking, maximum", Some(nodes.most_stuck), "share");
@@ -40,9 +40,15 @@ pub fn lift_off(facts: &mut Facts<'_>) {
         _ => "of the whole contact",
     });
     facts.found("separation", extent, "");
-    let of = |share: fn(NodeShares) -> f64| nodes.map(share);
-    facts.found("separated nodes, mean", of(|n| n.separated), "share");
-    facts.found("separated nodes, most", of(|n| n.most_separated), "share");
-    facts.found("all nodes separated", of(|n| n.all_separated), "share");
-    facts.found("separations per node", of(|n| n.separations_per_s), "1/s");
+    let mut add = |name, share: fn(NodeShares) -> f64, unit| {
+        facts.found(name, nodes.map(share), unit);
+    };
+    add("separated nodes, mean", |n| n.separated, "share");
+    add("separated nodes, maximum", |n| n.most_separated, "share");
+    add(
+        "time with all nodes separated",
+        |n| n.all_separated,
+        "share",
+    );
+    add("separations per node", |n| n.separations_per_s, "1/s");
 }

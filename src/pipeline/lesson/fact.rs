@@ -15,7 +15,7 @@ pub struct Fact {
     /// Unit of its numbers. Texts show `rad` in degrees and a `share` in percent. Empty for other dimensionless numbers and
     /// for texts.
     pub unit: &'static str,
-    /// Computed before the run, or what the lesson claims; `None` for a quantity that is only measured.
+    /// Computed before the run, given by the scene, or what the lesson claims; `None` for a quantity that is only measured.
     pub predicted: Option<FactValue>,
     /// Measured so far; `None` for a quantity that is only computed, or not yet measured.
     pub measured: Option<FactValue>,
@@ -23,6 +23,9 @@ pub struct Fact {
     pub half_width: Option<f64>,
     /// Whether the measured value is the predicted one, a number within its interval; `None` if the run does not decide.
     pub agrees: Option<bool>,
+    /// Whether the predicted value is one that the scene gives.
+    #[serde(skip)]
+    is_given: bool,
 }
 
 /// Value of a fact.
@@ -52,7 +55,8 @@ impl Fact {
     pub fn line(&self) -> Vec<Cell> {
         let name = format!("{}: ", self.name);
         let predicted = self.predicted.as_ref();
-        let predicted = predicted.map(|value| format!("predicted {}", self.text(value, None)));
+        let word = if self.is_given { "" } else { "predicted " };
+        let predicted = predicted.map(|value| format!("{word}{}", self.text(value, None)));
         let Some(value) = &self.measured else {
             let value = predicted.unwrap_or_else(|| "not yet measured".to_owned());
             return vec![(name + &value).into()];
@@ -62,7 +66,7 @@ impl Fact {
         let measured = match (self.agrees, value, &self.predicted) {
             (None, ..) => Tone::Strong.cell(text),
             (Some(true), ..) => Tone::Good.cell(format!("{text}, agrees")),
-            (_, FactValue::Number(x), Some(FactValue::Number(y))) => {
+            (_, FactValue::Number(x), Some(FactValue::Number(y))) if x * y > 0.0 => {
                 let off = 100.0 * (x / y - 1.0);
                 Tone::Doubtful.cell(format!("{text}, differs by {off:.1} %"))
             }
@@ -116,6 +120,13 @@ impl Facts<'_> {
     /// Adds a value that is only computed.
     pub fn predicted(&mut self, name: &str, value: impl Into<FactValue>, unit: &'static str) {
         self.add(name, unit).predicted = Some(value.into());
+    }
+
+    /// Adds a value that the scene gives.
+    pub fn given(&mut self, name: &str, value: impl Into<FactValue>, unit: &'static str) {
+        let fact = self.add(name, unit);
+        fact.predicted = Some(value.into());
+        fact.is_given = true;
     }
 
     /// Adds a value that is only measured; `None` if it is not yet.
@@ -174,6 +185,9 @@ mod tests {
         assert_eq!((fact.agrees, &*line(&fact)), (Some(true), text));
         fact.against(Some(100.0));
         let text = "rate: predicted 100 1/s, measured **80.0 ± 1.0 1/s, differs by -20.0 %**\n";
+        assert_eq!((fact.agrees, &*line(&fact)), (Some(false), text));
+        fact.against(Some(-5.0));
+        let text = "rate: predicted -5 1/s, measured **80.0 ± 1.0 1/s, differs**\n";
         assert_eq!((fact.agrees, &*line(&fact)), (Some(false), text));
         let mut unknown = rate(80.0, f64::INFINITY);
         unknown.against(Some(80.0));

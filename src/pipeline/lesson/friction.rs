@@ -144,8 +144,8 @@ pub fn exchanged(facts: &mut Facts<'_>) {
     for (case, reading) in zip(["this run", "exchanged"], readings) {
         let name = |quantity| format!("{quantity}, {case}");
         let unstable = unstable(&reading.modes);
-        facts.predicted(&name("slope factor d"), reading.creep, "s/m");
-        facts.predicted(&name("slope factor f"), reading.stribeck, "s/m");
+        facts.given(&name("slope factor d"), reading.creep, "s/m");
+        facts.given(&name("slope factor f"), reading.stribeck, "s/m");
         facts.predicted(&name("µ at the sliding speed"), reading.mu, "");
         facts.predicted(&name("slope of µ"), reading.slope, "s/m");
         facts.predicted(&name("unstable modes"), unstable.len() as f64, "");
@@ -215,10 +215,10 @@ pub fn measured(facts: &mut Facts<'_>) {
     let reached = reached.map(|peak| computed.sliding_speed + peak);
     if let Some(table) = &computed.table {
         let [first, last] = table.speeds;
-        facts.predicted("points of the curve", table.points as f64, "");
-        facts.predicted("speed at the first point", first, "m/s");
-        facts.predicted("speed at the last point", last, "m/s");
-        facts.predicted("sliding speed", computed.sliding_speed, "m/s");
+        facts.given("points of the curve", table.points as f64, "");
+        facts.given("speed at the first point", first, "m/s");
+        facts.given("speed at the last point", last, "m/s");
+        facts.given("sliding speed", computed.sliding_speed, "m/s");
         facts.predicted("µ at the sliding speed", table.mu, "");
         facts.predicted("slope of µ", table.slope, "s/m");
         let secants = table.secants.into_iter().flatten();
@@ -232,9 +232,14 @@ pub fn measured(facts: &mut Facts<'_>) {
         if table.secants.is_none() {
             facts.predicted("slopes between points", "none: outside the points", "");
         }
-        let above = reached.map(|reached| reached > last);
-        let cases = ["above the last point", "below the last point"];
-        facts.claim("slip speeds", cases, false, above);
+        let side = reached.map(|reached| {
+            if reached > last {
+                "above the last point"
+            } else {
+                "below the last point"
+            }
+        });
+        facts.found("slip speeds", side, "");
     }
     facts.strongest_line();
     let peak = measured.peak_speed;

@@ -37,7 +37,7 @@ pub fn negative_slope(facts: &mut Facts<'_>) {
 /// Two modes that friction couples.
 pub fn mode_coupling(facts: &mut Facts<'_>) {
     if let Some(coupling) = facts.computed.coupling {
-        facts.predicted("coefficient of friction", coupling.mu, "");
+        facts.given("coefficient of friction", coupling.mu, "");
         match coupling.critical {
             Some(critical) => facts.predicted("critical coefficient", critical, ""),
             None => facts.predicted("critical coefficient", "none: no coupling", ""),

@@ -33,8 +33,8 @@ impl Facts<'_> {
 pub fn which_wins(facts: &mut Facts<'_>) {
     facts.unstable_modes();
     let start = facts.computed.start;
-    facts.predicted("kick at the start", start.kick, "m/s √kg");
-    facts.predicted("seed of the first kick", &*start.seed.to_string(), "");
+    facts.given("kick at the start", start.kick, "m/s √kg");
+    facts.given("seed of the first kick", &*start.seed.to_string(), "");
     facts.leaders();
     let mode = facts.mode_of_line();
     facts.found("mode of the strongest line", mode.as_deref(), "");

@@ -155,7 +155,7 @@ fn check(document: &Document<'_>, system: &SmallSystem) -> Result<(), SceneError
             let start = Start::read(document.table("start"))?.position;
             let [start_um, wall_um] = [start, wall].map(|metres| metres * 1e6);
             ensure!(document, start >= wall => "start.position_um", &["impact_oscillator.wall_position_um"];
-                "the initial position {start_um} um is below the wall at {wall_um} um";
+                "the initial position {start_um} µm is below the wall at {wall_um} µm";
                 "increase it to at least impact_oscillator.wall_position_um");
         }
         SmallSystem::MassOnBelt(MassOnBelt { mu_s, mu_d, .. }) => {

@@ -90,7 +90,7 @@ fn the_initial_state_is_read() {
     assert_eq!(start.kick, 0.0);
     assert_eq!(
         refusal(&format!("{IMPACT}[start]\nposition_um = -1\n")),
-        "small.toml:8: `start.position_um`: the initial position -1 um is below the wall at 0 um; \
+        "small.toml:8: `start.position_um`: the initial position -1 µm is below the wall at 0 µm; \
          increase it to at least impact_oscillator.wall_position_um"
     );
     let joint = "[load]\nload_n = 150\ntilt_deg = 2\n[start]\nvelocity_mm_per_s = 1\n";

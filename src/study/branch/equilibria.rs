@@ -145,7 +145,8 @@ pub fn add_equilibria(
             let (point, followed) = match solved {
                 Ok(solved) => solved,
                 Err(error) => {
-                    ended = Some(format!("at {name} = {next}: {}", chain_of_causes(&error)));
+                    let reason = chain_of_causes(&error);
+                    ended = Some(format!("the equilibria end at {name} = {next}: {reason}"));
                     break 'branch;
                 }
             };

@@ -136,7 +136,7 @@ pub fn analyse_signal(
             silence: silent_below.unwrap_or(0.0),
             background: background_power(&signal, events, &stretch).unwrap_or(0.0),
         };
-        classify(newest, &criterion)
+        classify(samples, &criterion)
     })?;
     let verdict = unless_hidden(verdict, events);
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {

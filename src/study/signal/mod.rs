@@ -67,6 +67,7 @@ pub use truth::{Score, TotalScore};
 /// | spectrum | Blackman-Harris window over the whole stretch; with more than [`MAX_SPECTRUM_SAMPLES`] samples the RMS average over half-overlapping spans of that length; lines are named with an uncertainty of a quarter bin |
 /// | spectrogram | of the whole signal: Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
 /// | nonlinear methods | of the stretch the newest [`MAX_NONLINEAR_SAMPLES`] samples |
+/// | type of motion | [`classify`](crate::analysis::regime::classify) of the whole stretch |
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::delay::choose_delay) |
 /// | interpolation | for recurrence and section, band-limited, to at least 8 samples per period of the highest line of a hundredth of the strongest one; not of more than 2^20 samples |
 /// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
@@ -398,8 +399,8 @@ pub struct SignalAnalysis {
     /// Columns of the spectrogram of the whole signal.
     #[serde(skip)]
     pub spectrogram: Vec<Column>,
-    /// Number of newest samples used by the nonlinear methods: all, unless the stretch has more than
-    /// 50,000 ([`MAX_NONLINEAR_SAMPLES`]).
+    /// Number of newest samples used by the nonlinear methods, except for the type of motion: all, unless the stretch has
+    /// more than 50,000 ([`MAX_NONLINEAR_SAMPLES`]).
     pub nonlinear_samples: usize,
     /// Delay embedding: the reconstruction of the state space.
     pub embedding: Outcome<DelayEmbedding>,

@@ -197,6 +197,12 @@ fn verdict(verdict: &Outcome<Verdict>) -> Vec<Block> {
         let mut blocks = vec![Block::heading(regime, rest)];
         let limitation = verdict.limitation;
         blocks.extend(limitation.map(|it| Block::text(it.to_string())));
+        if let [first, .., _] = &verdict.intervals[..] {
+            let (count, length) = (verdict.intervals.len(), time(first.length_s(), DIGITS));
+            blocks.push(Block::text(format!(
+                "mean of {count} intervals of {length}, spread over the stretch; the evidence is that of a typical one"
+            )));
+        }
         let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
         blocks.extend(evidence.map(|piece| {
             let (factor, supports) = (significant(piece.factor(), 2), piece.supports);

@@ -271,7 +271,7 @@ fn an_initial_position_behind_the_wall_is_rejected() {
         .text
         .replace("position_um = 200", "position_um = 99");
     let rejected = Scene::parse("impacts", text).unwrap_err().to_string();
-    assert!(rejected.contains("below the wall at 100 um"), "{rejected}");
+    assert!(rejected.contains("below the wall at 100 µm"), "{rejected}");
 }
 
 /// Ball and socket start separated, at a hundred times the static indentation.

@@ -188,6 +188,20 @@ fn recordings_have_the_stated_range() {
             assert_range(&recording(kind, -10.0..=30.0, seed));
         }
     }
+    for seed in TUNING_SEEDS.take(3) {
+        for kind in [Kind::Torus, Kind::Doubled, Kind::Chaos] {
+            let recording = recording(kind, 10.0..=30.0, seed);
+            if kind != Kind::Chaos {
+                assert_range(&recording);
+            }
+            for squeak in &recording.squeaks {
+                let has_second = squeak.second.is_some_and(|[frequency_hz, size]| {
+                    frequency_hz < 0.5 * recording.rate_hz && (0.05..=1.0).contains(&size)
+                });
+                assert_eq!(has_second, kind != Kind::Chaos, "{squeak:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -155,6 +155,7 @@ fn squeak(frequency_hz: f64) -> Squeak {
         snr_db: 10.0,
         harmonics: 1,
         modulation: None,
+        second: None,
     }
 }
 

@@ -16,9 +16,8 @@ use super::baseband::LOUDEST_S;
 use super::spectrogram::{LEAST_BIN, LOBE};
 use crate::stats::{median, order_statistic};
 
-/// Bins in a block, and distance between the starts of blocks.
+/// Bins in a block; blocks start a third of this apart.
 const BLOCK: usize = 24;
-const STRIDE: usize = BLOCK / 3;
 
 /// A squeak leaves one column in so many quiet.
 const QUIET_PART: usize = 20;
@@ -52,8 +51,8 @@ impl Floor {
     pub fn at(&self, t: usize, k: usize) -> f64 {
         let blocks = &self.blocks[t];
         let last = blocks.len() - 1;
-        let below = k.saturating_sub(LOBE + BLOCK) / STRIDE;
-        let above = (k + LOBE + 1).div_ceil(STRIDE);
+        let below = k.saturating_sub(LOBE + BLOCK) / (BLOCK / 3);
+        let above = (k + LOBE + 1).div_ceil(BLOCK / 3);
         self.shape[k] * blocks[below].max(blocks[above.min(last)])
     }
 }
@@ -75,8 +74,8 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
     let medians: Vec<f64> = (0..bins).map(median_of).collect();
     let side = |near: &[f64]| median(near.iter().copied());
     let smooth = |k: usize| {
-        let below = side(&medians[k.saturating_sub(STRIDE)..k]);
-        let above = side(&medians[k + 1..(k + 1 + STRIDE).min(bins)]);
+        let below = side(&medians[k.saturating_sub(BLOCK / 3)..k]);
+        let above = side(&medians[k + 1..(k + 1 + BLOCK / 3).min(bins)]);
         below.max(above).max(f64::MIN_POSITIVE)
     };
     (0..bins).map(smooth).collect()
@@ -85,7 +84,7 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
 /// Noise power of a column relative to the shape, from the median of each block of bins.
 fn blocks(power: &[f64], shape: &[f64]) -> Vec<f64> {
     let relative: Vec<f64> = power.iter().zip(shape).map(|(p, s)| p / s).collect();
-    let starts = (0..=relative.len().saturating_sub(BLOCK)).step_by(STRIDE);
+    let starts = (0..=relative.len().saturating_sub(BLOCK)).step_by(BLOCK / 3);
     let block = |start: usize| relative[start..].iter().take(BLOCK).copied();
     starts.map(|start| median(block(start)) / LN_2).collect()
 }

@@ -91,7 +91,9 @@ pub enum Limitation {
                      the modulation is imposed from outside or is a second frequency of the motion itself."
     )]
     Modulation,
-    /// The side lines are those of a slow modulation of one tone.
-    #[strum(to_string = "The tone is modulated slowly: its side lines are no second frequency.")]
+    /// The level of a tone changes slowly; its side lines are those of this modulation.
+    #[strum(
+        to_string = "The level changes slowly: side lines near to the tone are no second frequency."
+    )]
     Modulated,
 }

@@ -5,6 +5,7 @@
 
 use std::f64::consts::LN_2;
 
+use super::SLOW;
 use super::neighbourhood::{MIN_ERROR, Neighbourhood, PredictionError, REFERENCES};
 use crate::filter::{upsampled, upsampling};
 use crate::significant;
@@ -13,7 +14,7 @@ use crate::{
     chaos::{ROUNDING, ZeroOneTest, zero_one},
     delay::{DelaySearch, LAGS_PER_PERIOD, LagReason, mutual_information},
     poincare::{Crossing, Direction, delay_section},
-    stats::{deviation, mean, median, trend},
+    stats::{deviation, mean, median, range, trend},
     tones::{
         Bases, Combination, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window,
         identify_lines,
@@ -26,6 +27,9 @@ pub(super) const SECTIONS: usize = 8;
 /// Longest period considered in the section, crossings. Four multiples of it must fit into half of the
 /// crossings.
 const MAX_PERIOD: usize = 4;
+
+/// Least depth of a slow change of the level that is named.
+const MODULATION: f64 = 0.15;
 
 /// An input of the model.
 #[derive(Clone, Debug)]
@@ -74,6 +78,8 @@ pub(super) struct Features {
     /// Number of periods of the strongest line; infinite without lines.
     pub cycles: f64,
     pub lines: LinePower,
+    /// Whether a tone is modulated slowly: by its side lines, or by the levels of sections.
+    pub is_modulated: bool,
     /// The inputs of the model.
     pub inputs: Vec<Feature>,
 }
@@ -132,6 +138,8 @@ impl Features {
                 error = sooner;
             }
         }
+        let is_modulated =
+            tones.side.is_some_and(|side| side < SLOW) || level_change(&levels) > 2.0 * MODULATION;
         let mut inputs = Vec::from(tones.features(!lines.is_empty()));
         inputs.extend(floor_features(floor, background / power, white, error));
         inputs.push(repetition_feature(
@@ -148,16 +156,12 @@ impl Features {
             &levels,
             periods_of(&instants),
         ));
-        inputs.push(Feature::new(
-            "record length",
-            periods.clamp(3.0, 1000.0).log10(),
-            format!("The record has {:.0} periods.", periods.min(cycles)),
-        ));
         Ok(Self {
             samples: n,
             periods,
             cycles,
             lines: tones,
+            is_modulated,
             inputs,
         })
     }
@@ -242,9 +246,10 @@ fn floor_features(floor: f64, background: f64, white: f64, error: PredictionErro
         Feature::new(
             "white floor",
             log(white),
+            // A filter leaves less than the model distinguishes.
             format!(
-                "White noise of the level of the upper quarter of the frequencies has {} of the power.",
-                percent(white)
+                "White noise of the level of the upper quarter of the frequencies has at most {} of the power.",
+                percent(white.max(1e-6))
             ),
         ),
         Feature::new(
@@ -326,11 +331,9 @@ fn steadiness(
     drift: f64,
     levels: &[f64; SECTIONS],
     periods: Option<[f64; SECTIONS]>,
-) -> [Feature; 5] {
-    let mut sorted = *levels;
-    sorted.sort_by(f64::total_cmp);
-    let [quietest, level] = [sorted[0], sorted[SECTIONS - 2] - sorted[1]];
-    let [level_change, _] = change(levels);
+) -> [Feature; 4] {
+    let [quietest, _] = range(*levels);
+    let level = level_change(levels);
     let few = "Too few crossings for a trend of the period.";
     let (period_trend, period) = periods.map_or((0.0, few.to_owned()), |periods| {
         let [change, trend] = change(&periods);
@@ -339,7 +342,7 @@ fn steadiness(
         (trend, sentence)
     });
     let factor = |logarithm: f64| significant(logarithm.exp(), 3);
-    let [apart, level_factor, trend_factor] = [drift, level, level_change].map(factor);
+    let [apart, level_factor] = [drift, level].map(factor);
     [
         Feature::new(
             "drift",
@@ -350,7 +353,8 @@ fn steadiness(
         ),
         Feature::new(
             "level",
-            log_level(level),
+            // Changes below 1 % do not count.
+            level.max(0.01).ln(),
             format!("The level changes by a factor of {level_factor}, without its two extremes."),
         ),
         Feature::new(
@@ -361,18 +365,15 @@ fn steadiness(
                 percent(quietest.exp())
             ),
         ),
-        Feature::new(
-            "trend of the level",
-            log_level(level_change),
-            format!("The trend of the level is a change by a factor of {trend_factor}."),
-        ),
         Feature::new("trend of the period", period_trend.min(20.0), period),
     ]
 }
 
-/// Logarithm of a change of the logarithm of the level. Changes below 1 % do not count.
-fn log_level(change: f64) -> f64 {
-    change.abs().max(0.01).ln()
+/// The largest of the levels of sections less the smallest, without these two extremes.
+fn level_change(levels: &[f64; SECTIONS]) -> f64 {
+    let mut sorted = *levels;
+    sorted.sort_by(f64::total_cmp);
+    sorted[SECTIONS - 2] - sorted[1]
 }
 
 /// Decimal logarithm of a share of power. Smaller shares do not count: a millionth of the power is that of

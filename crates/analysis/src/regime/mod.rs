@@ -22,9 +22,7 @@
 //! | drift | distance to the nearest state at least half a record apart over that to the nearest state at any other time, median over the states |
 //! | level | ratio of the largest to the smallest level of an eighth of the record, without the two extremes |
 //! | lull | level of the quietest eighth of the record over that of the whole |
-//! | trend of the level | change of the level on its regression line |
 //! | trend of the period | slope of the period over its standard error |
-//! | record length | number of periods |
 //!
 //! Delay vectors have the dimension 5 and the lag of the first clear minimum of the mutual information; a period is
 //! four lags. Prediction by analogues is that of E. N. Lorenz (J. Atmos. Sci. 26, 636, 1969): the square root of half
@@ -45,8 +43,10 @@ mod evidence;
 mod features;
 mod neighbourhood;
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
+use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use strum::VariantArray as _;
@@ -56,8 +56,10 @@ use crate::{
     AnalysisError,
     chaos::ROUNDING,
     delay::LAGS_PER_PERIOD,
+    events::Span,
     logistic::Model,
-    stats::{mean, range},
+    stats::{deviation, mean, range},
+    tones::{LineCriterion, SpectrumAnalyser, Window},
 };
 pub use evidence::{Evidence, Limitation, Regime};
 use features::{Feature, Features};
@@ -77,6 +79,8 @@ pub struct Verdict {
     pub limitation: Option<Limitation>,
     /// Evidence, strongest first, with what contradicts the verdict; not empty.
     pub evidence: Vec<Evidence>,
+    /// The intervals that are classified, s from the first sample: the record, or parts that are spread over it.
+    pub intervals: Vec<Span>,
 }
 
 impl Verdict {
@@ -89,10 +93,8 @@ impl Verdict {
                 format!("{}: {}", self.regime, likeliest.join(" or "))
             }
             regime if self.limitation == Some(Limitation::Modulated) => {
-                format!(
-                    "{regime}, modulated, confidence {:.0} %",
-                    1e2 * self.confidence
-                )
+                let plain = regime.with_confidence(self.confidence);
+                plain.replacen(',', ", modulated,", 1)
             }
             regime => regime.with_confidence(self.confidence),
         }
@@ -127,14 +129,14 @@ impl RegimeSearch {
     /// Minimum number of samples.
     pub const MIN_SAMPLES: usize = 64;
 
-    /// Maximum number of samples. Of a longer record only the end is used. If it is oversampled,
-    /// successive samples are averaged (low-pass) as long as 12 averages per period remain: 200 ms of a
-    /// 4 kHz tone at 200 kHz are used in full, of a 12 kHz tone 50 ms.
+    /// Number of samples that are classified at once. A longer record is divided into intervals. If it is oversampled,
+    /// successive samples are averaged (low-pass) before, as long as 12 averages per period remain: an interval
+    /// has 200 ms of a 4 kHz tone at 200 kHz, and 50 ms of a 12 kHz tone.
     pub const MAX_SAMPLES: usize = 10_000;
 }
 
-/// Least averages per period of a long record.
-const AVERAGES: usize = 12;
+/// Most intervals of a long record.
+const INTERVALS: usize = 5;
 
 /// Minimum probability of a verdict.
 const MIN_PROBABILITY: f64 = 0.6;
@@ -154,50 +156,70 @@ fn classes() -> &'static [Regime] {
 }
 
 /// Classifies the type of motion of a signal. Amplitude and offset do not matter, except for the
-/// comparison with [`RegimeSearch::silence`]. At most [`RegimeSearch::MAX_SAMPLES`] samples are used. A
-/// constant signal is silent. The result does not depend on the number of threads.
+/// comparison with [`RegimeSearch::silence`]. A constant signal is silent. Of a record longer than
+/// [`RegimeSearch::MAX_SAMPLES`] intervals are classified that are spread evenly over it: a probability is the mean of
+/// those in the intervals, and the evidence is that of the interval that is nearest to this mean. An interval with less
+/// than half the level of the loudest one is part of a transient. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// [`AnalysisError::TooShort`] below [`RegimeSearch::MIN_SAMPLES`].
 pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, AnalysisError> {
     let need = RegimeSearch::MIN_SAMPLES;
     AnalysisError::check_length("classification of motion", samples.len(), need)?;
-    let (amplitude, features) = features(samples, search)?;
-    Ok(match features {
-        Some(features) => verdict(features),
-        None => silent(amplitude, search.silence),
+    let (intervals, averaged) = intervals(samples)?;
+    let found = features(samples, &intervals, averaged, search)?;
+    let amplitudes = found.iter().map(|found| found.0);
+    let silent = silent(range(amplitudes)[1], search.silence);
+    let spans = intervals.iter().map(|interval| Span {
+        start_s: interval.start as f64 / search.sample_rate,
+        end_s: interval.end as f64 / search.sample_rate,
+    });
+    Ok(Verdict {
+        intervals: spans.collect(),
+        ..verdict(found.into_iter().map(|found| found.1)).unwrap_or(silent)
     })
 }
 
-/// Amplitude of a record, and its features unless it is silent.
+/// Amplitude of each interval of a record, and its features unless it is silent or quiet.
 fn features(
     samples: &[f64],
+    intervals: &[Range<usize>],
+    averaged: usize,
     search: &RegimeSearch,
-) -> Result<(f64, Option<Features>), AnalysisError> {
-    let (recent, averaged) = recent(samples)?;
-    let [low, high] = range(recent.iter().copied());
-    let amplitude = 0.5 * (high - low);
-    if amplitude <= ROUNDING * low.abs().max(high.abs()) || amplitude < search.silence {
-        return Ok((amplitude, None));
-    }
-    let scaled: Vec<f64> = recent.iter().map(|x| (x - low) / amplitude - 1.0).collect();
-    let background = search.background / (amplitude * amplitude);
-    let features = Features::of(&scaled, search.sample_rate / averaged as f64, background)?;
-    Ok((amplitude, Some(features)))
+) -> Result<Vec<(f64, Option<Features>)>, AnalysisError> {
+    let averages = |interval: &Range<usize>| -> Vec<f64> {
+        let samples = samples[interval.clone()].chunks_exact(averaged);
+        samples.map(mean).collect()
+    };
+    let intervals: Vec<Vec<f64>> = intervals.iter().map(averages).collect();
+    let [_, loudest] = range(intervals.iter().map(|samples| deviation(samples)));
+    let of_interval = |part: &Vec<f64>| {
+        let [low, high] = range(part.iter().copied());
+        let amplitude = 0.5 * (high - low);
+        let is_silent = amplitude <= ROUNDING * low.abs().max(high.abs());
+        if is_silent || amplitude < search.silence || deviation(part) < 0.5 * loudest {
+            return Ok((amplitude, None));
+        }
+        let scaled: Vec<f64> = part.iter().map(|x| (x - low) / amplitude - 1.0).collect();
+        let background = search.background / (amplitude * amplitude);
+        let features = Features::of(&scaled, search.sample_rate / averaged as f64, background)?;
+        Ok((amplitude, Some(features)))
+    };
+    intervals.par_iter().map(of_interval).collect()
 }
 
-/// The verdict of the model.
-fn verdict(features: Features) -> Verdict {
+/// The features of an interval, the probability of each class, and the contribution of each feature to its logarithm.
+type Assessment = (Features, Vec<f64>, Vec<Vec<f64>>);
+
+fn assessed(features: Features) -> Assessment {
     let inputs = features.inputs.iter().map(|feature| feature.input);
     let inputs: Vec<f64> = inputs.collect();
     let mut probabilities = MODEL.probabilities(&inputs);
     let mut terms: Vec<Vec<f64>> = MODEL.contributions(&inputs).collect();
-    let lines = features.lines;
     // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus, and is periodic either way.
-    let is_slow = lines.side.is_some_and(|side| side < SLOW);
-    let [tone, torus] = [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
-    let is_modulated = is_slow && probabilities[torus] > probabilities[tone];
-    if is_slow {
+    if features.lines.side.is_some_and(|side| side < SLOW) {
+        let [tone, torus] =
+            [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
         let sum = probabilities[tone] + probabilities[torus];
         let share = probabilities[torus] / sum.max(f64::MIN_POSITIVE);
         // The logarithm of a sum changes with the mean of the logarithms.
@@ -206,10 +228,28 @@ fn verdict(features: Features) -> Verdict {
         }
         probabilities[tone] += std::mem::take(&mut probabilities[torus]);
     }
+    (features, probabilities, terms)
+}
+
+/// The verdict of the model on the intervals of a record, of which some are silent or quiet; `None` if all are.
+fn verdict(intervals: impl Iterator<Item = Option<Features>>) -> Option<Verdict> {
+    let all: Vec<_> = intervals.map(|found| found.map(assessed)).collect();
+    let mean_of = |class: usize| {
+        let if_quiet = f64::from(u8::from(class + 1 == Regime::Transient as usize));
+        let each = all.iter();
+        let each = each.map(|it| it.as_ref().map_or(if_quiet, |it| it.1[class]));
+        each.sum::<f64>() / all.len() as f64
+    };
+    let probabilities: Vec<f64> = (0..classes().len()).map(mean_of).collect();
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
     order.sort_by(|a, b| probabilities[*b].total_cmp(&probabilities[*a]));
     let likeliest = [order[0], order[1]];
     let (first, confidence) = (classes()[order[0]], probabilities[order[0]]);
+    let distance = |it: &Assessment| (it.1[order[0]] - confidence).abs();
+    let sounding = all.into_iter().flatten();
+    let typical = sounding.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let (features, _, terms) = typical?;
+    let lines = features.lines;
     // Four lags are less than a period of some motions. The strongest line of noise is no period.
     let periods = match first {
         Regime::Noise => features.periods,
@@ -219,7 +259,7 @@ fn verdict(features: Features) -> Verdict {
     let (regime, limitation) = match first {
         _ if !is_long => (Regime::Undetermined, Some(Limitation::TooShort)),
         _ if confidence < MIN_PROBABILITY => (Regime::Undetermined, Some(Limitation::NoEvidence)),
-        Regime::Periodic if is_modulated => (first, Some(Limitation::Modulated)),
+        Regime::Periodic if features.is_modulated => (first, Some(Limitation::Modulated)),
         Regime::QuasiPeriodic if lines.is_modulated => (first, Some(Limitation::Modulation)),
         _ => (first, None),
     };
@@ -228,13 +268,14 @@ fn verdict(features: Features) -> Verdict {
     let likely = likeliest
         .iter()
         .filter(|class| probabilities[**class] > by_chance);
-    Verdict {
+    Some(Verdict {
         regime,
         confidence,
         likeliest: likely.map(|class| classes()[*class]).collect(),
         limitation,
         evidence: evidence(features.inputs, terms, likeliest),
-    }
+        intervals: Vec::new(),
+    })
 }
 
 /// The contribution of each feature, with its terms in the logarithm of the probability of each class, to the odds of
@@ -259,19 +300,28 @@ fn evidence(
     all
 }
 
-/// The samples to classify, and the number of original samples averaged in each.
-fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
-    let last = |count: usize| &samples[samples.len().saturating_sub(count)..];
-    let max = RegimeSearch::MAX_SAMPLES;
-    if samples.len() <= max {
-        return Ok((samples.to_vec(), 1));
+/// The intervals to classify, and the number of samples that are averaged in each.
+fn intervals(samples: &[f64]) -> Result<(Vec<Range<usize>>, usize), AnalysisError> {
+    let (all, max) = (samples.len(), RegimeSearch::MAX_SAMPLES);
+    if all <= max {
+        return Ok((std::iter::once(0..all).collect(), 1));
     }
-    let needed = samples.len().div_ceil(max);
-    let period = LAGS_PER_PERIOD * features::lag(last(max))?;
-    let averaged = (period / AVERAGES).clamp(1, needed);
-    let used = samples.len().min(max * averaged) / averaged * averaged;
-    let means = last(used).chunks_exact(averaged).map(mean);
-    Ok((means.collect(), averaged))
+    let period = (LAGS_PER_PERIOD * features::lag(&samples[all - max..])?) as f64;
+    let spectrum =
+        SpectrumAnalyser::new(Window::BlackmanHarris, 1.0).analyse_welch(samples, max)?;
+    let lines = spectrum.lines(&LineCriterion::default());
+    let period = lines
+        .first()
+        .map_or(period, |line| period.min(1.0 / line.frequency));
+    // Three averages per lag remain.
+    let averaged = (period as usize / (3 * LAGS_PER_PERIOD)).clamp(1, all.div_ceil(max));
+    let means = all / averaged;
+    let (count, size) = (means.div_ceil(max).min(INTERVALS), means.min(max));
+    let interval = |k: usize| {
+        let first = k * (means - size) / (count - 1).max(1) * averaged;
+        first..first + size * averaged
+    };
+    Ok(((0..count).map(interval).collect(), averaged))
 }
 
 /// Verdict for a silent signal.
@@ -295,6 +345,7 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
                 "All samples are equal.".to_owned()
             },
         }],
+        intervals: Vec::new(),
     }
 }
 

@@ -1,14 +1,16 @@
 //! Sounds of whole recordings, prepared as an analysis of a recording prepares them.
 
-use super::Regime::{self, Noise, Periodic, QuasiPeriodic, Transient, Undetermined};
+use super::Regime::{self, Chaotic, Noise, Periodic, QuasiPeriodic, Transient, Undetermined};
 use super::*;
-use crate::events::{EventOptions, TonalEvent, demodulate, stationary_stretch, tonal_events};
+use crate::events::{
+    EventKind, EventOptions, TonalEvent, demodulate, stationary_stretch, tonal_events,
+};
 use crate::filter::band_pass;
 use crate::generator::{Kind, Recording, Squeak, recording};
 use crate::stats::deviation;
 
-/// Most samples of a stretch that an analysis classifies.
-const NEWEST: usize = 50_000;
+/// Least power of a second tone over the background, dB, for which it is the type of motion.
+const SECOND_DB: f64 = 10.0;
 
 /// The stationary stretch of a sound, and the right verdicts on it.
 pub struct Stretch {
@@ -25,20 +27,24 @@ pub fn stretches(kind: Kind, snr_db: [f64; 2], seed: u64) -> Vec<Stretch> {
     let found = tonal_events(&recording.samples, recording.rate_hz, &options);
     let events = found.unwrap().events;
     let known = events.iter().filter_map(|event| {
-        let right = match kind {
-            Kind::Squeaks | Kind::Change => right_for_squeak(kind, &recording, event)?,
-            _ => right_for_resonance(kind, &recording, event)?,
+        let band = pass_band(&events, event, 0.5 * recording.rate_hz);
+        let right = if recording.resonance_hz.is_some() {
+            right_for_resonance(kind, &recording, event)?
+        } else {
+            right_for_squeak(kind, &recording, event, band)?
         };
-        Some(stretch(&recording, &events, event, right))
+        Some(stretch(&recording, &events, event, band, right))
     });
     known.collect()
 }
 
-/// The right verdicts on a squeak: the lines of a modulated tone are those of a torus.
+/// The right verdicts on a squeak that is found as an event, itself or by its second tone: the lines of a modulated
+/// tone are those of a torus. `None` if a second tone is outside the band or hidden by noise.
 fn right_for_squeak(
     kind: Kind,
     recording: &Recording,
     event: &TonalEvent,
+    [low, high]: [f64; 2],
 ) -> Option<&'static [Regime]> {
     let sounding = recording
         .squeaks
@@ -47,12 +53,29 @@ fn right_for_squeak(
     let [squeak] = sounding.collect::<Vec<&Squeak>>()[..] else {
         return None;
     };
-    let is_squeak = (event.frequency_hz / squeak.frequency_hz - 1.0).abs() < 0.02;
-    is_squeak.then_some(match squeak.modulation {
-        _ if kind == Kind::Change => &[Transient, Undetermined],
-        Some(_) => &[Periodic, QuasiPeriodic],
-        None => &[Periodic],
-    })
+    // The mean frequency of chaos, weighted by power, is not that of its strongest line.
+    let reach = if kind == Kind::Chaos { 0.1 } else { 0.02 };
+    let is_at = |hz: f64| (event.frequency_hz / hz - 1.0).abs() < reach;
+    let Some([second_hz, size]) = squeak.second else {
+        let right: &[Regime] = match squeak.modulation {
+            _ if kind == Kind::Chaos => &[Chaotic],
+            Some(_) => &[Periodic, QuasiPeriodic],
+            None => &[Periodic],
+        };
+        return is_at(squeak.frequency_hz).then_some(right);
+    };
+    let right: &[Regime] = match kind {
+        Kind::Change => &[Transient, Undetermined],
+        Kind::Torus => &[QuasiPeriodic],
+        _ if squeak.modulation.is_some() => &[Periodic, QuasiPeriodic],
+        _ => &[Periodic],
+    };
+    let is_within = [squeak.frequency_hz, second_hz]
+        .iter()
+        .all(|hz| (low..high).contains(hz));
+    let is_loud = squeak.snr_db + 20.0 * size.log10() > SECOND_DB;
+    let is_sound = is_at(squeak.frequency_hz) || is_at(second_hz);
+    (is_sound && (kind == Kind::Change || is_within && is_loud)).then_some(right)
 }
 
 fn right_for_resonance(
@@ -68,16 +91,32 @@ fn right_for_resonance(
     (off < reach).then_some(right)
 }
 
-/// The stationary stretch of an event in the band of its harmonics, at constant frequency.
+/// The band of an event and of the tones that sound with it: from a third of the lowest fundamental to half a harmonic
+/// above the highest one.
+fn pass_band(events: &[TonalEvent], analysed: &TonalEvent, nyquist: f64) -> [f64; 2] {
+    let span = stationary_stretch(analysed);
+    let sounding = events.iter().filter(|event| {
+        let is_tone = event.kind == EventKind::Tone || *event == analysed;
+        is_tone && event.start_s < span.end_s && span.start_s < event.end_s
+    });
+    sounding.fold([nyquist, 0.0], |[low, high], event| {
+        let highest = event.frequency_high_hz * (2.0 * event.harmonics.max(1) as f64 - 0.5);
+        [
+            low.min(event.frequency_low_hz / 3.0),
+            high.max(highest).min(nyquist),
+        ]
+    })
+}
+
+/// The stationary stretch of an event in a band, at constant frequency.
 fn stretch(
     recording: &Recording,
     events: &[TonalEvent],
     event: &TonalEvent,
+    band: [f64; 2],
     right: &'static [Regime],
 ) -> Stretch {
     let rate = recording.rate_hz;
-    let highest = event.frequency_high_hz * (2.0 * event.harmonics.max(1) as f64 - 0.5);
-    let band = [event.frequency_low_hz / 3.0, highest.min(0.5 * rate)];
     let filtered = band_pass(&recording.samples, rate, band).samples;
     let samples = demodulate(&filtered, rate, event, stationary_stretch(event)).unwrap();
     let is_quiet = |time: f64| {
@@ -93,7 +132,7 @@ fn stretch(
         deviation(&quiet).powi(2)
     };
     Stretch {
-        samples: samples[samples.len().saturating_sub(NEWEST)..].to_vec(),
+        samples,
         search: RegimeSearch {
             sample_rate: rate,
             silence: 0.0,

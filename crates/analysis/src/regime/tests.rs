@@ -365,16 +365,62 @@ fn amplitude_offset_and_time_unit_do_not_change_the_verdict() {
 }
 
 #[test]
-fn the_end_of_a_long_record_counts() {
-    // Silence, then a tone with 50 samples per period: several samples are averaged and only the tone
-    // remains.
-    let mut signal = vec![0.0; 10_000];
-    signal.extend(tones(41_000, &[(1.03, 1.0)]));
-    expect(Periodic, "tone", &signal);
-    // Coarsely sampled: none are averaged, and 10,000 samples are used.
-    let mut signal = vec![0.0; 10_000];
+fn all_parts_of_a_long_record_count() {
+    // Coarsely sampled, so that none are averaged: four intervals of a torus, and one of a tone.
+    let mut signal = tones(40_000, &[(8.03, 1.0), (5.1, 0.6)]);
     signal.extend(tones(10_000, &[(8.03, 1.0)]));
-    expect(Periodic, "tone", &signal);
+    let found = verdict(&signal);
+    assert_eq!(found.regime, QuasiPeriodic, "{found:#?}");
+    assert!(found.confidence < 0.85, "{}", found.confidence);
+    let starts: Vec<f64> = found.intervals.iter().map(|it| it.start_s).collect();
+    assert_eq!(starts, [0.0, 200.0, 400.0, 600.0, 800.0]);
+    assert_eq!(found.intervals[4].end_s, 1000.0);
+    // With 50 samples per period, four are averaged: one interval is the whole record.
+    let found = verdict(&tones(40_000, &[(1.03, 1.0)]));
+    assert_eq!((found.regime, found.intervals.len()), (Periodic, 1));
+    // A part that is silent belongs to a transient.
+    let mut signal = vec![0.0; 20_000];
+    signal.extend(tones(20_000, &[(8.03, 1.0)]));
+    assert_ne!(verdict(&signal).regime, Periodic);
+}
+
+#[test]
+fn a_tone_is_not_averaged_away() {
+    let tone = tones(30_000, &[(11.0, 1.0)]);
+    let rumble = coloured(1, 30_000, 0.97, 0.0);
+    let signal: Vec<f64> = tone.iter().zip(rumble).map(|(x, e)| x + 0.3 * e).collect();
+    let found = verdict(&signal);
+    let one_tone = found.evidence.iter().find(|it| it.criterion == "one tone");
+    let description = &one_tone.unwrap().description;
+    assert!(description.contains("11.0 Hz"), "{description}");
+}
+
+#[test]
+fn a_torus_at_the_rate_of_a_sound_is_quasi_periodic() {
+    // The lines of `torus-1.75deg` as a sound of 0.2 s: 12 samples per period, 822 periods.
+    let (f1, f2) = (4108.738, 3868.889);
+    let lines = [
+        (f1, 0.607),
+        (3.0 * f1, 0.239),
+        (f1 + f2, 0.073),
+        (f2, 0.068),
+        (2.0 * f1, 0.051),
+        (4.0 * f1, 0.044),
+        (2.0 * f1 + f2, 0.038),
+        (4.0 * f1 - f2, 0.032),
+        (5.0 * f1, 0.021),
+    ];
+    let phased = lines.iter().zip(0..);
+    let phased: Vec<_> = phased
+        .map(|(&(f, a), k)| (f, a, 0.7 * f64::from(k)))
+        .collect();
+    let search = RegimeSearch {
+        sample_rate: 48_000.0,
+        silence: 0.0,
+        background: 0.0,
+    };
+    let found = classify(&sines(48_000.0, 9600, &phased), &search).unwrap();
+    assert_eq!(found.regime, QuasiPeriodic, "{found:#?}");
 }
 
 #[test]
@@ -431,6 +477,18 @@ fn a_modulated_tone_is_named_as_such() {
         (QuasiPeriodic, Some(Limitation::Modulation))
     );
     assert_eq!(verdict(&nonlinear(8000)).limitation, None);
+    // Slower than a fiftieth of the frequency, as a squeak is modulated.
+    for depth in [0.3, 0.7] {
+        let envelope = |i: usize| 1.0 + depth * (TAU * 0.019 * i as f64 / RATE).sin();
+        let squeak = tones(16_000, &[(1.0, 1.0), (2.0, 0.2)]);
+        let squeak = squeak.iter().enumerate().map(|(i, x)| x * envelope(i));
+        let found = verdict(&squeak.collect::<Vec<f64>>());
+        assert_eq!(
+            (found.regime, found.limitation),
+            (Periodic, Some(Limitation::Modulated))
+        );
+    }
+    assert_eq!(verdict(&tones(8000, &[(1.0, 1.0)])).limitation, None);
 }
 
 #[test]

@@ -270,6 +270,7 @@ impl Signal {
                         "Most recurrences lie on diagonals.",
                     ),
                 ],
+                intervals: Vec::new(),
             }),
         }
     }

@@ -179,7 +179,7 @@ impl Checks<'_> {
     fn at_least_a_sample(&self, name: &str, delay: f64) -> Result<(), SceneError> {
         ensure!(self.table,
             delay * self.rate >= 0.999 => name, &["time.sample_rate_khz"];
-            "the delay is shorter than one sample ({} us)", 1e6 / self.rate;
+            "the delay is shorter than one sample ({} µs)", 1e6 / self.rate;
             "increase it to at least one sample");
         Ok(())
     }

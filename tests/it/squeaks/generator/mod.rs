@@ -33,7 +33,7 @@ use rustfft::num_complex::Complex64;
 
 use background::amplitude;
 use spectrum::{Room, add, filtered, log_uniform, rms};
-use squeak::{Plan, SecondTone, Sound};
+use squeak::{Plan, Sound};
 
 /// Seeds for the development of methods.
 pub const TUNING_SEEDS: Range<u64> = 0..1_000_000;
@@ -66,6 +66,12 @@ pub enum Kind {
     Bursts,
     /// One to three squeaks whose type of motion changes: a second tone sets in.
     Change,
+    /// One to three squeaks with an incommensurate second tone: a torus.
+    Torus,
+    /// One to three squeaks with lines between the harmonics: a doubled period.
+    Doubled,
+    /// One to three squeaks with chaotic motion.
+    Chaos,
 }
 
 /// The truth about a squeak; the module says how each quantity is defined.
@@ -83,6 +89,16 @@ pub struct Squeak {
     pub harmonics: usize,
     /// Rate of the amplitude modulation, Hz, and its depth (0 to 1).
     pub modulation: Option<(f64, f64)>,
+    /// Frequency of the strongest line of a second tone, Hz, and its amplitude over that of the fundamental.
+    pub second: Option<[f64; 2]>,
+}
+
+impl Kind {
+    /// Whether its recordings have squeaks.
+    fn has_squeaks(self) -> bool {
+        use Kind::{Change, Chaos, Doubled, Squeaks, Torus};
+        matches!(self, Squeaks | Change | Torus | Doubled | Chaos)
+    }
 }
 
 /// A recording and what is in it.
@@ -92,7 +108,7 @@ pub struct Recording {
     pub rate_hz: f64,
     /// Samples; full scale is 1.
     pub samples: Vec<f64>,
-    /// The squeaks by start; none unless the kind is [`Kind::Squeaks`] or [`Kind::Change`].
+    /// The squeaks by start; none in recordings of other sounds.
     pub squeaks: Vec<Squeak>,
     /// What else is in it, in words.
     pub parts: Vec<&'static str>,
@@ -212,13 +228,11 @@ fn plans(
 ) -> Vec<(Plan, Sound)> {
     let length_s = n as f64 / rate_hz;
     let mut plans: Vec<(Plan, Sound)> = Vec::new();
-    if matches!(kind, Kind::Squeaks | Kind::Change) {
+    if kind.has_squeaks() {
         let count = [1, 1, 1, 2, 2, 3][rng.random_range(0..6)];
         while plans.len() < count {
             let mut plan = Plan::draw(rate_hz, length_s, snr_db, rng);
-            if kind == Kind::Change {
-                plan.second = Some(SecondTone::draw(rng));
-            }
+            plan.change_motion(kind, rate_hz, rng);
             if plans.iter().any(|(other, _)| plan.is_like(other)) {
                 continue;
             }
@@ -259,6 +273,10 @@ fn add_squeak(
         snr_db: plan.snr_db,
         harmonics: plan.partials.len().min(heard as usize),
         modulation: (depth > 0.0).then_some((rate, depth)),
+        second: plan.second.as_ref().map(|second| {
+            let [ratio, size] = second.strongest();
+            [ratio * frequency_hz, size]
+        }),
     }
 }
 

@@ -7,6 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rustfft::num_complex::Complex64;
 
+use super::Kind;
 use super::background::{Wander, amplitude};
 use super::spectrum::{Room, log_uniform};
 
@@ -39,29 +40,116 @@ impl Edge {
     }
 }
 
-/// A tone with a subharmonic or incommensurate frequency, which changes the type of motion.
+/// A second tone, and its combinations with the first: they change the type of motion.
 pub struct SecondTone {
-    /// Frequency over that of the squeak.
-    ratio: f64,
-    /// Amplitude over that of the squeak's fundamental.
-    size: f64,
-    /// When it sets in, share of the duration.
+    /// Frequency over that of the squeak, and amplitude over that of its fundamental, strongest first.
+    lines: Vec<[f64; 2]>,
+    /// When it sets in, share of the duration; negative for one that sounds from the start.
     onset: f64,
 }
 
 impl SecondTone {
-    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
+    /// A subharmonic or incommensurate tone that sets in during the squeak.
+    pub fn that_sets_in(rng: &mut ChaCha8Rng) -> Self {
+        let ratio = [0.5, 0.618, 1.5, 1.414][rng.random_range(0..4)];
         Self {
-            ratio: [0.5, 0.618, 1.5, 1.414][rng.random_range(0..4)],
-            size: rng.random_range(0.3..1.0),
+            lines: vec![[ratio, rng.random_range(0.3..1.0)]],
             onset: rng.random_range(0.35..0.65),
         }
+    }
+
+    /// A period of two: lines between the harmonics.
+    pub fn subharmonic(rng: &mut ChaCha8Rng) -> Self {
+        let orders = [[0.5, 1.5], [1.5, 0.5], [1.5, 2.5]][rng.random_range(0..3)];
+        let size = log_uniform(rng, 0.1, 0.8);
+        Self {
+            lines: vec![[orders[0], size], [orders[1], 0.5 * size]],
+            onset: -1.0,
+        }
+    }
+
+    /// An incommensurate tone, in half of the squeaks with combinations; or, in a third, the side lines of a fast
+    /// modulation. None is above `highest`, over the frequency of the squeak.
+    pub fn incommensurate(highest: f64, rng: &mut ChaCha8Rng) -> Self {
+        let size = log_uniform(rng, 0.15, 1.0);
+        let mut lines = if rng.random_bool(0.33) {
+            let ratio = 1.0 + log_uniform(rng, 0.025, 0.3);
+            let other = rng.random_range(0.3..1.0);
+            vec![[ratio, 0.5 * size], [2.0 - ratio, 0.5 * size * other]]
+        } else {
+            let ratio = loop {
+                let ratio = log_uniform(rng, 0.35, 2.7f64.min(highest));
+                let off = |q: f64| (q * ratio - (q * ratio).round()).abs();
+                if (1..=4).all(|q| off(f64::from(q)) > 0.03) {
+                    break ratio;
+                }
+            };
+            let combinations = [1.0 + ratio, (2.0 - ratio).abs(), (1.0 - ratio).abs()];
+            let share = f64::from(u8::from(rng.random_bool(0.5)));
+            let others =
+                combinations.map(|line| [line, share * size * rng.random_range(0.02..0.5)]);
+            [[ratio, size]].into_iter().chain(others).collect()
+        };
+        lines.retain(|[ratio, _]| *ratio < highest);
+        Self { lines, onset: -1.0 }
+    }
+
+    /// The strongest line: its frequency and amplitude over those of the squeak's fundamental.
+    pub fn strongest(&self) -> [f64; 2] {
+        self.lines[0]
     }
 
     /// The tone at a share of the duration and a phase of the squeak, rad.
     fn at(&self, share: f64, phase: f64) -> f64 {
         let rise = ((share - self.onset) / 0.05).clamp(0.0, 1.0);
-        rise * self.size * (self.ratio * phase).cos()
+        let lines = self.lines.iter();
+        rise * lines
+            .map(|[ratio, size]| size * (ratio * phase).cos())
+            .sum::<f64>()
+    }
+}
+
+/// A Roessler system with a chaotic parameter, whose plane is that of an analytic signal.
+#[derive(Clone)]
+pub struct Chaos {
+    parameter: f64,
+    state: [f64; 3],
+}
+
+impl Chaos {
+    /// Mean period in the unit of time of the system.
+    const PERIOD: f64 = 5.9;
+
+    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
+        // Between windows of periodic motion; the largest exponent is at least 0.3 per period.
+        let chaotic = [[4.5, 4.6], [4.9, 5.1], [5.65, 5.95], [6.1, 6.5], [7.4, 7.8]];
+        let [low, high] = chaotic[rng.random_range(0..chaotic.len())];
+        let mut chaos = Self {
+            parameter: rng.random_range(low..high),
+            state: [1.0, 1.0, 0.0],
+        };
+        chaos.advance(rng.random_range(100.0..200.0));
+        chaos
+    }
+
+    fn flow(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        [-y - z, x + 0.2 * y, 0.2 + z * (x - self.parameter)]
+    }
+
+    /// Advances by a number of mean periods with the classical Runge-Kutta method.
+    fn advance(&mut self, periods: f64) {
+        let steps = (periods * Self::PERIOD / 0.05).ceil();
+        let h = periods * Self::PERIOD / steps;
+        let ahead = |s: [f64; 3], k: [f64; 3], h: f64| std::array::from_fn(|c| s[c] + h * k[c]);
+        for _ in 0..steps as usize {
+            let s = self.state;
+            let k1 = self.flow(s);
+            let k2 = self.flow(ahead(s, k1, 0.5 * h));
+            let k3 = self.flow(ahead(s, k2, 0.5 * h));
+            let k4 = self.flow(ahead(s, k3, h));
+            let slope = |c: usize| (k1[c] + 2.0 * k2[c] + 2.0 * k3[c] + k4[c]) / 6.0;
+            self.state = std::array::from_fn(|c| s[c] + h * slope(c));
+        }
     }
 }
 
@@ -78,8 +166,10 @@ pub struct Plan {
     /// Rate in Hz and depth of the amplitude modulation; the depth is 0 without.
     pub modulation: (f64, f64),
     swell: (f64, Wander),
-    /// A second tone that sets in during the squeak.
+    /// A second tone.
     pub second: Option<SecondTone>,
+    /// A chaotic motion instead of a tone with partials.
+    pub chaos: Option<Chaos>,
     edges: [Edge; 2],
     /// Amplitudes of all partials, the first is 1.
     pub partials: Vec<f64>,
@@ -123,6 +213,30 @@ impl Plan {
             edges: [Edge::draw(rng), Edge::draw(rng)],
             snr_db: rng.random_range(snr_db.clone()),
             second: None,
+            chaos: None,
+        }
+    }
+
+    /// Makes the motion that of a kind of recordings. A second frequency or chaos is not modulated besides.
+    pub fn change_motion(&mut self, kind: Kind, rate_hz: f64, rng: &mut ChaCha8Rng) {
+        let highest = 0.45 * rate_hz / self.base_hz;
+        match kind {
+            Kind::Change => self.second = Some(SecondTone::that_sets_in(rng)),
+            Kind::Doubled => {
+                self.base_hz = self.base_hz.min(0.17 * rate_hz);
+                self.second = Some(SecondTone::subharmonic(rng));
+            }
+            Kind::Torus => self.second = Some(SecondTone::incommensurate(highest, rng)),
+            Kind::Chaos => {
+                // Its spectrum must end below half of the rate.
+                self.base_hz = self.base_hz.min(0.1 * rate_hz);
+                self.partials.truncate(1);
+                self.chaos = Some(Chaos::draw(rng));
+            }
+            _ => {}
+        }
+        if matches!(kind, Kind::Torus | Kind::Chaos) {
+            self.modulation.1 = 0.0;
         }
     }
 
@@ -148,6 +262,7 @@ impl Plan {
     fn source(&self, n: usize, rate_hz: f64) -> (Vec<Complex64>, Vec<Complex64>) {
         let mut fundamental = vec![Complex64::ZERO; n];
         let mut rest = fundamental.clone();
+        let mut chaos = self.chaos.clone();
         let (mut phase, mut whole_phase) = (0.0, 0.0);
         let margin = 0.4;
         let first = ((self.start_s - margin).max(0.0) * rate_hz) as usize;
@@ -164,6 +279,11 @@ impl Plan {
                 * amplitude(self.swell.0 * self.swell.1.at(t))
                 * (1.0 + depth * (TAU * rate * t).sin());
             fundamental[i] = Complex64::from_polar(level, phase);
+            if let Some(chaos) = &mut chaos {
+                chaos.advance(frequency / rate_hz);
+                let [x, y, _] = chaos.state;
+                fundamental[i] = 0.12 * level * Complex64::new(x, y);
+            }
             if let Some(second) = &self.second {
                 rest[i].re += level * second.at(u + 0.5, whole_phase);
             }
