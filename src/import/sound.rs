@@ -149,7 +149,7 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<Option<String>, Pro
             _ => Ok((0, 0)),
         });
         match block.transpose() {
-            // A whole packet is missing.
+            // More than a packet is missing.
             Ok(None) if frames + latest < stated => {
                 let missing =
                     format!("its header states {stated} samples, and the file has {frames}");

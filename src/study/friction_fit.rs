@@ -94,8 +94,9 @@ impl FrictionFit {
         let mut doubts = Vec::new();
         if fastest > FAST {
             doubts.push(format!(
-                "the speeds reach {fastest} m/s, and joints and squealing brakes slide below {FAST} m/s: if they are in mm/s, \
-                 divide them by 1000"
+                "the speeds reach {} m/s, and joints and squealing brakes slide below {FAST} m/s: if they are in mm/s, divide \
+                 them by 1000",
+                significant(fastest, 3)
             ));
         }
         let remedy = "use the points as they are, with law = \"table\"";

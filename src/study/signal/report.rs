@@ -343,7 +343,7 @@ fn section(section: &PoincareSection, is_periodic: bool, amount: Amount<'_>) -> 
         SectionShape::Points(count) => &format!("{count} points"),
         SectionShape::Loop => "a loop",
         SectionShape::Arc => "an arc",
-        SectionShape::Cloud if is_periodic => "a cloud (noise spreads the points of the period)",
+        SectionShape::Cloud if is_periodic => "a cloud (spread by noise or modulation)",
         SectionShape::Cloud => "a cloud",
     };
     let spacing = section.mean_return_time_s;
