@@ -26,7 +26,7 @@ impl Facts<'_> {
 /// Friction that falls with the speed of one mass.
 pub fn negative_slope(facts: &mut Facts<'_>) {
     facts.growth();
-    for mode in &facts.computed.modes {
+    if let Some(mode) = facts.computed.modes.first() {
         facts.predicted("frequency", mode.frequency_hz, "Hz");
     }
     facts.strongest_line();

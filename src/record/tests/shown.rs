@@ -18,7 +18,7 @@ use crate::record::branch::save_branch;
 use crate::record::{Output, RerunSink, paths};
 use crate::report::{Report as _, agreement, markdown};
 use crate::scene::{Parameter, Scene};
-use crate::study::branch::BranchPlan;
+use crate::study::branch::{BranchPlan, OrbitStarts};
 
 /// The chunks of a recording and its blueprint.
 fn chunks(path: &Path) -> Vec<Chunk> {
@@ -100,10 +100,13 @@ fn the_times_of_recurrence_have_different_colours() {
 fn a_branch_names_its_parameter_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("branch.rrd");
-    let scene = Scene::load("mass-on-belt").unwrap();
+    let scene = Scene::load("negative-slope").unwrap();
     let speed = Parameter::named("mass_on_belt.belt_speed_mm_per_s").unwrap();
-    let plan = BranchPlan::new(scene.clone(), speed, [20.0, 400.0], 20);
-    let branch = plan.follow(None, &mut |_, _| Ok(()), &mut |_| ()).unwrap();
+    let plan = BranchPlan::new(scene.clone(), speed, [50.0, 200.0], 20);
+    let starts = Some(OrbitStarts::Scene);
+    let branch = plan
+        .follow(starts, &mut |_, _| Ok(()), &mut |_| ())
+        .unwrap();
     assert!(!branch.points.is_empty());
     save_branch(&path, &scene, &branch, "squeakscope branch test").unwrap();
     let texts = texts(&path);
