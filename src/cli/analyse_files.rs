@@ -189,15 +189,10 @@ fn files(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBu
         let before = files.len();
         for entry in &inside {
             let labelled = labelled_by(entry, &inside);
-            let reason = match labelled {
-                Some(recording) => format!("labels of {}", recording.display()),
-                None => match why_skipped(entry, args.skip_lines) {
-                    Some(reason) => reason,
-                    None => {
-                        files.push(entry.clone());
-                        continue;
-                    }
-                },
+            let labels = labelled.map(|recording| format!("labels of {}", recording.display()));
+            let Some(reason) = labels.or_else(|| why_skipped(entry, args.skip_lines)) else {
+                files.push(entry.clone());
+                continue;
             };
             // The labels are read.
             if labelled.is_none() || args.truth.as_ref() != Some(path) {
@@ -238,8 +233,9 @@ fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
     match Format::of(entry) {
         Ok(Format::Text) => {
             let problem = channels(entry, skipped_lines).err()?.problem;
-            // A damaged file is a signal that cannot be analysed.
-            matches!(problem, Problem::NoNumbers)
+            // A damaged file is a signal that cannot be analysed, such as text named .wav.
+            let is_note = Format::ending(entry).is_none_or(|ending| ending == "txt");
+            (is_note && matches!(problem, Problem::NoNumbers))
                 .then(|| "a text without numbers in its first lines".to_owned())
         }
         Ok(_) => None,

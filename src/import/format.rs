@@ -34,6 +34,17 @@ pub enum Format {
 const HEAD: usize = 8192;
 
 impl Format {
+    /// The ending of a name, in lower case, if it is that of a format.
+    pub fn ending(path: &Path) -> Option<String> {
+        let known =
+            "wav flac mp3 aac m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
+        let ending = path.extension()?.to_string_lossy().to_lowercase();
+        known
+            .split(' ')
+            .any(|known| known == ending)
+            .then_some(ending)
+    }
+
     /// The format of a file.
     ///
     /// # Errors
@@ -109,10 +120,7 @@ impl Format {
 
 /// The error for a content of no known format.
 fn unknown(path: &Path) -> Problem {
-    let known = "wav flac mp3 aac m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let called = extension.filter(|extension| known.split(' ').any(|known| known == extension));
-    let called = called.map_or_else(String::new, |extension| {
+    let called = Format::ending(path).map_or_else(String::new, |extension| {
         format!(" (the extension is .{extension}, but the content is different)")
     });
     Problem::Content(format!(
