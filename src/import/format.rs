@@ -35,14 +35,11 @@ const HEAD: usize = 8192;
 
 impl Format {
     /// The ending of a name, in lower case, if it is that of a format.
-    pub fn ending(path: &Path) -> Option<String> {
+    pub fn ending(path: &Path) -> Option<&'static str> {
         let known =
             "wav flac mp3 aac m4a mp4 ogg opus aiff csv tsv txt dat uff unv npy npz mat rrd";
         let ending = path.extension()?.to_string_lossy().to_lowercase();
-        known
-            .split(' ')
-            .any(|known| known == ending)
-            .then_some(ending)
+        known.split(' ').find(|known| *known == ending)
     }
 
     /// The format of a file.
