@@ -283,7 +283,7 @@ pub fn tone_loop(joint: &JointInfo, [up, down]: [Vec<[f64; 2]>; 2], now: Vec<[f6
     let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
     let frequencies = joint.modes.iter().map(|mode| mode.frequency_hz);
     let highest = 1.2 * frequencies.fold(2e3, f64::max);
-    let x = Axis::linear("tilt, °", [low, 1.05 * high]);
+    let x = Axis::linear("tilt, deg", [low, 1.05 * high]);
     let y = Axis::rounded_logarithmic("strongest line", [1e3, highest].into_iter()).of("Hz");
     Panel::new("Strongest line over tilt", x, y, layers.to_vec())
 }
