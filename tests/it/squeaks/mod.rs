@@ -157,7 +157,7 @@ fn band_power(recording: &Recording, span_s: [f64; 2], centre_hz: f64) -> f64 {
 }
 
 #[track_caller]
-fn assert_range(recording: &Recording) {
+fn assert_range(recording: &Recording, shortest_s: f64) {
     let length_s = recording.samples.len() as f64 / recording.rate_hz;
     assert!((5.0..=10.0).contains(&length_s));
     assert!((16e3..=96e3).contains(&recording.rate_hz));
@@ -168,7 +168,7 @@ fn assert_range(recording: &Recording) {
             0.0 < squeak.start_s && squeak.end_s < length_s,
             "{squeak:?}"
         );
-        assert!(squeak.end_s - squeak.start_s > 0.25, "{squeak:?}");
+        assert!(squeak.end_s - squeak.start_s > shortest_s, "{squeak:?}");
         let highest = 12e3f64.min(0.45 * recording.rate_hz);
         assert!(
             (200.0..highest).contains(&squeak.frequency_hz),
@@ -185,14 +185,15 @@ fn assert_range(recording: &Recording) {
 fn recordings_have_the_stated_range() {
     for seed in TUNING_SEEDS.take(12) {
         for kind in [Kind::Squeaks, Kind::Change] {
-            assert_range(&recording(kind, -10.0..=30.0, seed));
+            assert_range(&recording(kind, -10.0..=30.0, seed), 0.25);
         }
     }
     for seed in TUNING_SEEDS.take(3) {
         for kind in [Kind::Torus, Kind::Doubled, Kind::Chaos] {
             let recording = recording(kind, 10.0..=30.0, seed);
             if kind != Kind::Chaos {
-                assert_range(&recording);
+                // At the minimum of a beat the level is too low to belong to the squeak.
+                assert_range(&recording, 0.2);
             }
             for squeak in &recording.squeaks {
                 let has_second = squeak.second.is_some_and(|[frequency_hz, size]| {
@@ -209,7 +210,7 @@ fn recordings_have_the_stated_range_and_signal_to_noise_ratio() {
     let mut checked = 0;
     for seed in TUNING_SEEDS.take(40) {
         let recording = recording(Kind::Squeaks, 6.0..=12.0, seed);
-        assert_range(&recording);
+        assert_range(&recording, 0.25);
         // One squeak, after enough noise that stays the same.
         let steady = |part: &&str| ["pink noise", "rumble", "hum"].contains(part);
         let [squeak] = &recording.squeaks[..] else {
