@@ -73,7 +73,7 @@ class SectionPoint(Result): at: Array; time_s: float
 class SignalOfFile(Result): name: str; rate_hz: float; samples: Array; start_s: float; unit: str
 class SignalStatistics(Result): duration_s: float; maximum: float; mean: float; minimum: float; name: str; sample_count: int; sample_rate_hz: float; standard_deviation: float; start_s: float; unit: str
 class SolverStats(Result): crossings: int; events: int; grazings: int; jacobians: int; rejections: int; rhs_evals: int; steps: int; steps_without_event_location: int; switches: int
-class Span(Result): end_s: float; start_s: float
+class Span(Result): end_s: float; start_s: float; end: float; start: float
 class SpectralLine(Result): amplitude: float; frequency_hz: float; label: str; frequency: float
 class SpectralLines(Result): beat_hz: float | None; bin_width_hz: float; broadband_share: float; doubling: int; lines: Results[NamedLine]; names: tuple[Combination | None, ...]; p_value: float; bases: Literal['modulated']; f1_hz: float; f2_hz: float; fm_hz: float
 class Spectrogram(Result): amplitude: Array; frequency_hz: Array; time_s: Array
