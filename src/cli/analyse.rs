@@ -23,7 +23,7 @@ use crate::export::{OutputError, replace_file};
 use crate::import::{Label, Selection};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
-use crate::plot::{signal_figure_names, signal_figures};
+use crate::plot::{figure_names, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
@@ -48,7 +48,7 @@ fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Resul
         .file("--save", Kind::RECORDING, args.save.as_ref())?
         .file("--labels", Kind::LABELS, args.labels.as_ref())?
         .file("--events", Kind::TABLE, args.events.as_ref())?
-        .figures(&args.figures, PIXELS, signal_figure_names())?;
+        .figures(&args.figures, PIXELS, figure_names())?;
     let watch = Watch::new(stop);
     let analysed = analyse(args, file, args.column.clone(), &watch)?;
     let recording = files.path("--save");

@@ -16,7 +16,7 @@ use super::harness::{Outputs, Watch};
 use super::output::{Kind, check_directory, check_file};
 use super::resources;
 use crate::import::{Format, Problem, channels};
-use crate::plot::{signal_figure_names, signal_figures};
+use crate::plot::{figure_names, signal_figures};
 use crate::study::signal::{AnalysedFiles, FailedFile, SignalAnalysis, write_events};
 
 /// A file and its column, if one is selected.
@@ -128,11 +128,7 @@ fn check_directories(args: &AnalyseArgs, jobs: &[Job]) -> Result<(), CliError> {
     }
     let force = args.output.overwrite.force;
     if let Some(directory) = &args.figures.path {
-        let names = args
-            .figures
-            .drawn
-            .or_formats(PIXELS)
-            .names(&signal_figure_names());
+        let names = args.figures.drawn.or_formats(PIXELS).names(&figure_names());
         for name in named.keys() {
             check_directory(&directory.join(name), "--figures", &names, force)?;
         }

@@ -20,8 +20,8 @@ use crate::pipeline::message::Summary;
 use crate::pipeline::{
     Monitor, PipelineError, RunResult, Simulation, Sink, Source as _, Tee, drive,
 };
-use crate::plot::{RUN_FIGURES, RunFigures};
-use crate::record::{RERUN_VERSION, RerunSink};
+use crate::plot::figure_names;
+use crate::record::{RERUN_VERSION, RerunSink, RunFigures};
 use crate::scene::Scene;
 use crate::sound::WavSink;
 
@@ -46,9 +46,10 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
         .file("--save", recording, saved)?
         .file("--npz", Kind::ARRAYS, args.npz.as_ref())?
         .file("--wav", Kind::SOUND, args.audio.wav.as_ref())?
-        .figures(&args.figures, PIXELS, RUN_FIGURES)?;
+        .figures(&args.figures, PIXELS, figure_names())?;
     let watch = Watch::new(stop);
-    let mut figures = args.figures.path.is_some().then(RunFigures::default);
+    let figures = args.figures.path.as_ref();
+    let mut figures = figures.map(|_| RunFigures::new(scene.record));
     let simulated = simulate(args, &scene, (&files, figures.as_mut()), stop, &watch);
     let (summary, audio) = simulated.map_err(CliError::during("run"))?;
     let result = RunResult::new(&scene, &summary, audio);
@@ -57,7 +58,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
         ["--save", "--npz", "--wav"]
             .into_iter()
             .try_for_each(|option| files.write(option, |_| Ok::<_, CliError>(())))?;
-        files.draw(|| figures.as_mut().map_or(Vec::new(), RunFigures::figures))
+        files.draw(|| figures.as_ref().map_or(Vec::new(), RunFigures::figures))
     });
     if let Some(recording) = saved.filter(|_| matches!(ended, Ok(()) | Err(CliError::Interrupted)))
     {

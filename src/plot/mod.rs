@@ -17,6 +17,7 @@ mod chaos;
 mod color;
 mod cost;
 mod figure;
+mod figures;
 mod lesson;
 mod lyapunov;
 pub(crate) mod paper;
@@ -42,15 +43,14 @@ pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
+pub use figures::{figure_names, figures, panel_names};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
-pub use lyapunov::lyapunov_figure;
+pub use lyapunov::{lyapunov_figure, running_exponents};
 pub use response::NAMED_LINES;
-pub use run::{
-    RUN_FIGURES, RedrawTimer, RunFigures, RunPanels, full_scale, letter, range_shown, units,
-};
+pub use run::{RedrawTimer, RunPanels, full_scale, letter, range_shown, units};
 pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
-pub use signal::{signal_figure_names, signal_figures};
+pub use signal::{evidence, signal_figures, spectrogram_panel};
 pub use style::{FigureOptions, Format, Style, parse_size};
 pub use sweep::{ParameterPanels, start_label, sweep_figures};
 pub use text::shown;

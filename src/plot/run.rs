@@ -1,45 +1,24 @@
 //! The pictures of a run as panels, from its records. Recordings draw each one when it changes, and figures the last.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::chaos::{divergence, embedding, largest_exponents, zero_one_path};
 use super::lyapunov::current_spectrum;
-use super::response::{self, WINDOW, run_spectrum_axes, spectrum};
-use super::{Color, Figure, FullScale, LessonPictures, Panel, SectionAxes, Unit};
+use super::response::{self, run_spectrum_axes, spectrum};
+use super::{Color, FullScale, Panel, SectionAxes, Unit};
 use crate::analysis::chaos::ScalingRegion;
 use crate::analysis::poincare::SectionPoint;
 use crate::pipeline::message::{DisplayRates, Header, Record, SignalInfo, Subject};
-use crate::pipeline::{Sink, SinkError};
 
 /// Number of intersections shown; a 4 kHz squeak has 1,000 in 0.25 s.
 const PASSAGES: usize = 600;
 /// Number of points of the path of the 0-1 test.
 const PATH_POINTS: usize = 1000;
-/// Natural periods in the phase portrait of a small system.
-const PERIODS: f64 = 40.0;
 /// Smallest full scale of the exponents, 1/s.
 const SMALLEST_EXPONENT: f64 = 1.0;
 
-/// Names of the pictures of a run: its figures, and the keys of its views in a recording.
-pub const RUN_FIGURES: [&str; 14] = [
-    "lesson",
-    "displacement",
-    "portrait",
-    "spectrum",
-    "recurrence",
-    "mutual-information",
-    "false-neighbours",
-    "section",
-    "return-map",
-    "return-times",
-    "divergence",
-    "zero-one-path",
-    "largest-exponent",
-    "lyapunov-spectrum",
-];
-
-/// Draws a picture at a time (s): its name and panel.
+/// Draws a picture at a time (s): its name, which is that of its view in a recording, and its panel.
 type Draw<'a> = dyn FnMut(f64, &'static str, Panel) + 'a;
 
 /// Units of displacement and velocity of a subject.
@@ -206,74 +185,6 @@ impl RunPanels {
         draw(time, "section", axes.section(&points, Color::Run));
         draw(time, "return-map", axes.return_map(&points, Color::Run));
         draw(time, "return-times", axes.return_times(&times, Color::Run));
-    }
-}
-
-/// A sink that keeps the last pictures of a run for its figures.
-#[derive(Debug, Default)]
-pub struct RunFigures {
-    panels: Option<RunPanels>,
-    lesson: LessonPictures,
-    last: BTreeMap<&'static str, Panel>,
-    /// Displacement (m) and velocity (m/s) at the last samples, and their spacing, s.
-    samples: VecDeque<[f64; 2]>,
-    dt: f64,
-}
-
-impl RunFigures {
-    /// The figures, in the order of [`RUN_FIGURES`]; those of analyses without a result are missing.
-    pub fn figures(&mut self) -> Vec<Figure> {
-        let Some(RunPanels { header, .. }) = &self.panels else {
-            return Vec::new();
-        };
-        let motion = response::interpolated(self.samples.make_contiguous(), self.dt);
-        if !motion.is_empty() {
-            if header.joint().is_some() {
-                let series = response::time_series(&motion, self.dt, Color::Run);
-                self.last.insert("displacement", series);
-            }
-            let portrait = response::phase_portrait(&motion, None, Color::Run);
-            self.last.insert("portrait", portrait.square());
-        }
-        let lesson = self.lesson.panels(header);
-        let title = format!("Lesson of {}", header.scene);
-        let lesson = (!lesson.is_empty()).then(|| Figure::grid("lesson", &title, 90.0, 1, lesson));
-        let pictures = RUN_FIGURES.iter().filter_map(|name| {
-            let rows = vec![vec![self.last.get(name)?.clone()]];
-            Some(Figure::new(name, &header.scene, 100.0, rows))
-        });
-        lesson.into_iter().chain(pictures).collect()
-    }
-}
-
-impl Sink for &mut RunFigures {
-    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        if let Record::Header(header) = &record {
-            self.panels = Some(RunPanels::new(Arc::clone(header)));
-        }
-        let Some(panels) = &mut self.panels else {
-            return Ok(());
-        };
-        panels.accept(&record, &mut |_, name, panel| {
-            self.last.insert(name, panel);
-        });
-        let header = &panels.header;
-        self.lesson.accept(header, &record);
-        if let Record::Samples(frame) = &record {
-            self.dt = frame.dt;
-            let samples = frame.displacement.iter().zip(&frame.velocity);
-            // Single precision, as the motions of studies.
-            let samples = samples.map(|(&u, &v)| [u as f32, v as f32].map(f64::from));
-            self.samples.extend(samples);
-            let window = match &header.subject {
-                Subject::Small(small) => PERIODS / small.frequency_hz,
-                Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
-            };
-            let most = (window / frame.dt) as usize;
-            let surplus = self.samples.len().saturating_sub(most);
-            self.samples.drain(..surplus);
-        }
-        Ok(())
     }
 }
 

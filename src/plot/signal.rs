@@ -4,11 +4,11 @@ use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::figure::{plain_palette, regime_legend};
 use super::{Axis, Color, Figure, Image, Layer, Panel, SectionAxes, Unit};
-use super::{chaos, range_shown, response};
+use super::{chaos, figures, range_shown, response};
 use crate::analysis::chaos::Divergence;
 use crate::analysis::levels::LevelReference;
 use crate::analysis::recurrence::{Measures, RecurrencePeriods};
-use crate::analysis::regime::Evidence;
+use crate::analysis::regime::{Evidence, Verdict};
 use crate::analysis::tones::{Bases, Column};
 use crate::number::significant;
 use crate::study::signal::{Outcome, SignalAnalysis, SkipReason};
@@ -29,42 +29,33 @@ const ROWS: usize = 600;
 /// Colour of ridges: visible on the dark colours of strong tones.
 const RIDGE: Color = Color::Series(6);
 
-/// The rows of a figure and its height, mm.
-type Picture = Result<(f64, Vec<Vec<Panel>>), SkipReason>;
+/// Panels with their names in the list of figures, or why the analysis was skipped.
+type Picture = Result<Vec<(&'static str, Panel)>, SkipReason>;
 
-/// A figure: name, what it shows, and its picture.
-type Drawing = (&'static str, &'static str, fn(&SignalAnalysis) -> Picture);
-
-const FIGURES: [Drawing; 13] = [
-    ("events", "Tonal events", events),
-    ("waveform", "Waveform", waveform),
-    ("spectrum", "Spectrum", spectrum),
-    ("spectrogram", "Spectrogram", spectrogram),
-    ("delay", "Delay and dimension", delay),
-    ("portrait", "Delay portrait", portrait),
-    ("recurrence", "Recurrence plot", recurrence),
-    ("measures", "Recurrence quantification over time", measures),
-    ("section", "Poincaré section y(t + τ) = mean", section),
-    ("return-times", "Times between crossings", return_times),
-    ("divergence", "Divergence of nearby states", divergence),
-    ("zero-one", "0-1 test for chaos", zero_one),
-    ("regime", "Type of motion", regime),
+/// The pictures of a report, each with the name of its first panel.
+const PICTURES: [(&str, fn(&SignalAnalysis) -> Picture); 13] = [
+    ("events", events),
+    ("waveform", waveform),
+    ("spectrum", spectrum),
+    ("spectrogram", spectrogram),
+    ("mutual-information", delay),
+    ("portrait", portrait),
+    ("recurrence", recurrence),
+    ("recurrence-shares", measures),
+    ("section", section),
+    ("return-times", return_times),
+    ("divergence", divergence),
+    ("zero-one-frequencies", zero_one),
+    ("evidence", regime),
 ];
-
-/// Names of the figures of [`signal_figures`], in their order.
-pub fn signal_figure_names() -> [&'static str; 13] {
-    FIGURES.map(|(name, ..)| name)
-}
 
 /// The figures of a report.
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
-    let figures = FIGURES.into_iter().map(|(name, title, picture)| {
-        let skipped = |reason| (60.0, vec![vec![empty_panel("skipped", reason)]]);
-        let (height, rows) = picture(report).unwrap_or_else(skipped);
-        let title = format!("{title} of {}", report.signal.name);
-        Figure::new(name, &title, height, rows)
+    let panels = PICTURES.iter().flat_map(|(first, picture)| {
+        let skipped = |reason| vec![(*first, empty_panel("skipped", reason))];
+        picture(report).unwrap_or_else(skipped)
     });
-    figures.collect()
+    figures(&report.signal.name, &panels.collect())
 }
 
 /// The unit in which samples are written.
@@ -88,7 +79,7 @@ fn curve(points: impl Iterator<Item = [f64; 2]>) -> Layer {
 
 /// The spectrogram with the ridges of the events, numbered at their starts.
 fn events(report: &SignalAnalysis) -> Picture {
-    let mut panel = spectrogram_panel(report);
+    let mut panel = whole_spectrogram(report);
     let events = report.events();
     let reference = report.level_reference();
     let shown = format!("events with number and level ({reference}) at their starts");
@@ -113,7 +104,7 @@ fn events(report: &SignalAnalysis) -> Picture {
         };
         panel.layers.extend([ridges.with_id("ridges"), starts]);
     }
-    Ok((88.0, vec![vec![panel.with_title(title)]]))
+    Ok(vec![("events", panel.with_title(title))])
 }
 
 fn waveform(report: &SignalAnalysis) -> Picture {
@@ -133,7 +124,7 @@ fn waveform(report: &SignalAnalysis) -> Picture {
     };
     let whole = panel("whole signal", 0);
     let end = panel("end of the signal", count - close);
-    Ok((112.0, vec![vec![whole], vec![end]]))
+    Ok(vec![("waveform", whole), ("waveform-near", end)])
 }
 
 fn spectrum(report: &SignalAnalysis) -> Picture {
@@ -167,24 +158,30 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
     let curve = curve(levels.map(|(k, level)| [k as f64 * spectrum.bin, level]));
     let layers = vec![curve, peaks];
     let title = format!("{bases}; broadband floor {floor:.2} %");
-    let panel = Panel::new(title, x, y, layers);
-    Ok((88.0, vec![vec![panel]]))
+    Ok(vec![("spectrum", Panel::new(title, x, y, layers))])
 }
 
 fn spectrogram(report: &SignalAnalysis) -> Picture {
-    Ok((88.0, vec![vec![spectrogram_panel(report)]]))
+    Ok(vec![("spectrogram", whole_spectrogram(report))])
 }
 
 /// The spectrogram of the whole signal.
-fn spectrogram_panel(report: &SignalAnalysis) -> Panel {
-    let columns = &report.spectrogram;
+fn whole_spectrogram(report: &SignalAnalysis) -> Panel {
+    let highest = report.highest_frequency(HEADROOM);
+    spectrogram_panel(&report.spectrogram, highest, |sample| {
+        report.signal.time(sample)
+    })
+}
+
+/// The spectrogram of columns up to a frequency (Hz); `time` converts their centres to s.
+pub fn spectrogram_panel(columns: &[Column], highest: f64, time: impl Fn(f64) -> f64) -> Panel {
     let title = format!("dark is strong; range {SPECTROGRAM_DB:.0} dB");
     let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
         return empty_panel(&title, "the signal is too short for a spectrogram");
     };
-    let shown = (report.highest_frequency(HEADROOM) / first.bin).ceil() as usize;
+    let shown = (highest / first.bin).ceil() as usize;
     let shown = shown.clamp(1, first.amplitude.len());
-    let times = [first.centre, last.centre].map(|sample| report.signal.time(sample));
+    let times = [first.centre, last.centre].map(time);
     let image = image(columns, shown, times, [0.0, shown as f64 * first.bin]);
     let x = Axis::linear("time", image.x).of("s");
     let y = Axis::linear("frequency", image.y).of("Hz");
@@ -233,7 +230,10 @@ fn bases(bases: &Bases) -> String {
 fn delay(report: &SignalAnalysis) -> Picture {
     let dt = 1.0 / report.analysed().rate;
     let panels = chaos::embedding(dt, &report.embedding.get()?.choice);
-    Ok((76.0, vec![panels.into()]))
+    Ok(["mutual-information", "false-neighbours"]
+        .into_iter()
+        .zip(panels)
+        .collect())
 }
 
 fn portrait(report: &SignalAnalysis) -> Picture {
@@ -247,7 +247,7 @@ fn portrait(report: &SignalAnalysis) -> Picture {
     let (x, y) = (axis("y(t)"), axis("y(t + τ)"));
     let curve = Layer::line(points, Color::Ink).with_size(0.6);
     let panel = Panel::new(title, x, y, vec![curve]);
-    Ok((108.0, vec![vec![panel.square()]]))
+    Ok(vec![("portrait", panel.square())])
 }
 
 fn recurrence(report: &SignalAnalysis) -> Picture {
@@ -258,7 +258,7 @@ fn recurrence(report: &SignalAnalysis) -> Picture {
     panel.layers.extend(marks);
     let share = 100.0 * picture.rate;
     let panel = panel.with_title(format!("recurrence rate {share:.2} % in this plot"));
-    Ok((115.0, vec![vec![panel]]))
+    Ok(vec![("recurrence", panel)])
 }
 
 /// The diagonals at the recurrence periods that fit in a plot of a window (s), above the line of identity.
@@ -301,12 +301,20 @@ fn measures(report: &SignalAnalysis) -> Picture {
     let nats = Axis::linear("nats", [0.0, 1.1 * most(&entropy)]);
     let title = "mean line lengths L and TT, recurrence time T²";
     let rows = [
-        ("RR, DET and LAM", share, shares),
-        (title, duration, lengths),
-        ("entropy of the diagonal line lengths", nats, entropy),
+        ("recurrence-shares", "RR, DET and LAM", share, shares),
+        ("recurrence-times", title, duration, lengths),
+        (
+            "entropy",
+            "entropy of the diagonal line lengths",
+            nats,
+            entropy,
+        ),
     ];
-    let rows = rows.map(|(title, y, layers)| vec![Panel::new(title, times.clone(), y, layers)]);
-    Ok((145.0, rows.into()))
+    let panels = rows.map(|(name, title, y, layers)| {
+        let panel = Panel::new(title, times.clone(), y, layers);
+        (name, panel)
+    });
+    Ok(panels.into())
 }
 
 fn section(report: &SignalAnalysis) -> Picture {
@@ -317,7 +325,7 @@ fn section(report: &SignalAnalysis) -> Picture {
     let map = axes.return_map(&points, Color::Ink);
     let section = axes.section(&points, Color::Ink);
     let section = section.with_title(format!("{} intersections", points.len()));
-    Ok((96.0, vec![vec![section, map]]))
+    Ok(vec![("section", section), ("return-map", map)])
 }
 
 /// The axes of a section about the middle of the samples.
@@ -330,7 +338,7 @@ fn return_times(report: &SignalAnalysis) -> Picture {
     let crossings = report.section.get()?.crossings.iter();
     let times: Vec<f64> = crossings.map(|crossing| crossing.time_s).collect();
     let panel = section_axes(report).return_times(&times, Color::Ink);
-    Ok((88.0, vec![vec![panel]]))
+    Ok(vec![("return-times", panel)])
 }
 
 fn divergence(report: &SignalAnalysis) -> Picture {
@@ -339,7 +347,8 @@ fn divergence(report: &SignalAnalysis) -> Picture {
         Err(reason) => empty_panel(&format!("{title}: skipped"), reason),
     };
     let rosenstein = panel("Rosenstein", &report.rosenstein);
-    Ok((82.0, vec![vec![rosenstein, panel("Kantz", &report.kantz)]]))
+    let kantz = panel("Kantz", &report.kantz);
+    Ok(vec![("divergence", rosenstein), ("kantz", kantz)])
 }
 
 fn zero_one(report: &SignalAnalysis) -> Picture {
@@ -351,11 +360,15 @@ fn zero_one(report: &SignalAnalysis) -> Picture {
     let k = Panel::new(title, x, y, layers);
     // The other panel has K as its title.
     let path = chaos::zero_one_path(test, &report.signal.unit, test.path.len()).with_caption("");
-    Ok((84.0, vec![vec![k, path]]))
+    Ok(vec![("zero-one-frequencies", k), ("zero-one-path", path)])
 }
 
 fn regime(report: &SignalAnalysis) -> Picture {
-    let verdict = report.verdict.get()?;
+    Ok(vec![("evidence", evidence(report.verdict.get()?))])
+}
+
+/// The evidence for a type of motion.
+pub fn evidence(verdict: &Verdict) -> Panel {
     // What matters, as many as a slide has room for.
     let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
     let evidence: Vec<&Evidence> = evidence.take(8).collect();
@@ -368,7 +381,7 @@ fn regime(report: &SignalAnalysis) -> Picture {
     let mut panel = Panel::bars(&verdict.summary(), axis, rows.collect());
     let is_supported = |regime| evidence.iter().any(|e| e.supports == regime);
     panel.layers.extend(regime_legend(is_supported));
-    Ok((34.0 + 7.0 * evidence.len() as f64, vec![vec![panel]]))
+    panel
 }
 
 #[cfg(test)]

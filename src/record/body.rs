@@ -96,8 +96,7 @@ impl Body {
                 self.positions.push(std::array::from_fn(|i| {
                     (1e3 * (rest[i] + self.deformation_scale * f64::from(moved[i]))) as f32
                 }));
-                let [r, g, b] = self.map.at(size / full);
-                self.colors.push(style::rgb(r, g, b));
+                self.colors.push(style::rgb(self.map.at(size / full)));
             }
             self.peak = self.peak.max(f64::from(peak));
         }

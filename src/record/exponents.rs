@@ -1,10 +1,8 @@
 //! Lyapunov exponents: running values, spectrum with errors, and text.
 
-use crate::record::sdk::Scalars;
-
 use super::{paths, stream::RecordingStream, style, text};
 use crate::pipeline::message::{Exponents, Header, RunExponents};
-use crate::plot;
+use crate::plot::Color;
 use crate::report::{Report as _, markdown};
 
 /// Averaging time relative to the duration of the run below which the running values are not drawn: their errors would set
@@ -15,7 +13,7 @@ const SHORT: f64 = 0.1;
 pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
     let (spectrum, time) = (&found.spectrum, found.time);
     let names = (0..spectrum.exponents.len()).flat_map(|k| {
-        let color = style::on_dark(plot::Color::Series(k));
+        let color = Color::Series(k);
         let faint = style::faded(color, 0.55);
         let parts = [("lower end, ", faint), ("", color), ("upper end, ", faint)];
         parts.map(|(part, color)| (format!("λ{}, {part}1/s", k + 1), color))
@@ -30,8 +28,8 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
             let half = half.unwrap_or(f64::NAN);
             [exponent.value - half, exponent.value, exponent.value + half]
         });
-        rec.log(paths::EXPONENTS_RUNNING, time, &Scalars::new(row));
-        rec.log(paths::EXPONENTS_ZERO, time, &Scalars::single(0.0));
+        rec.row(paths::EXPONENTS_RUNNING, time, row);
+        rec.row(paths::EXPONENTS_ZERO, time, [0.0]);
     }
     let text = markdown(&RunExponents::new(found).blocks(""));
     rec.log(paths::EXPONENTS_TEXT, time, &text::document(text));

@@ -1,9 +1,10 @@
 //! State of the solver: accuracy of its steps, cost, queues.
 
 use super::stream::RecordingStream;
-use super::style::{self, short};
+use super::style::short;
 use super::{paths, text};
 use crate::pipeline::message::Health;
+use crate::plot::Color;
 
 /// Names of the series of steps and of queues.
 const STEPS: [&str; 3] = [
@@ -24,8 +25,7 @@ pub fn log(rec: &RecordingStream, health: &Health) {
         health.events_per_ms,
     ];
     let log = |path: &str, names: &[&str], values: &[f64]| {
-        let colors = style::MODES.into_iter().step_by(2);
-        rec.name(path, names.iter().copied().zip(colors));
+        rec.name(path, names.iter().copied().zip((0..).map(Color::Series)));
         if !values.is_empty() {
             rec.row(path, health.time, values.iter().copied());
         }

@@ -41,6 +41,7 @@ mod controls;
 mod encode;
 mod error;
 mod exponents;
+mod figures;
 mod file;
 mod health;
 mod lesson;
@@ -80,6 +81,7 @@ pub(crate) mod sdk {
 }
 
 pub use error::RecordError;
+pub use figures::RunFigures;
 pub use messages::Damage;
 pub(crate) use part_file::PartFile;
 #[cfg(feature = "live")]

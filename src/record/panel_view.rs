@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use crate::record::sdk::components::ImageFormat;
 use crate::record::sdk::datatypes::ChannelDatatype;
 use crate::record::sdk::{
-    AnnotationContext, ClassDescription, Clear, Color, LineStrips2D, Points2D, Radius, Rgba32,
+    AnnotationContext, ClassDescription, Clear, LineStrips2D, Points2D, Radius, Rgba32,
     SegmentationImage, Transform3D,
 };
 
@@ -23,7 +23,7 @@ use super::plot::{CAPTION_HEIGHT, Plot, legend_height, texts};
 use super::stream::{Moment, RecordingStream};
 use super::style;
 use crate::escape;
-use crate::plot::{self, Image, Layer, Panel, Shape, shown};
+use crate::plot::{Color, Image, Layer, Panel, Shape, shown};
 
 /// Lengths of the dashes and gaps of a dashed line, pixels.
 const STROKE: f32 = 8.0;
@@ -131,6 +131,9 @@ impl PanelView {
 
     /// Draws a panel from a moment on.
     pub fn draw(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel) {
+        if rec.keep(&self.path, panel) {
+            return;
+        }
         let plot = self.draw_axes(rec, at, panel);
         self.draw_layers(rec, at, &plot, &panel.layers);
         let [middle, height] = [0.5 * plot.width, 0.5 * plot.height];
@@ -150,7 +153,7 @@ impl PanelView {
     pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
         let cursor = Layer {
             dashed: false,
-            ..Layer::vertical_lines([x], plot::Color::Ink).with_id(paths::CURSOR)
+            ..Layer::vertical_lines([x], Color::Ink).with_id(paths::CURSOR)
         };
         let plot = self.plot(panel);
         self.draw_layers(rec, at, &plot, &[cursor]);
@@ -232,7 +235,7 @@ impl PanelView {
         plot: &Plot,
         (layer, peaks): (&Layer, &[([f64; 2], String)]),
     ) {
-        let color = style::on_dark(layer.color);
+        let color = layer.color;
         let tips: Vec<[f32; 2]> = peaks.iter().map(|([x, y], _)| plot.at(*x, *y)).collect();
         let points = Points2D::new(tips.iter().copied())
             .with_colors([color])
@@ -295,7 +298,7 @@ fn place_names<'a>(
 fn legend(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let text = |layer: &Layer| shown(&escape::line(&layer.label));
-    let named = named.map(|layer| (text(layer), style::on_dark(layer.color)));
+    let named = named.map(|layer| (text(layer), layer.color));
     named.collect()
 }
 
@@ -308,7 +311,7 @@ fn text(text: &str, at: [f32; 2], color: Color) -> Points2D {
 impl Entity {
     /// Adds a layer; `number` is its drawing order.
     fn add(&mut self, plot: &Plot, layer: &Layer, number: f32) {
-        let color = style::on_dark(layer.color);
+        let color = layer.color;
         let places = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
             let finite = points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
             finite.map(|[x, y]| plot.at(*x, *y)).collect()
@@ -448,7 +451,7 @@ mod tests {
     #[test]
     fn overlapping_points_are_merged() {
         let mut entity = Entity::default();
-        let color = style::on_dark(crate::plot::Color::Ink);
+        let color = Color::Ink;
         entity.add_points([[2.0, 1.0], [1.0, 1.0], [1.05, 1.0]], color);
         let (points, colors): (Vec<_>, _) = entity.points.unwrap().into_iter().unzip();
         assert_eq!(points, [[1.0, 1.0], [2.0, 1.0]]);

@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::record::sdk::{Arrows3D, Color, LineStrips3D, Points3D, Radius};
+use crate::record::sdk::{Arrows3D, LineStrips3D, Points3D, Radius};
 
 use super::camera::Camera;
 use super::paths;
 use super::stream::{RecordingStream, nanos};
 use super::style::{self, short};
 use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
-use crate::plot::{RedrawTimer, round_up};
+use crate::plot::{Color, RedrawTimer, round_up};
 
 /// Nodes per batch, summed over its snapshots.
 const BATCH_NODES: usize = 32_000;
@@ -34,11 +34,6 @@ const KEY: f64 = -1.02;
 
 /// The states of nodes in the order of their numbers and of the legend.
 const STATES: [NodeState; 3] = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
-
-/// The colour of a node in the viewer.
-fn node(state: NodeState) -> Color {
-    style::on_dark(style::node(state))
-}
 
 /// The contact patch and its snapshots that are not sent yet.
 #[derive(Debug, Default)]
@@ -63,7 +58,7 @@ impl Patch {
     /// Draws the static elements and starts empty.
     pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Self {
         let counts = ["slip", "stick", "separated"].into_iter();
-        let counts = counts.zip(STATES.map(node));
+        let counts = counts.zip(STATES.map(style::node));
         rec.name(paths::NODE_COUNTS, counts);
         let forces = [
             ("normal force, N", style::LOAD),
@@ -107,7 +102,7 @@ impl Patch {
         let nodes = snapshot.states.len();
         self.times.push(nanos(snapshot.time));
         self.lengths.push(nodes);
-        let colors = snapshot.states.iter().map(|&state| node(state));
+        let colors = snapshot.states.iter().map(|&state| style::node(state));
         self.colors.extend(colors);
 
         // The radius of a node grows with the square root of its pressure. A separated node has a quarter of
@@ -162,7 +157,7 @@ impl Patch {
     fn draw_legend(&self, rec: &RecordingStream) {
         let nodes = self.geometry.positions.len() as f64;
         let shown = round_up(0.5 * self.load / nodes);
-        let [slip, stick, separated] = STATES.map(node);
+        let [slip, stick, separated] = STATES.map(style::node);
         let names = ["slip", "stick (creep)", "separated"].map(str::to_owned);
         let friction = format!("friction {} N", short(shown));
         let names = names.into_iter().chain([friction]);

@@ -1,11 +1,11 @@
 //! Axes of two-dimensional views. The viewer has none, so frame, ticks and labels are logged as lines and
 //! points. Scene units are pixels; y points down.
 
-use crate::record::sdk::{Color, LineStrips2D, Points2D, Radius};
+use crate::record::sdk::{LineStrips2D, Points2D, Radius};
 
 use super::stream::{Moment, RecordingStream};
 use super::{paths, style};
-use crate::plot::{Axis, shown};
+use crate::plot::{Axis, Color, shown};
 
 /// Width of a character of a legend and of the space after an entry, pixels.
 const LETTER: f32 = 9.0;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::record::sdk::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
+use crate::record::sdk::{LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::panel_view::PanelView;
 use super::paths::{self, Root};
@@ -11,7 +11,7 @@ use super::stream::{Moment, RecordingStream, nanos};
 use super::style::{self, short};
 use crate::pipeline::message::{Frame, Subject};
 use crate::plot::response::{SMALLEST, phase_portrait};
-use crate::plot::{self, FullScale, RedrawTimer, Unit, letter, range_shown, shown, units};
+use crate::plot::{Color, FullScale, RedrawTimer, Unit, letter, range_shown, shown, units};
 
 /// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
 /// kHz apart, so that the trail covers a torus before it fades.
@@ -78,7 +78,7 @@ impl Portrait {
             scale.update(sizes.fold(0.0, f64::max), SMALLEST[c]);
         }
         let reach = self.scales.map(FullScale::get);
-        let panel = phase_portrait(&[], Some(reach), plot::Color::Run);
+        let panel = phase_portrait(&[], Some(reach), Color::Run);
         let plot = self.view.draw_axes(rec, frame.t0.into(), &panel);
         self.draw_trail(rec, &plot, frame.t0, piece);
         draw_point(rec, &plot, frame);

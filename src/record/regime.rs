@@ -8,11 +8,11 @@ use super::{paths, stream::RecordingStream, style, text};
 use crate::analysis::regime::{Regime, Verdict};
 use crate::number::significant;
 use crate::pipeline::message::Header;
-use crate::plot::Unit;
+use crate::plot::{Color, Unit};
 
 /// Names the regimes and the series.
 pub fn name_regimes(rec: &RecordingStream) {
-    let colors = Regime::VARIANTS.iter().map(|kind| style::regime(*kind));
+    let colors = Regime::VARIANTS.iter().map(|kind| Color::Regime(*kind));
     let names = Regime::VARIANTS.iter().map(Regime::to_string);
     let series = names.clone().zip(colors.clone());
     rec.name(paths::REGIME_CONFIDENCE, series);

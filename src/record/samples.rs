@@ -2,6 +2,7 @@
 
 use super::{paths, plot::texts, stream::RecordingStream, style};
 use crate::pipeline::message::{Frame, JointInfo, ModeInfo};
+use crate::plot::Color;
 
 /// Adds displacement and velocity of the probe, those that are shown.
 pub fn push_probe(rec: &RecordingStream, frame: &Frame) {
@@ -42,7 +43,7 @@ impl Samples {
         }
         for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
             let names = joint.modes.iter().map(mode_name);
-            rec.name(path, names.zip(style::MODES.into_iter().cycle()));
+            rec.name(path, names.zip((0..).map(Color::Series)));
         }
         draw_mode_legend(rec, joint);
         let energies = [
@@ -92,22 +93,23 @@ impl Samples {
     }
 }
 
-/// Line height and width of the legend of the modes, pixels.
+/// Most modes in the legend; line height and width of the legend, pixels.
+const KEY_MODES: usize = 11;
 const KEY_LINE: f32 = 30.0;
 const KEY_WIDTH: f32 = 190.0;
 
 /// Bounds of the view of the legend, with a line for each colour and one more.
 pub fn mode_legend_bounds() -> [[f32; 2]; 2] {
-    let height = KEY_LINE * (style::MODES.len() as f32 + 1.0);
+    let height = KEY_LINE * (KEY_MODES as f32 + 1.0);
     [[0.0, KEY_WIDTH], [0.0, height]]
 }
 
 /// Draws the labels of the modes in their colours, one below the other.
 fn draw_mode_legend(rec: &RecordingStream, joint: &JointInfo) {
-    let entries = joint.modes.iter().zip(style::MODES).enumerate();
-    let entries = entries.map(|(k, (mode, color))| {
+    let entries = joint.modes.iter().take(KEY_MODES).enumerate();
+    let entries = entries.map(|(k, mode)| {
         let at = [0.5 * KEY_WIDTH, KEY_LINE * (k as f32 + 0.5)];
-        (at, mode_name(mode), color)
+        (at, mode_name(mode), Color::Series(k))
     });
     rec.log_static(paths::MODES_LEGEND, &texts(entries));
 }

@@ -1,13 +1,13 @@
 //! A small system: series and phase portrait coloured by status, and the status as a band.
 
-use crate::record::sdk::{Color, SeriesLines, StateChange, StateConfiguration};
+use crate::record::sdk::{SeriesLines, StateChange, StateConfiguration};
 
 use super::portrait::Portrait;
 use super::samples::push_probe;
 use super::stream::{RecordingStream, nanos};
 use super::{paths, style};
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
-use crate::plot::Unit;
+use crate::plot::{Color, Unit};
 
 /// Natural periods in the trail of the phase portrait.
 const TRAIL: f64 = 40.0;
@@ -39,8 +39,8 @@ impl SmallFrames {
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
             // A static colour would override the colour of the status.
-            let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
-            rec.start(path, &style);
+            let style = SeriesLines::new().with_widths([1.2]);
+            rec.start(path, vec![(name.to_owned(), style::SIGNAL)], style);
         }
         let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()

@@ -21,15 +21,19 @@ use crate::record::sdk::log::{
     Chunk, ChunkBatcherConfig, ChunkError, ChunkId, LogMsg, PendingRow, RowId,
 };
 use crate::record::sdk::{
-    ApplicationId, AsComponents, Color, EntityPath, RecordingInfo, Scalars, SerializationError,
+    ApplicationId, AsComponents, EntityPath, RecordingInfo, Scalars, SerializationError,
     SerializedComponentColumn, SeriesLines, SizeBytes as _, StoreId, StoreKind, TimeCell,
     TimeColumn, TimePoint, TimelineName, new_store_info,
 };
 
+use super::blueprint::layout::Row;
 use super::{error::RecordError, paths};
+use crate::plot::{Color, Panel};
 
 /// Rows of time series per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
+/// Rows of time series that are kept for figures that show the last part of a run.
+const RECENT_ROWS: usize = 50_000;
 
 /// A simulated time (s) in nanoseconds on the timeline.
 pub fn nanos(time: f64) -> i64 {
@@ -63,6 +67,11 @@ pub trait MessageSink: Debug + Send + Sync {
     fn send(&self, message: LogMsg);
 }
 
+/// No recording.
+impl MessageSink for () {
+    fn send(&self, _message: LogMsg) {}
+}
+
 /// Stream of a recording: batches rows into chunks and sends them to a sink. Pending rows are lost when the
 /// stream is dropped; call [`RecordingStream::send_pending`] first.
 #[derive(Debug)]
@@ -74,7 +83,12 @@ pub struct RecordingStream {
     series: RefCell<Vec<(String, PendingSeries)>>,
     /// The first encoding that failed.
     fault: RefCell<Option<RecordError>>,
+    /// The last panel at each path; `None` unless the stream is one for figures.
+    panels: Option<RefCell<BTreeMap<String, Panel>>>,
 }
+
+/// A curve of a time series: name, colour, and points over the time in s.
+pub type Curve = (String, Color, Vec<[f64; 2]>);
 
 /// Rows of an entity that wait for a larger batch.
 #[derive(Debug, Default)]
@@ -86,6 +100,10 @@ struct PendingRows {
 /// Rows of time series that wait for a larger batch, all of the same width.
 #[derive(Debug, Default)]
 struct PendingSeries {
+    /// Name and colour of each curve.
+    curves: Vec<(String, Color)>,
+    /// Whether old rows are forgotten: figures show the last ones.
+    is_recent: bool,
     times: Vec<i64>,
     values: Vec<f64>,
 }
@@ -97,6 +115,46 @@ impl RecordingStream {
         let info = RecordingInfo::new().with_start_time(Timestamp::now());
         rec.log_static(EntityPath::properties(), &info);
         rec
+    }
+
+    /// A stream for figures: it records nothing, but keeps time series and the last panels.
+    pub fn for_figures(application: &'static str) -> Self {
+        let nowhere = Arc::new(());
+        let stream = Self::with_kind(StoreKind::Recording, application.into(), nowhere);
+        Self {
+            panels: Some(RefCell::default()),
+            ..stream
+        }
+    }
+
+    /// Keeps a panel for figures. Returns whether the stream is one for figures.
+    pub fn keep(&self, path: &str, panel: &Panel) -> bool {
+        if let Some(panels) = &self.panels {
+            panels.borrow_mut().insert(path.to_owned(), panel.clone());
+        }
+        self.panels.is_some()
+    }
+
+    /// The last panel at a path, in a stream for figures.
+    pub fn panel(&self, path: &str) -> Option<Panel> {
+        self.panels.as_ref()?.borrow().get(path).cloned()
+    }
+
+    /// The curves of an entity of time series over the last `window` (s), in a stream for figures.
+    pub fn curves(&self, path: &str, window: f64) -> Vec<Curve> {
+        let all = self.series.borrow();
+        let Some((_, series)) = all.iter().find(|(known, _)| known == path) else {
+            return Vec::new();
+        };
+        let times = || series.times.iter().map(|time| 1e-9 * *time as f64);
+        let end = times().next_back().unwrap_or(0.0);
+        let curves = series.curves.iter().enumerate().map(|(k, (name, color))| {
+            let values = series.values.iter().skip(k).step_by(series.curves.len());
+            let points = times().zip(values).map(|(time, value)| [time, *value]);
+            let points = points.filter(|[time, _]| end - time <= window);
+            (name.clone(), *color, points.collect())
+        });
+        curves.collect()
     }
 
     /// A new blueprint for the application of this recording, with the same sink.
@@ -123,6 +181,7 @@ impl RecordingStream {
             waiting: RefCell::default(),
             series: RefCell::default(),
             fault: RefCell::default(),
+            panels: None,
         }
     }
 
@@ -144,6 +203,9 @@ impl RecordingStream {
 
     /// Logs a row; a full batch is sent.
     pub fn log(&self, path: impl Into<EntityPath>, at: impl Into<Moment>, what: &dyn AsComponents) {
+        if self.panels.is_some() {
+            return;
+        }
         let Moment(at) = at.into();
         let at = at.map_or(TimePoint::STATIC, |(timeline, time)| {
             TimePoint::default().with_index(timeline, time)
@@ -170,7 +232,7 @@ impl RecordingStream {
         times: &[i64],
         columns: Result<impl Iterator<Item = SerializedComponentColumn>, SerializationError>,
     ) {
-        let Some(columns) = self.check(columns) else {
+        let Some(columns) = self.check(columns).filter(|_| self.panels.is_none()) else {
             return;
         };
         let columns = columns.map(|column| (column.descriptor, column.list_array));
@@ -197,17 +259,22 @@ impl RecordingStream {
             return;
         }
         let series = series.into_iter().map(|(name, color)| (name.into(), color));
-        let (names, colors): (Vec<String>, Vec<Color>) = series.unzip();
-        let style = SeriesLines::new().with_names(names).with_colors(colors);
-        self.start(path, &style.with_widths(widths));
+        let curves: Vec<(String, Color)> = series.collect();
+        let style = SeriesLines::new().with_colors(curves.iter().map(|(_, color)| *color));
+        self.start(path, curves, style.with_widths(widths));
     }
 
-    /// Starts an entity of time series with a static style; one that is started remains as it is.
-    pub fn start(&self, path: &str, style: &SeriesLines) {
+    /// Starts an entity of time series with names, and a static style; one that is started remains as it is.
+    pub fn start(&self, path: &str, curves: Vec<(String, Color)>, style: SeriesLines) {
         if !self.is_started(path) {
-            self.log_static(path, style);
-            let series = (path.to_owned(), PendingSeries::default());
-            self.series.borrow_mut().push(series);
+            let names = curves.iter().map(|(name, _)| name.as_str());
+            self.log_static(path, &style.with_names(names));
+            let series = PendingSeries {
+                curves,
+                is_recent: self.panels.is_some() && Row::is_recent(path),
+                ..PendingSeries::default()
+            };
+            self.series.borrow_mut().push((path.to_owned(), series));
         }
     }
 
@@ -235,13 +302,18 @@ impl RecordingStream {
             pending.times.push(nanos(time));
             pending.values.extend(row);
         }
-        if pending.times.len() >= BATCH_ROWS {
+        if self.panels.is_none() && pending.times.len() >= BATCH_ROWS {
             self.send_series(path, pending);
+        } else if pending.is_recent && pending.times.len() >= 2 * RECENT_ROWS {
+            let old = pending.times.len() - RECENT_ROWS;
+            pending.times.drain(..old);
+            pending.values.drain(..old * pending.curves.len());
         }
     }
 
     fn send_series(&self, path: &str, pending: &mut PendingSeries) {
-        let PendingSeries { times, values } = std::mem::take(pending);
+        let times = std::mem::take(&mut pending.times);
+        let values = std::mem::take(&mut pending.values);
         if !times.is_empty() {
             let width = values.len() / times.len();
             debug_assert_eq!(values.len(), width * times.len(), "{path}");

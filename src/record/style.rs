@@ -1,80 +1,61 @@
 //! Colours and full scales. Colours are the same in every view, legible on the viewer's dark background and
 //! distinguishable by colour-blind readers (after the palette of Okabe and Ito).
 
-use crate::record::sdk::{Color, Rgba32};
-
 use crate::analysis::regime::Regime;
 pub(crate) use crate::number::short;
 use crate::pipeline::message::{Header, NodeState, SignalInfo};
-use crate::plot::{self, INFERNO, Rgb, Unit, gradient};
+use crate::plot::{Color, INFERNO, Rgb, Unit, gradient};
+use crate::record::sdk;
 pub(crate) use crate::text::capitalize;
 
 /// Background of three-dimensional views.
-pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
+pub const BACKGROUND: sdk::Color = rgb([0x10, 0x12, 0x16]);
 /// Axes, ticks and text.
-pub const AXIS: Color = on_dark(plot::Color::Faint);
+pub const AXIS: Color = Color::Faint;
 /// Grid lines.
-pub const GRID: Color = on_dark(plot::Color::Grid);
+pub const GRID: Color = Color::Grid;
 /// Circles of equal tilt.
-pub const RULER: Color = on_dark(plot::Color::Pale);
+pub const RULER: Color = Color::Pale;
 /// Mark of the beam axis, and other neutral marks.
-pub const POLE: Color = on_dark(plot::Color::Ink);
+pub const POLE: Color = Color::Ink;
 /// The main signal: probe, phase portrait.
-pub const SIGNAL: Color = on_dark(plot::Color::Run);
+pub const SIGNAL: Color = Color::Run;
 /// Highlights, and what the run is compared with.
-pub const ACCENT: Color = on_dark(plot::Color::Compared);
+pub const ACCENT: Color = Color::Compared;
 /// The load, and the second signal of a pair.
-pub const LOAD: Color = on_dark(plot::Color::Regime(Regime::Transient));
+pub const LOAD: Color = Color::Regime(Regime::Transient);
 /// The rotation.
-pub const ROTATION: Color = on_dark(plot::Color::Regime(Regime::QuasiPeriodic));
+pub const ROTATION: Color = Color::Regime(Regime::QuasiPeriodic);
 /// Friction.
-pub const FRICTION: Color = on_dark(plot::Color::Series(4));
-
-/// Colours of modes, repeated cyclically.
-pub const MODES: [Color; 11] = [
-    rgb(0x56, 0xb4, 0xe9),
-    rgb(0x2a, 0x78, 0xb8),
-    rgb(0xff, 0xb0, 0x4a),
-    rgb(0xc9, 0x6a, 0x12),
-    rgb(0x4c, 0xd0, 0x9e),
-    rgb(0x0d, 0x8f, 0x68),
-    rgb(0xf2, 0x9c, 0xd0),
-    rgb(0xb0, 0x5a, 0x92),
-    rgb(0xf0, 0xe4, 0x42),
-    rgb(0xa8, 0x9d, 0x1c),
-    rgb(0xd0, 0xd4, 0xda),
-];
+pub const FRICTION: Color = Color::Series(4);
 
 /// The colour of a contact node by its state.
-pub const fn node(state: NodeState) -> plot::Color {
+pub const fn node(state: NodeState) -> Color {
     match state {
-        NodeState::Stick => plot::Color::Compared,
-        NodeState::Slip => plot::Color::Run,
-        NodeState::Separated => plot::Color::Ink,
+        NodeState::Stick => Color::Compared,
+        NodeState::Slip => Color::Run,
+        NodeState::Separated => Color::Ink,
     }
 }
 
-/// The colour of a type of motion.
-pub fn regime(regime: Regime) -> Color {
-    on_dark(plot::Color::Regime(regime))
-}
-
 /// The colour of figures on the viewer's dark background.
-pub const fn on_dark(color: plot::Color) -> Color {
-    let [r, g, b] = color.on_dark();
-    rgb(r, g, b)
+impl From<Color> for sdk::Color {
+    fn from(color: Color) -> Self {
+        rgb(color.on_dark())
+    }
 }
 
 /// An opaque colour.
-pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
-    Color(Rgba32(u32::from_be_bytes([r, g, b, 0xff])))
+pub const fn rgb([r, g, b]: Rgb) -> sdk::Color {
+    sdk::Color(sdk::Rgba32(u32::from_be_bytes([r, g, b, 0xff])))
 }
 
-/// A colour blended with the dark background; `share` (0 to 1) is the fraction of the colour.
+/// A colour blended with the background; `share` (0 to 1) is the fraction of the colour.
 pub fn faded(color: Color, share: f32) -> Color {
-    let [r, g, b, _] = color.to_array();
-    let mix = |c: u8| (f32::from(c) * share + 18.0 * (1.0 - share)) as u8;
-    rgb(mix(r), mix(g), mix(b))
+    let mixed = |color: Rgb, ground: f32| {
+        color.map(|c| (f32::from(c) * share + ground * (1.0 - share)) as u8)
+    };
+    Color::Shade([mixed(color.on_light(), 255.0), mixed(color.on_dark(), 18.0)])
 }
 
 /// A perceptually uniform colour map: 256 colours from dark to bright.
@@ -151,7 +132,7 @@ mod tests {
 
     /// The word for a colour.
     fn name(color: Color) -> &'static str {
-        let [r, g, b, _] = color.to_array().map(i32::from);
+        let [r, g, b] = color.on_dark().map(i32::from);
         let [low, high] = [r.min(g).min(b), r.max(g).max(b)];
         if high - low < 30 {
             return if high > 200 { "white" } else { "grey" };
@@ -182,10 +163,10 @@ mod tests {
             (LOAD, "yellow"),
             (FRICTION, "pink"),
             (AXIS, "grey"),
-            (on_dark(plot::Color::Accent), "pink"),
-            (on_dark(node(NodeState::Slip)), "blue"),
-            (on_dark(node(NodeState::Stick)), "orange"),
-            (on_dark(node(NodeState::Separated)), "white"),
+            (Color::Accent, "pink"),
+            (node(NodeState::Slip), "blue"),
+            (node(NodeState::Stick), "orange"),
+            (node(NodeState::Separated), "white"),
         ] {
             assert_eq!(name(color), expected);
         }

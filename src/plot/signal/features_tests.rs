@@ -42,7 +42,7 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |report| section(report).expect("analysed").1[0][1].clone(),
+        |report| section(report).expect("analysed")[1].1.clone(),
         [
             ["repetition", "period doubling cascade"],
             ["no repetition", "Roessler"],
@@ -63,7 +63,7 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
         ],
     ),
     (
-        |report| zero_one(report).expect("analysed").1[0][1].clone(),
+        |report| zero_one(report).expect("analysed")[1].1.clone(),
         [
             ["0-1 test: random walk", "Duffing, two wells"],
             ["0-1 test: bounded path", "near locking 1:3"],
@@ -79,8 +79,8 @@ const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     ),
 ];
 
-fn first((_, rows): (f64, Vec<Vec<Panel>>)) -> Panel {
-    rows[0][0].clone()
+fn first(found: Vec<(&str, Panel)>) -> Panel {
+    found[0].1.clone()
 }
 
 /// The report on the first signal of a family for judging whose type of motion is found.

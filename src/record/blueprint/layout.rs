@@ -23,20 +23,39 @@ pub struct Row {
 }
 
 impl Row {
+    /// All views with their names.
+    fn all() -> impl Iterator<Item = (&'static str, Self)> {
+        let lines = section("views").map_or("", |(_, lines)| lines);
+        lines.lines().filter_map(|line| {
+            let mut cells = line.split('|').map(str::trim);
+            let name = cells.next()?;
+            let mut words = || {
+                cells
+                    .next()
+                    .unwrap_or_default()
+                    .split_whitespace()
+                    .collect()
+            };
+            let (kind, paths) = (words(), words());
+            let row = Self {
+                kind,
+                paths,
+                needs: cells.next()?,
+                title: cells.next()?,
+            };
+            Some((name, row))
+        })
+    }
+
     /// The view of a name.
     pub fn of(name: &str) -> Option<Self> {
-        let (_, lines) = section("views")?;
-        let mut rows = lines.lines().map(|line| line.split('|').map(str::trim));
-        let mut row = rows.find_map(|mut row| (row.next()? == name).then_some(row))?;
-        let mut words = || row.next().unwrap_or_default().split_whitespace().collect();
-        let (kind, paths) = (words(), words());
-        let rest: Vec<&str> = row.collect();
-        Some(Self {
-            kind,
-            paths,
-            needs: rest[0],
-            title: rest[1],
-        })
+        Self::all().find_map(|(known, row)| (known == name).then_some(row))
+    }
+
+    /// Whether every view of an entity shows the last part of a run only.
+    pub fn is_recent(path: &str) -> bool {
+        let mut views = Self::all().filter(|(_, row)| row.paths.contains(&path));
+        views.all(|(_, row)| ["recent", "snapshots"].contains(&row.kind[0]))
     }
 
     /// The title with its placeholders replaced.
@@ -73,10 +92,18 @@ impl Row {
             "picture" => return self.picture(title, &Root::of_run()),
             _ => View::series(title, paths, None),
         };
-        Some(match self.kind[1..] {
-            [low, high] => view.with_range([low.parse().ok()?, high.parse().ok()?]),
-            _ => view,
+        Some(match self.range() {
+            Some(range) => view.with_range(range),
+            None => view,
         })
+    }
+
+    /// The range of a series that has the same one in every run.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        match self.kind[1..] {
+            [low, high] => Some([low.parse().ok()?, high.parse().ok()?]),
+            _ => None,
+        }
     }
 
     /// The view of a picture without a legend, below a root.

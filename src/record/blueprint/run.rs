@@ -5,8 +5,9 @@ use re_sdk_types::blueprint::{archetypes::TimePanelBlueprint, components::PlaySt
 use super::layout::{Row, tab};
 use super::tree::{self, Part, View};
 use crate::pipeline::message::{Header, JointInfo, Subject};
-use crate::plot::{Unit, letter, prediction_panel};
+use crate::plot::{Panel, Unit, letter, prediction_panel};
 use crate::record::camera::Camera;
+use crate::record::figures::series_panel;
 use crate::record::panel_view::PanelView;
 use crate::record::paths::{self, Root};
 use crate::record::stream::RecordingStream;
@@ -79,9 +80,11 @@ fn controls_tab(header: &Header) -> Option<Part> {
 }
 
 /// What the views of a run depend on.
-struct Run<'a> {
-    header: &'a Header,
-    spec: RecordSpec,
+pub struct Run<'a> {
+    /// The header of the run.
+    pub header: &'a Header,
+    /// What the scene records.
+    pub spec: RecordSpec,
 }
 
 impl Run<'_> {
@@ -128,10 +131,11 @@ impl Run<'_> {
         }
         let row = Row::of(name).filter(|row| self.has_data(row.needs))?;
         let view = row.view(self.title(&row), argument)?;
-        let view = match row.kind[0] {
-            "recent" | "states" => view.with_window(self.window()),
-            "snapshots" => view.with_window(WINDOW.max(SNAPSHOTS / self.spec.patch_rate)),
-            _ => view,
+        let window = self.window_of(&row);
+        let view = if window.is_finite() {
+            view.with_window(window)
+        } else {
+            view
         };
         Some(match self.range(name) {
             Some(range) => view.with_range(range),
@@ -151,6 +155,25 @@ impl Run<'_> {
             "load" => is_joint(&JointInfo::load_varies),
             "rotation" => is_joint(&JointInfo::rotation_varies),
             analysis => self.header.analysis.names().contains(&analysis),
+        }
+    }
+
+    /// A view as a panel of a figure, from what a stream for figures has kept.
+    pub fn panel(&self, rec: &RecordingStream, name: &str) -> Option<Panel> {
+        let row = Row::of(name)?;
+        let window = self.window_of(&row);
+        let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
+        let (title, range) = (self.title(&row), row.range());
+        let series = series_panel(&title, range, curves, window.is_finite());
+        series.or_else(|| rec.panel(row.paths[0]))
+    }
+
+    /// Time window of a view, s; infinite for the whole run.
+    fn window_of(&self, row: &Row) -> f64 {
+        match row.kind[0] {
+            "recent" | "states" => self.window(),
+            "snapshots" => WINDOW.max(SNAPSHOTS / self.spec.patch_rate),
+            _ => f64::INFINITY,
         }
     }
 

@@ -9,7 +9,7 @@ use crate::record::paths::{self, Root};
 use crate::record::portrait;
 use crate::record::series::{PointSeries, SeriesTitles};
 use crate::record::stream::{Moment, RecordingStream};
-use crate::record::style::{self, capitalize};
+use crate::record::style::capitalize;
 use crate::study::response::{SettledResponse, section_lag};
 use crate::study::sweep::{Start, SweepPoint};
 
@@ -108,7 +108,7 @@ impl<'a> StartWriter<'a> {
             // A delay vector starts with the latest sample.
             let points = motion.u_m.windows(2 * lag + 1);
             let points = points.map(|w| [w[2 * lag], w[lag], w[0]].map(unit));
-            Some((points.collect::<Vec<_>>(), style::regime(found.regime)))
+            Some((points.collect::<Vec<_>>(), Color::Regime(found.regime)))
         });
         let strips = trail.iter().map(|(points, _)| points);
         let lines = LineStrips3D::new(strips)

@@ -62,10 +62,8 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
         let normals = vertex_normals(&vertices, &outline.triangles);
         let drawn = vertices.iter();
         let drawn = drawn.map(|[x, y, z]| [1e3 * x + across, 1e3 * y, 1e3 * z].map(|c| c as f32));
-        let colors = sizes.iter().map(|size| {
-            let [r, g, b] = map.at((size / largest) as f32);
-            style::rgb(r, g, b)
-        });
+        let colors = sizes.iter();
+        let colors = colors.map(|size| style::rgb(map.at((size / largest) as f32)));
         let mesh = Mesh3D::new(drawn)
             .with_triangle_indices(outline.triangles.iter().copied())
             .with_vertex_normals(in_single(&normals))
