@@ -40,13 +40,13 @@ const EXPECTED: &[&str] = &[
     paths::CONTACT_FORCE,
     paths::PORTRAIT_TRAIL,
     "spectrum/curve",
-    paths::RECURRENCE_IMAGE,
-    paths::DELAY_MUTUAL_CURVE,
-    paths::DETERMINISM,
+    "recurrence/image",
+    "delay/mutual_information/curve",
+    "quantification/determinism",
     "poincare_section/points",
-    paths::SOLVER_SPEED,
-    paths::SOLVER_STEPS,
-    paths::SOLVER_ENERGY_RESIDUAL,
+    "solver/real_time_factor",
+    "solver/steps",
+    "solver/energy_residual",
 ];
 
 /// Contents of an entity.

@@ -39,7 +39,7 @@ def test_snapshots_of_the_contact_agree(run: s.Run) -> None:
 def test_a_run_has_the_facts_of_its_lesson() -> None:
     summary = s.run("negative-slope", duration=0.1, samples=False).summary
     facts = {fact.name: fact for fact in summary.facts}
-    assert facts["vibration"].measured == "grows" and facts["vibration"].agrees is True
+    assert facts["vibration"].measured == "growth" and facts["vibration"].agrees is True
     rate = facts["growth rate, while small"]
     assert rate.measured == pytest.approx(rate.predicted, rel=0.01) and rate.unit == "1/s"
 

@@ -238,6 +238,7 @@ mod tests {
             .collect();
         names.sort();
         for name in [
+            "displacement.png",
             "portrait.png",
             "return-times.png",
             "section.png",
@@ -271,7 +272,7 @@ mod tests {
         let facts = report["facts"].as_array().expect("a list");
         let fact = |name| facts.iter().find(|fact| fact["name"] == name);
         let claim = fact("vibration").expect("a claim");
-        assert_eq!(claim["measured"], "grows");
+        assert_eq!(claim["measured"], "growth");
         assert_eq!(claim["agrees"], true);
         let rate = fact("growth rate, while small").expect("a rate");
         let [predicted, measured] = ["predicted", "measured"].map(|key| rate[key].as_f64());

@@ -37,7 +37,9 @@ pub enum Scale {
 /// Largest number of ticks at 1, 2 and 5 times powers of ten; with more, only powers of ten get ticks.
 const MOST_ROUND: usize = 9;
 /// First digits of the distance of two ticks.
-const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
+pub const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
+/// First digits of a full scale.
+pub const FULL_SCALES: [f64; 8] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 
 impl Axis {
     /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and a unit that takes no
@@ -212,7 +214,10 @@ pub fn readable(path: &str, unit: &str) -> String {
     let strip = |ending: &String| key.strip_suffix(&**ending);
     let name = endings.iter().find_map(strip).unwrap_or(key);
     let name = name.trim_end_matches('_').replace("mu_", "μ");
-    let table = if name.starts_with(table) { "" } else { table };
+    let name = name.replace("stribeck", "Stribeck");
+    // Names of belts say what moves.
+    let is_said = name.starts_with(table) || table.ends_with("_belt");
+    let table = if is_said { "" } else { table };
     let label = format!("{table} {name}").replace('_', " ") + ", " + unit;
     label.trim_start().trim_end_matches(", ").to_owned()
 }
@@ -233,10 +238,9 @@ fn round_step(least: f64, digits: &[f64]) -> f64 {
     step.unwrap_or(least)
 }
 
-/// The smallest round number (1, 1.5, 2, 3, 4, 5, 6 or 8 times a power of ten) that is not below
-/// `x` (positive).
+/// The smallest round number (one of [`FULL_SCALES`] times a power of ten) that is not below `x` (positive).
 pub fn round_up(x: f64) -> f64 {
-    round_step(x, &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0])
+    round_step(x, &FULL_SCALES)
 }
 
 /// The full scale of a plot: a round number that changes only if the data exceed it or fall far below it, so
@@ -443,12 +447,17 @@ mod tests {
             (
                 "friction.stribeck_slope_s_per_m",
                 "s/m",
-                "friction stribeck slope, s/m",
+                "friction Stribeck slope, s/m",
             ),
             (
                 "friction.bristle_stiffness_per_m",
                 "1/m",
                 "friction bristle stiffness, 1/m",
+            ),
+            (
+                "mass_on_belt.belt_speed_mm_per_s",
+                "mm/s",
+                "belt speed, mm/s",
             ),
             ("body.density_kg_m3", "kg/m^3", "body density, kg/m^3"),
             (

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::response::{run_spectrum_axes, spectrum};
+use super::response::{over_time, run_spectrum_axes, spectrum};
 use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{stats::range, tones::SpectralLine};
 use crate::pipeline::message::{
@@ -47,23 +47,14 @@ impl Course {
     fn panel(
         &self,
         title: &str,
-        (name, unit, scale): (&str, &str, Scale),
+        axis: (&str, &str, Scale),
         curves: &[(usize, Color, &str)],
     ) -> Panel {
-        let layer = |&(k, color, label): &(usize, Color, &str)| {
+        let curves = curves.iter().map(|&(k, color, label)| {
             let points = self.points.iter().map(|(t, values)| [*t, values[k]]);
-            Layer::line(points.collect(), color).with_label(label)
-        };
-        let layers: Vec<Layer> = curves.iter().map(layer).collect();
-        let ends = [self.points.front(), self.points.back()];
-        let ends = ends.map(|end| end.map_or(0.0, |(t, _)| *t));
-        let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
-        let y = match scale {
-            Scale::Logarithmic => Axis::rounded_logarithmic(name, values),
-            _ => Axis::with_margin(name, values.chain([0.0])),
-        };
-        let y = if unit.is_empty() { y } else { y.of(unit) };
-        Panel::new(title, Axis::linear("time", ends).of("s"), y, layers)
+            (label.to_owned(), color, points.collect())
+        });
+        over_time(title, axis, &Vec::from_iter(curves))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Axis, Color, Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
 use crate::report::Measured;
-use crate::study::lyapunov::{LyapunovResult, RunningExponents};
+use crate::study::lyapunov::{LyapunovResult, LyapunovStudy};
 
 /// Number of negative exponents shown besides the non-negative ones.
 const NEGATIVE: usize = 2;
@@ -23,13 +23,9 @@ pub fn lyapunov_figure(name: &str, found: &LyapunovResult) -> Figure {
         all.with_title(summary(spectrum) + "; grey: zero"),
         largest.with_title(title),
     ];
-    let since = match found.study.segments.as_slice() {
-        [_, .., last] => format!(" after the motion changed at {:.3} s", last.start_s),
-        _ => String::new(),
-    };
-    let running = running_exponents(&found.study.running, spectrum, &since);
     let title = format!("Lyapunov exponents of {name}");
-    Figure::new("lyapunov", &title, 135.0, vec![vec![running], below])
+    let rows = vec![vec![running(&found.study)], below];
+    Figure::new("lyapunov", &title, 135.0, rows)
 }
 
 /// Number of exponents in the detail panels: the non-negative ones and a few negative ones.
@@ -39,12 +35,8 @@ fn shown(spectrum: &LyapunovSpectrum) -> usize {
     (above.count() + NEGATIVE).min(count).min(MOST)
 }
 
-/// The largest exponents over the averaging time with their intervals; `since` says when the averaging started.
-pub fn running_exponents(
-    running: &[RunningExponents],
-    spectrum: &LyapunovSpectrum,
-    since: &str,
-) -> Panel {
+fn running(study: &LyapunovStudy) -> Panel {
+    let (running, spectrum) = (&study.running, &study.spectrum);
     let count = shown(spectrum);
     let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend((0..count).map(|k| {
@@ -59,6 +51,10 @@ pub fn running_exponents(
     let late = running[running.len() / 2..].iter();
     let late = late.flat_map(|at| &at.exponents[..count]);
     let late = late.flat_map(|e| [e.value, e.low(), e.high()]);
+    let since = match study.segments.as_slice() {
+        [_, .., last] => format!(" after the motion changed at {:.3} s", last.start_s),
+        _ => String::new(),
+    };
     let averaged = spectrum.time;
     let title = format!("running value with 95 % interval, {averaged:.3} s averaged{since}");
     let times = running.iter().map(|at| at.time);

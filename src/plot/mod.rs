@@ -37,7 +37,7 @@ mod layout_tests;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Axis, FullScale, Scale, Unit, round_up};
+pub use axis::{Axis, FULL_SCALES, FullScale, STEPS, Scale, Unit, readable, round_up};
 pub use basins::basins_figure;
 pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
@@ -45,7 +45,7 @@ pub use cost::cost_figure;
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
 pub use figures::{figure_names, figures, panel_names};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
-pub use lyapunov::{lyapunov_figure, running_exponents};
+pub use lyapunov::lyapunov_figure;
 pub use response::NAMED_LINES;
 pub use run::{RedrawTimer, RunPanels, full_scale, letter, range_shown, units};
 pub use section::SectionAxes;

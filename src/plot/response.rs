@@ -4,8 +4,10 @@
 
 use super::axis::extent;
 use super::color::{colormap, colormap_index};
-use super::{Axis, Color, Image, Layer, Panel, SectionAxes, Unit, full_scale, round_up, units};
-use crate::analysis::{recurrence::RecurrenceImage, tones::SpectralLine};
+use super::{
+    Axis, Color, Image, Layer, Panel, Scale, SectionAxes, Unit, full_scale, round_up, units,
+};
+use crate::analysis::{recurrence::RecurrenceImage, stats::range, tones::SpectralLine};
 use crate::pipeline::message::{Header, Subject};
 use crate::scene::Evidence;
 use crate::study::response::{PhasePortrait, SettledResponse};
@@ -21,6 +23,8 @@ const FINER: usize = 5;
 pub const NAMED_LINES: usize = 6;
 /// Maximum number of points of a spectrum; it exceeds the number of pixels.
 const SPECTRUM_POINTS: usize = 2000;
+/// Maximum number of points of a time series.
+const SERIES_POINTS: usize = 4000;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
@@ -70,6 +74,39 @@ pub fn time_series(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     let y = Axis::with_margin("u", points.iter().map(|p| p[1])).of("m");
     let layers = vec![Layer::line(points, color)];
     Panel::new("displacement at the patch centre", x, y, layers)
+}
+
+/// A curve of a time series: label, colour, and points over the time in s.
+pub type Curve = (String, Color, Vec<[f64; 2]>);
+
+/// Time series on an axis with a name, a unit that takes a prefix, and a scale. A curve with gaps has points instead of a
+/// line; a logarithmic axis is for positive values.
+pub fn over_time(title: &str, (name, unit, scale): (&str, &str, Scale), all: &[Curve]) -> Panel {
+    let is_finite = |point: &[f64; 2]| point[1].is_finite();
+    let layers = all.iter().map(|(label, color, points)| {
+        let inner = points.iter().position(is_finite).unwrap_or(0)
+            ..points
+                .iter()
+                .rposition(is_finite)
+                .map_or(0, |last| last + 1);
+        let values = points.iter().copied().filter(is_finite);
+        let values: Vec<[f64; 2]> = values.collect();
+        let layer = if values.len() < inner.len() {
+            Layer::points(values, 1.4, *color)
+        } else {
+            Layer::line(envelope(values, SERIES_POINTS), *color)
+        };
+        layer.with_label(label)
+    });
+    let layers: Vec<Layer> = layers.collect();
+    let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
+    let y = match scale {
+        Scale::Logarithmic => Axis::rounded_logarithmic(name, values),
+        _ => Axis::with_margin(name, values.chain([0.0])),
+    };
+    let y = if unit.is_empty() { y } else { y.of(unit) };
+    let times = range(all.iter().flat_map(|(.., points)| points).map(|p| p[0]));
+    Panel::new(title, Axis::linear("time", times).of("s"), y, layers)
 }
 
 /// Phase portrait: velocity (m/s) over displacement (m), on axes of ± `reach` if it is given.

@@ -32,5 +32,5 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
         rec.row(paths::EXPONENTS_ZERO, time, [0.0]);
     }
     let text = markdown(&RunExponents::new(found).blocks(""));
-    rec.log(paths::EXPONENTS_TEXT, time, &text::document(text));
+    rec.log("lyapunov/text", time, &text::document(text));
 }

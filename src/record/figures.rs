@@ -7,25 +7,20 @@ use super::APPLICATION;
 use super::blueprint::run::Run;
 use super::encode::Encoder;
 use super::paths;
-use super::stream::{Curve, RecordingStream};
-use crate::analysis::{regime::Verdict, stats::range, tones::Column};
-use crate::pipeline::message::{Exponents, Header, Record, Subject};
+use super::stream::RecordingStream;
+use crate::analysis::{regime::Verdict, tones::Column};
+use crate::pipeline::message::{Header, Record, Subject};
 use crate::pipeline::{Sink, SinkError};
-use crate::plot::response::{self, WINDOW, envelope};
+use crate::plot::response::{self, Curve, WINDOW, over_time};
 use crate::plot::{
-    Axis, Color, Figure, Layer, LessonPictures, Panel, evidence, figures, panel_names,
-    running_exponents, spectrogram_panel,
+    Color, Figure, LessonPictures, Panel, Scale, evidence, figures, panel_names, spectrogram_panel,
 };
 use crate::scene::RecordSpec;
-use crate::study::lyapunov::RunningExponents;
 
 /// Natural periods in the phase portrait of a small system.
 const PERIODS: f64 = 40.0;
 /// Width of the spectrogram, pixels.
 const PIXELS: f64 = 640.0;
-/// Most points of a curve, and most of one whose points have marks.
-const POINTS: usize = 4000;
-const MARKED: usize = 60;
 /// Names of the panels of a lesson.
 const LESSON: [&str; 3] = ["lesson-1", "lesson-2", "lesson-3"];
 
@@ -39,8 +34,6 @@ pub struct RunFigures {
     /// The columns of the spectrogram by their pixels.
     columns: BTreeMap<usize, Column>,
     verdict: Option<Arc<Verdict>>,
-    running: Vec<RunningExponents>,
-    exponents: Option<Arc<Exponents>>,
 }
 
 impl RunFigures {
@@ -57,8 +50,6 @@ impl RunFigures {
             lesson: LessonPictures::default(),
             columns: BTreeMap::new(),
             verdict: None,
-            running: Vec::new(),
-            exponents: None,
         }
     }
 
@@ -67,22 +58,16 @@ impl RunFigures {
         let Some((header, _)) = &self.run else {
             return Vec::new();
         };
-        let run = Run {
-            header,
-            spec: self.spec,
-        };
-        let views = panel_names().map(|name| (name, run.panel(&self.rec, name)));
-        let columns: Vec<Column> = self.columns.values().cloned().collect();
-        let spectrogram = || spectrogram_panel(&columns, header.highest_frequency(), |time| time);
-        let exponents = self.exponents.as_ref();
+        let (rec, spec) = (&self.rec, self.spec);
+        let run = Run { header, spec };
+        let views = panel_names().map(|name| (name, run.panel(rec, name)));
+        let columns = Vec::from_iter(self.columns.values().cloned());
+        let highest = header.highest_frequency();
+        let spectrogram = || spectrogram_panel(&columns, highest, |time| time);
         let others = [
             ("portrait", self.portrait(header)),
             ("spectrogram", (!columns.is_empty()).then(spectrogram)),
             ("evidence", self.verdict.as_deref().map(evidence)),
-            (
-                "running-exponents",
-                exponents.map(|found| running_exponents(&self.running, &found.spectrum, "")),
-            ),
         ];
         let lesson = self.lesson.panels(header).into_iter().map(Some);
         let panels = views.chain(others).chain(LESSON.into_iter().zip(lesson));
@@ -99,11 +84,9 @@ impl RunFigures {
         let series = |path| Some(self.rec.curves(path, window).pop()?.2);
         let (u, v) = (series(paths::DISPLACEMENT)?, series(paths::VELOCITY)?);
         let dt = (u.last()?[0] - u[0][0]) / (u.len() - 1) as f64;
-        let samples = u.iter().zip(&v);
-        let samples: Vec<_> = samples
-            .map(|([_, u], [_, v])| [1e-6 * u, 1e-3 * v])
-            .collect();
-        let motion = response::interpolated(&samples, dt);
+        let motion = u.iter().zip(&v);
+        let motion = motion.map(|([_, u], [_, v])| [1e-6 * u, 1e-3 * v]);
+        let motion = response::interpolated(&Vec::from_iter(motion), dt);
         Some(response::phase_portrait(&motion, None, Color::Run).square())
     }
 
@@ -143,16 +126,6 @@ impl Sink for &mut RunFigures {
                 level_db,
             } => self.add_column(&header, (time, bin), &level_db),
             Record::Regime { verdict, .. } => self.verdict = Some(verdict),
-            Record::Exponents(found) => {
-                let time = found.spectrum.time;
-                // The averaging starts again when the motion changes.
-                self.running.retain(|at| at.time < time);
-                let exponents = found.spectrum.exponents.clone();
-                if time > 0.0 && !exponents.is_empty() {
-                    self.running.push(RunningExponents { time, exponents });
-                }
-                self.exponents = Some(found);
-            }
             _ => {}
         }
         Ok(())
@@ -166,59 +139,67 @@ impl Sink for &mut RunFigures {
     }
 }
 
-/// Time series as a panel, on an axis of the values with a range if it is given; those of the last part of a run start at
-/// zero. `None` without values.
+/// Time series as a panel; those of the last part of a run start at zero. `None` without values.
 pub fn series_panel(
     title: &str,
-    values: Option<[f64; 2]>,
     curves: impl Iterator<Item = Curve>,
     is_recent: bool,
 ) -> Option<Panel> {
-    let is_finite = |[_, y]: &[f64; 2]| y.is_finite();
-    let curves = curves.filter(|(.., points)| points.iter().any(is_finite));
-    let curves: Vec<Curve> = curves.collect();
-    let [start, end] = range(curves.iter().flat_map(|(.., points)| points).map(|p| p[0]));
-    let zero = if is_recent { start } else { 0.0 };
+    let has_values = |(.., points): &Curve| points.iter().any(|point| point[1].is_finite());
+    let mut curves: Vec<Curve> = curves.filter(has_values).collect();
+    let [start, _] = curves.first()?.2[0];
+    for (label, color, points) in &mut curves {
+        let zero = if is_recent { start } else { 0.0 };
+        points.iter_mut().for_each(|point| point[0] -= zero);
+        // The ends of intervals have a paler colour than their middle.
+        if matches!(color, Color::Shade(_)) {
+            label.clear();
+        }
+    }
     // A single curve is named by the axis.
-    let (name, has_legend) = match &curves[..] {
-        [] => return None,
-        [(name, ..)] => (name.as_str(), false),
-        _ => ("", true),
+    let name = match &mut curves[..] {
+        [(label, ..)] => std::mem::take(label),
+        _ => String::new(),
     };
-    let layers = curves.iter().flat_map(|(label, color, points)| {
-        let points = points.iter().map(|[time, value]| [time - zero, *value]);
-        let points: Vec<[f64; 2]> = points.collect();
-        let strips = points.split(|point| !is_finite(point));
-        let strips = strips.map(|strip| envelope(strip.to_vec(), POINTS));
-        let line = Layer::lines(strips.collect(), *color);
-        let label = if has_legend { label } else { "" };
-        // A value between two gaps has no line.
-        let marked = points.iter().filter(|_| points.len() <= MARKED).copied();
-        [
-            line.with_label(label),
-            Layer::points(marked.filter(is_finite).collect(), 1.4, *color),
-        ]
-    });
-    let layers: Vec<Layer> = layers.collect();
-    let shown = || layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
-    let y = values.map_or_else(
-        || Axis::with_margin(name, shown()),
-        |range| Axis::linear(name, range),
-    );
-    let x = Axis::linear("time", [start - zero, end - zero]).of("s");
     // What follows a colon explains the colours of the viewer.
     let title = title.split(": ").next().unwrap_or_default();
-    Some(Panel::new(title, x, y, layers))
+    Some(over_time(title, (&name, "", Scale::Linear), &curves))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::figure_names;
+    use crate::record::tests::demo;
+
+    /// A run of a joint with all analyses has a figure of each, and each panel of it has data.
+    #[test]
+    fn a_run_has_the_figures_of_its_recording() {
+        let mut kept = RunFigures::new(demo::spec());
+        let mut sink = &mut kept;
+        for record in demo::records(0.05) {
+            sink.accept(record).unwrap();
+        }
+        sink.finish().unwrap();
+        let found = kept.figures();
+        let names: Vec<&str> = found.iter().map(|figure| &*figure.name).collect();
+        // Those of the others are of signals, or of a scene with a lesson.
+        let absent = ["lesson", "events", "waveform"];
+        for name in figure_names().iter().filter(|name| !absent.contains(name)) {
+            assert!(names.contains(name), "{name}: {names:?}");
+        }
+        let energy = found.iter().find(|figure| figure.name == "energy").unwrap();
+        assert_eq!(energy.rows.len(), 3);
+        for panel in found.iter().flat_map(|figure| figure.rows.concat()) {
+            assert!(!panel.layers.is_empty(), "{}", panel.title);
+            assert!(!panel.title.contains("blue"), "{}", panel.title);
+        }
+    }
 
     fn panel(curves: &[(&str, &[[f64; 2]])]) -> Option<Panel> {
         let curves = curves.iter();
         let curves = curves.map(|(name, points)| ((*name).to_owned(), Color::Run, points.to_vec()));
-        series_panel("Energy, µJ: stored blue", None, curves, true)
+        series_panel("Energy, µJ: stored blue", curves, true)
     }
 
     #[test]
@@ -235,8 +216,8 @@ mod tests {
         let curve: &[[f64; 2]] = &[[0.0, 1.0], [1.0, f64::NAN], [2.0, 3.0], [3.0, 3.0]];
         let two = panel(&[("a", curve), ("b", curve)]).expect("a panel");
         assert_eq!(two.layers[0].label, "a");
-        let gap = vec![vec![[0.0, 1.0]], vec![[2.0, 3.0], [3.0, 3.0]]];
-        assert_eq!(two.layers[0].shape, crate::plot::Shape::Lines(gap));
-        assert_eq!(two.layers[1].points_of().count(), 3);
+        // A line would bridge the gap.
+        let values = vec![[0.0, 1.0], [2.0, 3.0], [3.0, 3.0]];
+        assert_eq!(two.layers[0].shape, crate::plot::Shape::Points(values));
     }
 }

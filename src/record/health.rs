@@ -2,7 +2,7 @@
 
 use super::stream::RecordingStream;
 use super::style::short;
-use super::{paths, text};
+use super::text;
 use crate::pipeline::message::Health;
 use crate::plot::Color;
 
@@ -24,7 +24,8 @@ pub fn log(rec: &RecordingStream, health: &Health) {
         health.rejections_per_ms,
         health.events_per_ms,
     ];
-    let log = |path: &str, names: &[&str], values: &[f64]| {
+    let log = |id: &str, names: &[&str], values: &[f64]| {
+        let path = &format!("solver/{id}");
         rec.name(path, names.iter().copied().zip((0..).map(Color::Series)));
         if !values.is_empty() {
             rec.row(path, health.time, values.iter().copied());
@@ -33,17 +34,17 @@ pub fn log(rec: &RecordingStream, health: &Health) {
     let [calls, speed] = [health.rhs_evals_per_ms, health.real_time_factor];
     let (audit, residual) = (health.audit, "relative energy residual");
     log(
-        paths::SOLVER_ERROR,
+        "local_error",
         &["local error over tolerance"],
         error.as_slice(),
     );
-    log(paths::SOLVER_RHS_EVALS, &["RHS evals per ms"], &[calls]);
-    log(paths::SOLVER_SPEED, &["simulated s per s"], &[speed]);
-    log(paths::SOLVER_STEPS, &STEPS, &steps);
-    log(paths::SOLVER_QUEUES, &QUEUES, &queues);
-    log(paths::SOLVER_ENERGY_RESIDUAL, &[residual], audit.as_slice());
+    log("rhs_evals", &["RHS evals per ms"], &[calls]);
+    log("real_time_factor", &["simulated s per s"], &[speed]);
+    log("steps", &STEPS, &steps);
+    log("queues", &QUEUES, &queues);
+    log("energy_residual", &[residual], audit.as_slice());
     let document = text::document(markdown(health));
-    rec.log(paths::SOLVER_TEXT, health.time, &document);
+    rec.log("solver/text", health.time, &document);
 }
 
 /// Accuracy and cost of the current steps as a line of text.

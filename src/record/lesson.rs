@@ -42,7 +42,7 @@ impl Lesson {
     pub fn write(&mut self, rec: &RecordingStream, now: &message::Lesson) {
         let words = crate::text::lesson(now);
         if words != self.text {
-            rec.log(paths::LESSON, now.time, &text::document(&words));
+            rec.log("lesson/text", now.time, &text::document(&words));
             self.text = words;
         }
     }
@@ -151,7 +151,7 @@ mod tests {
                 assert!(!entities.keys().any(of_lesson), "{}", preset.name);
                 continue;
             };
-            let texts = entities[paths::LESSON].rows;
+            let texts = entities["lesson/text"].rows;
             assert!((2..=6).contains(&texts), "{}: {texts}", preset.name);
             for entity in evidence_entities(mechanism) {
                 assert!(entities.contains_key(*entity), "{}: {entity}", preset.name);

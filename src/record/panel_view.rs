@@ -140,7 +140,7 @@ impl PanelView {
         if self.note != panel.note {
             self.note.clone_from(&panel.note);
             let note = text(&panel.note, [middle, height], style::POLE);
-            rec.log(self.at(paths::PANEL_NOTE), at, &note);
+            rec.log(self.at("note"), at, &note);
         }
         if self.caption != panel.caption {
             self.caption.clone_from(&panel.caption);
@@ -153,7 +153,7 @@ impl PanelView {
     pub fn draw_cursor(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel, x: f64) {
         let cursor = Layer {
             dashed: false,
-            ..Layer::vertical_lines([x], Color::Ink).with_id(paths::CURSOR)
+            ..Layer::vertical_lines([x], Color::Ink).with_id("cursor")
         };
         let plot = self.plot(panel);
         self.draw_layers(rec, at, &plot, &[cursor]);
@@ -245,7 +245,7 @@ impl PanelView {
         let labels = place_names(plot.width, named);
         let names = labels.iter();
         let names = names.map(|label| (label.at, shown(label.name), color));
-        rec.log(self.at(paths::PANEL_NAMES), at, &texts(names));
+        rec.log(self.at("names"), at, &texts(names));
         // The lines start below the label, which the viewer draws below its position.
         let stems = labels.iter().map(|label| {
             let [x, tip] = label.tip;
@@ -254,7 +254,7 @@ impl PanelView {
         let stems = LineStrips2D::new(stems)
             .with_colors([style::faded(color, 0.5)])
             .with_radii([Radius::new_ui_points(0.5)]);
-        rec.log(self.at(paths::PANEL_STEMS), at, &stems);
+        rec.log(self.at("stems"), at, &stems);
     }
 }
 

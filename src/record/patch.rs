@@ -158,10 +158,10 @@ impl Patch {
         let nodes = self.geometry.positions.len() as f64;
         let shown = round_up(0.5 * self.load / nodes);
         let [slip, stick, separated] = STATES.map(style::node);
-        let names = ["slip", "stick (creep)", "separated"].map(str::to_owned);
+        let names = ["slip", "stick", "separated"].map(str::to_owned);
         let friction = format!("friction {} N", short(shown));
         let names = names.into_iter().chain([friction]);
-        let places = [-0.95, -0.4, 0.1, 0.75].map(|right| [right, KEY, 0.0]);
+        let places = [-1.15, -0.7, -0.1, 0.82].map(|right| [right, KEY, 0.0]);
         let points = places.map(|place| self.camera.point(place).map(|c| c as f32));
         // The last entry has an arrow instead of a point.
         let dots = [4.0, 4.0, 4.0, 0.0].map(Radius::new_ui_points);
@@ -170,7 +170,7 @@ impl Patch {
             .with_labels(names)
             .with_show_labels(true)
             .with_radii(dots);
-        rec.log_static(paths::NODE_LEGEND, &key);
+        rec.log_static("joint/patch/legend", &key);
 
         let [_, _, _, [right, up, near]] = places;
         let half = 0.5 * shown * self.arrow_scale() / self.camera.reach;
@@ -180,7 +180,7 @@ impl Patch {
             .with_origins([from])
             .with_colors([style::FRICTION])
             .with_radii([Radius::new_ui_points(1.2)]);
-        rec.log_static(paths::FRICTION_LEGEND, &arrow);
+        rec.log_static("joint/patch/legend_friction", &arrow);
     }
 
     /// Draws nodes, edge and load (N) from a time on.
@@ -237,7 +237,7 @@ fn draw_circles(rec: &RecordingStream, joint: &JointInfo) {
     let lines = LineStrips3D::new(strips)
         .with_colors([style::RULER])
         .with_radii([Radius::new_ui_points(0.8)]);
-    rec.log_static(paths::TILT_CIRCLES, &lines);
+    rec.log_static("joint/patch/circles", &lines);
 }
 
 /// Marks the beam axis on the ball: tilt zero.
@@ -248,7 +248,7 @@ fn draw_pole(rec: &RecordingStream, joint: &JointInfo) {
         .with_show_labels(true)
         .with_colors([style::POLE])
         .with_radii([Radius::new_ui_points(4.0)]);
-    rec.log_static(paths::POLE, &pole);
+    rec.log_static("joint/patch/pole", &pole);
 }
 
 /// The circle on a sphere of `radius` (m) at `angle` (rad) from the unit vector `axis`, mm.

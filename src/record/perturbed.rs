@@ -105,7 +105,7 @@ impl PerturbedTrajectory {
             self.draw_fit(rec);
         }
         let words = text::document(document(header, separation));
-        rec.log(paths::DIVERGENCE_TEXT, separation.time_s, &words);
+        rec.log("divergence/text", separation.time_s, &words);
     }
 
     /// Draws the fitted line of the logarithmic distance once it is final.

@@ -8,13 +8,13 @@ use super::{paths, style};
 use crate::plot::{Axis, Color, shown};
 
 /// Width of a character of a legend and of the space after an entry, pixels.
-const LETTER: f32 = 9.0;
-const SPACE: f32 = 22.0;
+const LETTER: f32 = 10.0;
+const SPACE: f32 = 34.0;
 /// Space for a tick and its label along the horizontal and the vertical axis, pixels.
 const TICKS: [f32; 2] = [75.0, 55.0];
 
 /// Space for labels around a plot area, pixels: left, right, above, below.
-const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
+const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 84.0];
 
 /// Bounds of a view of a plot area of a size, with its labels and a space above it, pixels: left and right, top and bottom.
 pub fn bounds([width, height]: [f32; 2], top_margin: f32) -> [[f32; 2]; 2] {
@@ -117,7 +117,7 @@ impl Plot {
         let below = |(tick, label)| ([self.at(tick, bottom)[0], self.height + 11.0], label);
         let beside = |(tick, label)| ([-26.0, self.at(left, tick)[1] - 12.0], label);
         let middle = 0.5 * self.width;
-        let name = ([middle, self.height + 40.0], shown(&self.x.label()));
+        let name = ([middle, self.height + 44.0], shown(&self.x.label()));
         let above = ([middle, -36.0 - self.top_margin], shown(&self.y.label()));
         let ticks = { x_ticks.into_iter().map(below) }.chain(y_ticks.into_iter().map(beside));
         let above = Some(above).filter(|(_, name)| !name.is_empty());
@@ -141,10 +141,10 @@ fn entry_width(word: &(String, Color)) -> f32 {
     LETTER * word.0.chars().count() as f32 + SPACE
 }
 
-/// The rows of a legend: two if the entries do not fit into one.
+/// The rows of a legend, as many as the entries need.
 fn legend_rows(width: f32, words: &[(String, Color)]) -> std::slice::Chunks<'_, (String, Color)> {
-    let is_long = words.iter().map(entry_width).sum::<f32>() > width;
-    words.chunks(words.len().div_ceil(if is_long { 2 } else { 1 }).max(1))
+    let rows = (words.iter().map(entry_width).sum::<f32>() / width).ceil();
+    words.chunks(words.len().div_ceil(rows.max(1.0) as usize).max(1))
 }
 
 /// Height of a legend above a plot area of some width, pixels.
@@ -167,15 +167,16 @@ fn legend_positions(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
     places
 }
 
-/// Height of a line of text above the plot area, pixels.
-pub const CAPTION_HEIGHT: f32 = 26.0;
+/// Height of a line of text above the plot area, pixels. The viewer has a fixed font size: in a small view, whose pixels are
+/// smaller than those of the screen, lines must still be apart.
+pub const CAPTION_HEIGHT: f32 = 32.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_legend_has_one_or_two_rows() {
+    fn a_legend_has_as_many_rows_as_it_needs() {
         let word = |name: &str| (name.to_owned(), style::AXIS);
         let words = [word("silent"), word("periodic")];
         let one = legend_positions(560.0, &words);
@@ -185,6 +186,8 @@ mod tests {
         assert_eq!((two[0][0], two[1][0]), (100.0, 100.0));
         assert!(two[0][1] < two[1][1], "the first entry is above the second");
         assert_eq!(legend_height(200.0, &words), 2.0 * CAPTION_HEIGHT);
+        let words = [word("quasi-periodic"), word("chaotic"), word("transient")];
+        assert_eq!(legend_height(200.0, &words), 3.0 * CAPTION_HEIGHT);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use std::iter::once_with;
 
-use super::paths;
 use super::stream::RecordingStream;
 use super::style::{ACCENT, FRICTION, LOAD, POLE, ROTATION, SIGNAL};
 use crate::analysis::recurrence::{Measures, RecurrenceKind, RecurrencePeriods};
@@ -26,7 +25,8 @@ pub fn draw(
     let rate = (format!(", 1/{}", units[1].symbol), long.1.recip());
     // TREND is per thousand states.
     let trend = m.trend.map(|trend| 1e-3 * trend);
-    let series = |path: &str, name, (unit, factor): &(String, f64), color, value: Option<f64>| {
+    let series = |id: &str, name, (unit, factor): &(String, f64), color, value: Option<f64>| {
+        let path = &format!("quantification/{id}");
         rec.name(path, once_with(|| (format!("{name}{unit}"), color)));
         // An undefined measure is a gap.
         let value = value.map_or(f64::NAN, |value| factor * value);
@@ -34,17 +34,17 @@ pub fn draw(
     };
     let (rr, longest) = (Some(m.recurrence_rate), Some(m.longest_diagonal));
     let [t1, t2] = [m.recurrence_time_1, m.recurrence_time_2];
-    series(paths::RECURRENCE_RATE, "RR", &number, SIGNAL, rr);
-    series(paths::DETERMINISM, "DET", &number, ACCENT, m.determinism);
-    series(paths::LAMINARITY, "LAM", &number, ROTATION, m.laminarity);
-    series(paths::MEAN_DIAGONAL, "L", &long, SIGNAL, m.mean_diagonal);
-    series(paths::LONGEST_DIAGONAL, "Lmax", &long, ACCENT, longest);
-    series(paths::TRAPPING_TIME, "TT", &short, POLE, m.trapping_time);
-    series(paths::RECURRENCE_TIME_1, "T1", &short, ROTATION, t1);
-    series(paths::RECURRENCE_TIME_2, "T2", &short, LOAD, t2);
-    series(paths::ENTROPY, "ENTR, nats", &number, SIGNAL, m.entropy);
-    series(paths::DIVERGENCE_RATE, "DIV", &rate, ACCENT, m.divergence);
-    series(paths::TREND, "TREND", &rate, FRICTION, trend);
+    series("recurrence_rate", "RR", &number, SIGNAL, rr);
+    series("determinism", "DET", &number, ACCENT, m.determinism);
+    series("laminarity", "LAM", &number, ROTATION, m.laminarity);
+    series("mean_diagonal", "L", &long, SIGNAL, m.mean_diagonal);
+    series("longest_diagonal", "Lmax", &long, ACCENT, longest);
+    series("trapping_time", "TT", &short, POLE, m.trapping_time);
+    series("recurrence_time_1", "T1", &short, ROTATION, t1);
+    series("recurrence_time_2", "T2", &short, LOAD, t2);
+    series("entropy", "ENTR, nats", &number, SIGNAL, m.entropy);
+    series("divergence", "DIV", &rate, ACCENT, m.divergence);
+    series("trend", "TREND", &rate, FRICTION, trend);
     let kinds = [
         (RecurrenceKind::Finest, "finest period", ACCENT),
         (RecurrenceKind::Beat, "beat", SIGNAL),
@@ -52,10 +52,10 @@ pub fn draw(
     ];
     let names = kinds.iter();
     let names = names.map(|(_, name, color)| (format!("{name}{}", short.0), *color));
-    rec.name(paths::PERIOD, names);
+    rec.name("quantification/period", names);
     let values = kinds.map(|(kind, ..)| {
         let found = periods.last(kind);
         found.map_or(f64::NAN, |found| units[0].factor * found.period)
     });
-    rec.row(paths::PERIOD, time, values);
+    rec.row("quantification/period", time, values);
 }

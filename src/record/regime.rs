@@ -40,7 +40,7 @@ pub fn draw_verdict(
     rec.row(paths::REGIME_CONFIDENCE, time, shown);
     let text = document(header, time, window, verdict);
     let document = text::document(text);
-    rec.log(paths::REGIME_VERDICT, time, &document);
+    rec.log("regime/verdict", time, &document);
 }
 
 /// The classification as a heading, with its confidence or, without a decision, the likeliest types of motion.

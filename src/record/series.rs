@@ -91,7 +91,7 @@ impl PointSeries {
         for (name, panel) in panels {
             self.views.of(name).draw(rec, at, &panel);
         }
-        let path = self.root.at(paths::POINT_TEXT);
+        let path = self.root.at("text");
         rec.log(path, at, &text::document(text));
     }
 }

@@ -181,7 +181,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
     let ridges = LineStrips2D::new(ridges)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(0.8)]);
-    rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges);
+    rec.log_static("spectrogram/events/ridges", &ridges);
     let events = signal.events.iter();
     let starts = events.map(|event| plot.at(event.start_s, event.frequency_at(event.start_s)));
     let numbers = (1..).zip(&signal.events).map(|(number, event)| {
@@ -193,7 +193,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
         .with_show_labels(true)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
-    rec.log_static(paths::SPECTROGRAM_NUMBERS, &numbers);
+    rec.log_static("spectrogram/events/numbers", &numbers);
 }
 
 fn time_axis(start: f64, duration: f64) -> Axis {

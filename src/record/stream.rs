@@ -28,7 +28,7 @@ use crate::record::sdk::{
 
 use super::blueprint::layout::Row;
 use super::{error::RecordError, paths};
-use crate::plot::{Color, Panel};
+use crate::plot::{Color, Panel, response::Curve};
 
 /// Rows of time series per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
@@ -86,9 +86,6 @@ pub struct RecordingStream {
     /// The last panel at each path; `None` unless the stream is one for figures.
     panels: Option<RefCell<BTreeMap<String, Panel>>>,
 }
-
-/// A curve of a time series: name, colour, and points over the time in s.
-pub type Curve = (String, Color, Vec<[f64; 2]>);
 
 /// Rows of an entity that wait for a larger batch.
 #[derive(Debug, Default)]

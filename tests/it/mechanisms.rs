@@ -119,7 +119,7 @@ fn negative_slope_grows_at_the_computed_rate() {
     assert_close(run.computed().fastest().expect("a mode"), expected, 1e-9);
     assert_close(run.growth([0.01, 0.06]), expected, 0.01);
     assert_close(run.number("growth rate, while small"), expected, 0.01);
-    run.assert_confirmed("vibration", "grows");
+    run.assert_confirmed("vibration", "growth");
     // The growth ends at the belt speed.
     let fastest = run.velocity().into_iter().fold(0.0, f64::max);
     assert_close(fastest, 0.02, 0.05);
@@ -134,7 +134,7 @@ fn negative_slope_grows_at_the_computed_rate() {
     let rate = damped.computed().fastest().expect("a mode");
     assert!(rate < -50.0 && damped.computed().unstable().is_empty());
     assert_close(damped.growth([0.01, 0.06]), rate, 0.02);
-    damped.assert_confirmed("vibration", "does not grow");
+    damped.assert_confirmed("vibration", "no growth");
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn two_modes_flutter_above_the_critical_coefficient_only() {
     assert!(below.growth([0.1, 0.3]).abs() < 3.0);
     let peak = below.velocity().into_iter().fold(0.0, f64::max);
     assert!(peak < 1e-4, "{peak}");
-    below.assert_confirmed("vibration", "does not grow");
+    below.assert_confirmed("vibration", "no growth");
 
     for mu in [1.1 * critical, 0.4] {
         let above = at(mu);
@@ -265,7 +265,7 @@ fn printed_parameters_are_stable_and_exchanged_ones_squeal() {
         last.iter().fold(0.0, |a: f64, v| a.max(v.abs()))
     };
     assert!(peak(&printed) < 1e-3 * speed);
-    printed.assert_confirmed("vibration", "does not grow");
+    printed.assert_confirmed("vibration", "no growth");
     assert_eq!(printed.text("strongest line"), "none, silent");
     // Lines below the limit of rest are not named, and below a larger limit the joint is at rest.
     let floor = printed.header.rest_speed;
@@ -279,7 +279,7 @@ fn printed_parameters_are_stable_and_exchanged_ones_squeal() {
     assert!(narrated.starts_with("## At rest"), "{narrated}");
 
     assert!(peak(&exchanged) > 0.5 * speed);
-    exchanged.assert_confirmed("vibration", "grows");
+    exchanged.assert_confirmed("vibration", "growth");
     assert!(exchanged.measured().growth_ended);
     // Four modes grow; the growth rate of their sum lies between theirs.
     let rates: Vec<f64> = unstable(&other.modes)
@@ -388,7 +388,7 @@ fn the_perturbed_trajectory_diverges() {
     assert!(line.grows(), "{line:?}");
     let doubling = std::f64::consts::LN_2 / line.rate_per_s;
     assert_close(run.number("doubling time"), doubling, 0.01);
-    run.assert_confirmed("trajectories", "separate");
+    run.assert_confirmed("trajectories", "separating");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 import { colour, toneColour } from "/colours.js";
 import { $, make, setText } from "/dom.js";
 import { Labels, Plot, note, readStyle, short, unit } from "/plot.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
 // Width of a letter in a band, relative to the size of the type.
@@ -162,7 +163,7 @@ export class Branches {
     const tilts = full.branches.flatMap((branch) => branch.tilt_deg);
     const most = Math.max(...full.branches.flatMap((branch) => branch.amplitude_m));
     const { per, symbol } = unit(most, "m");
-    const x = { range: [Math.min(...tilts), Math.max(...tilts)], label: T.tiltDeg };
+    const x = { range: [Math.min(...tilts), Math.max(...tilts)], label: shared.tilt };
     const y = { range: [0, 1.15 * most * per], label: T.amplitudeIn(symbol), format: short };
     const bifurcations = full.bifurcations ?? [];
     // Above the axis: its label, and the list of short names.

@@ -18,7 +18,7 @@ export function readStyle() {
 export function ticks(low, high, most) {
   const raw = (high - low) / Math.max(1, most);
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * 0.999);
+  const step = [...shared.tick_steps, 10].map((m) => m * power).find((s) => s >= raw * 0.999);
   const all = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9) + 1e-12; k++) all.push(k * step);
   return all;
@@ -43,7 +43,7 @@ export class FullScale {
     const wanted = Math.max(peak, smallest);
     if (wanted > this.#value || wanted < 0.35 * this.#value) {
       const power = 10 ** Math.floor(Math.log10(1.1 * wanted));
-      this.#value = [1, 1.5, 2, 3, 5, 7, 10].map((m) => m * power).find((v) => v >= 1.1 * wanted) ?? 1.1 * wanted;
+      this.#value = [...shared.full_scales, 10].map((m) => m * power).find((v) => v >= 1.1 * wanted) ?? 1.1 * wanted;
     }
     return this.#value;
   }

@@ -178,8 +178,6 @@ export const T = {
   sweepAuto: "auto",
   sweepOf: (ms) => `${ms} ms`,
   trigger: "trigger",
-  displacement: "displacement",
-  velocity: "velocity",
   timeMs: "time, ms",
   frequencyKhz: "frequency, kHz",
   amplitude: "amplitude, mm/s",
@@ -199,7 +197,6 @@ export const T = {
   unstable: "unstable modes",
   started: { fresh: "from a kick", upward: "rising tilt", downward: "falling tilt" },
   rowsKey: "rows: settled motion at each tilt; numbers: unstable modes; ticks: bifurcations",
-  tiltDeg: "tilt, °",
   amplitudeIn: (symbol) => `amplitude, ${symbol}`,
   noDiagram: "no periodic motion at any tilt",
   kinds: {

@@ -13,7 +13,8 @@ use strum::VariantArray as _;
 use crate::analysis::regime::Regime;
 use crate::number::PREFIXES;
 use crate::pipeline::message::NodeState;
-use crate::plot::{Color, INFERNO, NAMED_LINES, Rgb, gradient};
+use crate::plot::response::phase_portrait;
+use crate::plot::{Color, FULL_SCALES, INFERNO, NAMED_LINES, Rgb, STEPS, gradient, readable};
 use crate::record::{TRAIL, node_color};
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";
@@ -43,8 +44,8 @@ pub(super) fn page() -> impl Iterator<Item = PageFile> {
 }
 
 /// What the page shares with figures and recordings: colours as a style sheet, and a module with the prefixes of units,
-/// colours on light and dark ground, a colour map, the length of the trail of the phase portrait and the number of named
-/// lines.
+/// first digits of ticks and full scales, names of axes, colours on light and dark ground, a colour map, the length of the
+/// trail of the phase portrait and the number of named lines.
 fn shared() -> [PageFile; 2] {
     let rule = |on: fn(Color) -> Rgb| {
         let rules = [
@@ -65,7 +66,13 @@ fn shared() -> [PageFile; 2] {
     let colours = format!(":root {dark}\n:root[data-theme=\"light\"] {light}\n");
     let regimes = Regime::VARIANTS.iter();
     let regimes = regimes.map(|&regime| (regime.to_string(), Color::Regime(regime)));
+    let portrait = phase_portrait(&[], None, Color::Run);
     let values = json!({
+        "tick_steps": STEPS,
+        "full_scales": FULL_SCALES,
+        "displacement": portrait.x.name,
+        "velocity": portrait.y.name,
+        "tilt": readable("load.tilt_deg", "deg"),
         "prefixes": PREFIXES,
         "signal": Color::Run,
         "regimes": regimes.collect::<BTreeMap<_, _>>(),

@@ -126,7 +126,7 @@ fn pass(facts: &mut Facts<'_>, predicted: Option<&UnstablePass>, found: Option<&
     let squeak = found.and_then(|pass| pass.squeak);
     if let Some(pass) = predicted {
         let squeaks = found.map(|_| squeak.is_some());
-        let cases = ["squeaks", "is silent"];
+        let cases = ["squeak", "no squeak"];
         facts.claim(&name("joint"), cases, growth.is_some(), squeaks);
         let rate = pass.largest_growth_per_s;
         facts.predicted(&name("largest growth rate"), rate, "1/s");

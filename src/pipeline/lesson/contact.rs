@@ -12,7 +12,7 @@ pub fn stick_slip(facts: &mut Facts<'_>) {
     let nodes = measured.nodes.map(|nodes| nodes.half_stuck);
     let share = nodes.or(measured.statuses.map(|shares| shares.held));
     let sticks = share.map(|share| share > 0.0);
-    facts.claim("contact", ["sticks", "only slips"], true, sticks);
+    facts.claim("contact", ["stick-slip", "slip only"], true, sticks);
     facts.predicted("lowest natural frequency", natural, "Hz");
     let line = facts.strongest_line();
     let is_below =

@@ -163,19 +163,19 @@ pub fn exchanged(facts: &mut Facts<'_>) {
 
 /// Bristles that bend before the contact slides.
 pub fn bristles(facts: &mut Facts<'_>) {
-    with_memory(facts, "bristles act as springs above");
+    with_memory(facts, "corner frequency of the bristles");
 }
 
 /// Contact whose age follows the speed after a slip distance.
 pub fn contact_age(facts: &mut Facts<'_>) {
-    with_memory(facts, "age follows the speed up to");
+    with_memory(facts, "corner frequency of the contact age");
     let memory = facts.computed.memory.as_ref();
     if let Some(critical) = memory.and_then(|memory| memory.damping_above_hz) {
         facts.predicted("critical frequency", critical, "Hz");
         let small = facts.measured.small_frequency;
         let small = small.filter(|_| facts.measured.grows() == Some(true));
         let above = small.map(|frequency| frequency.value > critical);
-        let cases = ["above critical", "below critical"];
+        let cases = ["above the critical one", "below the critical one"];
         facts.claim("frequency of the growth", cases, false, above);
     }
 }
@@ -187,7 +187,7 @@ fn with_memory(facts: &mut Facts<'_>, corner: &str) {
     facts.predicted("unstable modes", unstable_modes.len() as f64, "");
     if let Some(memory) = &facts.computed.memory {
         let alone = &memory.modes_of_speed_alone;
-        let name = |quantity| format!("{quantity}, friction of the speed alone");
+        let name = |quantity| format!("{quantity}, friction without memory");
         facts.growth_rate(&name("growth rate"), fastest(alone));
         facts.predicted(&name("unstable modes"), unstable(alone).len() as f64, "");
         facts.predicted("slope of µ in steady sliding", memory.steady_slope, "s/m");

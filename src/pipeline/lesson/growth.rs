@@ -7,7 +7,7 @@ impl Facts<'_> {
     pub fn growth(&mut self) {
         let is_unstable = !self.computed.unstable().is_empty();
         let grows = self.measured.grows();
-        self.claim("vibration", ["grows", "does not grow"], is_unstable, grows);
+        self.claim("vibration", ["growth", "no growth"], is_unstable, grows);
         self.growth_rate("growth rate, while small", self.computed.fastest());
     }
 

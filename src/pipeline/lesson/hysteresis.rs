@@ -44,7 +44,7 @@ pub fn facts(facts: &mut Facts<'_>) {
         return;
     };
     let differs = tilts.has_decreased.then_some(tilts.differing.is_some());
-    let cases = ["depends on the direction", "is the same both ways"];
+    let cases = ["different by direction", "equal in both directions"];
     facts.claim("line at the same tilt", cases, true, differs);
     facts.found("current tilt", tilts.tilt, "rad");
     facts.strongest_line();

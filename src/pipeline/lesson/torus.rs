@@ -82,7 +82,7 @@ pub fn chaos(facts: &mut Facts<'_>) {
     let line = last.and_then(|last| last.line);
     let clear = line.filter(|line| line.grows() || line.shrinks());
     let shrinks = clear.map(|line| line.shrinks());
-    facts.claim("trajectories", ["converge", "separate"], false, shrinks);
+    facts.claim("trajectories", ["converging", "separating"], false, shrinks);
     let [first, now] = [first, last].map(|at| at.map(|at| at.distance));
     facts.found("initial distance, relative to the motion", first, "");
     facts.found("current distance, relative to the motion", now, "");

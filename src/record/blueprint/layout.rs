@@ -92,18 +92,10 @@ impl Row {
             "picture" => return self.picture(title, &Root::of_run()),
             _ => View::series(title, paths, None),
         };
-        Some(match self.range() {
-            Some(range) => view.with_range(range),
-            None => view,
+        Some(match self.kind[1..] {
+            [low, high] => view.with_range([low.parse().ok()?, high.parse().ok()?]),
+            _ => view,
         })
-    }
-
-    /// The range of a series that has the same one in every run.
-    pub fn range(&self) -> Option<[f64; 2]> {
-        match self.kind[1..] {
-            [low, high] => Some([low.parse().ok()?, high.parse().ok()?]),
-            _ => None,
-        }
     }
 
     /// The view of a picture without a legend, below a root.

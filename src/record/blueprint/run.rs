@@ -163,8 +163,7 @@ impl Run<'_> {
         let row = Row::of(name)?;
         let window = self.window_of(&row);
         let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
-        let (title, range) = (self.title(&row), row.range());
-        let series = series_panel(&title, range, curves, window.is_finite());
+        let series = series_panel(&self.title(&row), curves, window.is_finite());
         series.or_else(|| rec.panel(row.paths[0]))
     }
 
@@ -287,21 +286,12 @@ fn body(joint: &JointInfo, spec: RecordSpec) -> View {
 /// The ball from above; the patch is visible at every tilt of the run.
 fn patch_view(joint: &JointInfo) -> View {
     let step = style::short(patch::circle_step(joint));
-    let entities = [
-        paths::NODES,
-        paths::FRICTION,
-        paths::RIM,
-        paths::TILT_CIRCLES,
-        paths::NODE_LEGEND,
-        paths::FRICTION_LEGEND,
-        paths::POLE,
-    ];
     let camera = Camera::new(joint);
     // The view is tilted slightly, and aimed below the centre to show the legend.
     let target = camera.point([0.0, -0.12, 0.0]);
     let from = camera.point([0.0, -0.6, 2.55]);
     let name = format!("Contact patch (circles {step}° apart)");
     View::of("3D", name, paths::SCENE_3D)
-        .with_contents(&entities)
+        .with_contents(&["joint/patch/**"])
         .with_eye(from, target, camera.up())
 }

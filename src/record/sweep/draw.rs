@@ -139,7 +139,7 @@ fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     let still = found.is_some_and(|found| found.maxima_m.is_empty());
     let last = trail.last().copied().filter(|_| still);
     let last = Layer::points(last.into_iter().collect(), 3.3, Color::Ink);
-    panel.layers.push(last.with_id(paths::NOW));
+    panel.layers.push(last.with_id("now"));
     panel
 }
 

@@ -28,7 +28,7 @@ pub fn tab(ball: &BallJoint) -> Option<Part> {
     let eye = [0.0, -0.98, 0.2].map(|c: f64| c * distance);
     let from = [eye[0], eye[1], eye[2] + middle[2]];
     let name = "Natural modes (yellow: largest displacement)";
-    let view = View::of("3D", name, paths::MODE_SHAPES).with_eye(from, middle, [0.0, 0.0, 1.0]);
+    let view = View::of("3D", name, "mode_shapes").with_eye(from, middle, [0.0, 0.0, 1.0]);
     Some(Part::tab("Mode shapes", vec![Part::View(view)]))
 }
 
@@ -80,11 +80,11 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
     let axes = LineStrips3D::new(axes)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.6)]);
-    rec.log_static(paths::MODE_SHAPE_AXES, &axes);
+    rec.log_static("mode_shapes/axes", &axes);
     let names = Points3D::new(names.iter().map(|(at, _)| *at))
         .with_labels(names.iter().map(|(_, words)| words.as_str()))
         .with_show_labels(true)
         .with_colors([style::AXIS])
         .with_radii([Radius::new_ui_points(0.0)]);
-    rec.log_static(paths::MODE_SHAPE_NAMES, &names);
+    rec.log_static("mode_shapes/names", &names);
 }

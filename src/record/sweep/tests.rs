@@ -139,7 +139,7 @@ fn a_recording_contains_every_value() {
     for start in ["upward", "downward"] {
         let root = paths::Root::of_start(start);
         for path in [
-            paths::POINT_TEXT,
+            "text",
             paths::PORTRAIT_TRAIL,
             "poincare_section/points",
             "spectrum/curve",

@@ -15,7 +15,7 @@ use crate::pipeline::{
 };
 use crate::plot::{Layer, RunPanels, shown};
 use crate::record::branch::save_branch;
-use crate::record::{Output, RerunSink, paths};
+use crate::record::{Output, RerunSink};
 use crate::report::{Report as _, agreement, markdown};
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{BranchPlan, OrbitStarts};
@@ -75,10 +75,10 @@ fn the_times_of_recurrence_have_different_colours() {
     let path = folder.path().join("run.rrd");
     super::record(&path, 0.01);
     let series = [
-        paths::PERIOD,
-        paths::RECURRENCE_TIME_1,
-        paths::RECURRENCE_TIME_2,
-        paths::TRAPPING_TIME,
+        "quantification/period",
+        "quantification/recurrence_time_1",
+        "quantification/recurrence_time_2",
+        "quantification/trapping_time",
     ];
     let mut colors: Vec<u32> = Vec::new();
     for chunk in chunks(&path) {

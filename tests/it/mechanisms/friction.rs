@@ -37,7 +37,7 @@ fn bristles_reduce_the_growth_of_a_vibration() {
     assert!(measured < 0.5 * alone);
     let frequency = run.number("frequency, while small");
     assert_close(frequency, run.computed().unstable()[0].frequency_hz, 0.01);
-    let without = run.fact("growth rate, friction of the speed alone");
+    let without = run.fact("growth rate, friction without memory");
     assert_eq!(without.agrees, Some(false), "{without:?}");
 }
 
@@ -92,9 +92,9 @@ fn the_age_of_the_contact_stabilises_high_modes() {
             let slowest = rates.fold(fastest, f64::min);
             let between = (0.9 * slowest..1.05 * fastest).contains(&measured);
             assert!(between, "{measured} {slowest} {fastest}");
-            run.assert_confirmed("frequency of the growth", "below critical");
+            run.assert_confirmed("frequency of the growth", "below the critical one");
         } else {
-            run.assert_confirmed("vibration", "does not grow");
+            run.assert_confirmed("vibration", "no growth");
             assert_eq!(run.fact("frequency of the growth").measured, None);
         }
     }
@@ -131,5 +131,5 @@ fn a_measured_curve_drives_the_vibration_by_its_slope() {
         &points([0.4, 0.47, 0.55]),
     );
     assert!(rising.computed().unstable().is_empty());
-    rising.assert_confirmed("vibration", "does not grow");
+    rising.assert_confirmed("vibration", "no growth");
 }

@@ -14,7 +14,7 @@ fn a_turning_joint_squeaks_between_the_computed_tilts() {
     let lesson = run.measured();
     assert_eq!(lesson.passes.len(), 2);
     for way in ["rising", "falling"] {
-        run.assert_confirmed(&format!("joint, {way} tilt"), "squeaks");
+        run.assert_confirmed(&format!("joint, {way} tilt"), "squeak");
     }
     for (found, expected) in lesson.passes.iter().zip(predicted) {
         assert_eq!(found.way, expected.way);
@@ -66,6 +66,6 @@ fn a_joint_with_constant_friction_turns_silently() {
         "{lesson}"
     );
     for way in ["rising", "falling"] {
-        run.assert_confirmed(&format!("joint, {way} tilt"), "is silent");
+        run.assert_confirmed(&format!("joint, {way} tilt"), "no squeak");
     }
 }

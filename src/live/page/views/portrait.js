@@ -2,7 +2,6 @@
 
 import { FullScale, Plot, unit } from "/plot.js";
 import shared from "/shared.js";
-import { T } from "/texts.js";
 
 const PIECES = 12;
 
@@ -30,7 +29,7 @@ export class Portrait {
       const f = full[k] * units[k].per;
       return { range: [-f, f], label: `${name}, ${units[k].symbol}` };
     };
-    const plot = new Plot(c, width, height, style, axis(0, T.displacement), axis(1, T.velocity));
+    const plot = new Plot(c, width, height, style, axis(0, shared.displacement), axis(1, shared.velocity));
     plot.axes();
     plot.clip(() => {
       if (other) this.#trail(c, plot, other, units, style, style.second);

@@ -2,6 +2,7 @@
 // remain visible for a moment: a periodic motion covers them, a torus and chaos do not.
 
 import { FullScale, Plot, unit } from "/plot.js";
+import shared from "/shared.js";
 import { T } from "/texts.js";
 
 const EARLIER = 7;
@@ -31,7 +32,7 @@ export class Scope {
     const full = this.#scale.update(peak, data.start.silence_m_per_s);
     const { per, symbol } = unit(full, "m/s");
     const x = { range: [0, sweep], label: T.timeMs };
-    const y = { range: [-full * per, full * per], label: `${T.velocity}, ${symbol}` };
+    const y = { range: [-full * per, full * per], label: `${shared.velocity}, ${symbol}` };
     const plot = new Plot(c, width, height, style, x, y);
     plot.axes();
     if (v.length < 3) return;
