@@ -50,7 +50,7 @@ pub use response::NAMED_LINES;
 pub use run::{RedrawTimer, RunPanels, full_scale, letter, range_shown, units};
 pub use section::SectionAxes;
 pub use sensitivities::{causes_figure, sensitivities_figure};
-pub use signal::{evidence, signal_figures, spectrogram_panel};
+pub use signal::{evidence_panel, signal_figures};
 pub use style::{FigureOptions, Format, Style, parse_size};
 pub use sweep::{ParameterPanels, start_label, sweep_figures};
 pub use text::shown;

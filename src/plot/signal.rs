@@ -3,7 +3,8 @@
 use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::figure::{plain_palette, regime_legend};
-use super::{Axis, Color, Figure, Image, Layer, Panel, SectionAxes, Unit};
+use super::response::{Curve, over_time};
+use super::{Axis, Color, Figure, Image, Layer, Panel, Scale, SectionAxes, Unit};
 use super::{chaos, figures, range_shown, response};
 use crate::analysis::chaos::Divergence;
 use crate::analysis::levels::LevelReference;
@@ -79,7 +80,7 @@ fn curve(points: impl Iterator<Item = [f64; 2]>) -> Layer {
 
 /// The spectrogram with the ridges of the events, numbered at their starts.
 fn events(report: &SignalAnalysis) -> Picture {
-    let mut panel = whole_spectrogram(report);
+    let mut panel = spectrogram_panel(report);
     let events = report.events();
     let reference = report.level_reference();
     let shown = format!("events with number and level ({reference}) at their starts");
@@ -162,26 +163,19 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
 }
 
 fn spectrogram(report: &SignalAnalysis) -> Picture {
-    Ok(vec![("spectrogram", whole_spectrogram(report))])
+    Ok(vec![("spectrogram", spectrogram_panel(report))])
 }
 
 /// The spectrogram of the whole signal.
-fn whole_spectrogram(report: &SignalAnalysis) -> Panel {
-    let highest = report.highest_frequency(HEADROOM);
-    spectrogram_panel(&report.spectrogram, highest, |sample| {
-        report.signal.time(sample)
-    })
-}
-
-/// The spectrogram of columns up to a frequency (Hz); `time` converts their centres to s.
-pub fn spectrogram_panel(columns: &[Column], highest: f64, time: impl Fn(f64) -> f64) -> Panel {
+fn spectrogram_panel(report: &SignalAnalysis) -> Panel {
+    let columns = &report.spectrogram;
     let title = format!("dark is strong; range {SPECTROGRAM_DB:.0} dB");
     let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
         return empty_panel(&title, "the signal is too short for a spectrogram");
     };
-    let shown = (highest / first.bin).ceil() as usize;
+    let shown = (report.highest_frequency(HEADROOM) / first.bin).ceil() as usize;
     let shown = shown.clamp(1, first.amplitude.len());
-    let times = [first.centre, last.centre].map(time);
+    let times = [first.centre, last.centre].map(|sample| report.signal.time(sample));
     let image = image(columns, shown, times, [0.0, shown as f64 * first.bin]);
     let x = Axis::linear("time", image.x).of("s");
     let y = Axis::linear("frequency", image.y).of("Hz");
@@ -274,47 +268,35 @@ fn period_marks(periods: &RecurrencePeriods, window: f64) -> impl Iterator<Item 
 
 fn measures(report: &SignalAnalysis) -> Picture {
     let windows = &report.recurrence.get()?.windows;
-    let times = Axis::linear("time", extent(windows.iter().map(|at| at.time_s))).of("s");
-    let line = |label, color, value: &dyn Fn(&Measures) -> Option<f64>| {
+    let curve = |label: &str, color, value: &dyn Fn(&Measures) -> Option<f64>| {
         let points = windows.iter();
-        let points = points.filter_map(|at| Some([at.time_s, value(&at.measures)?]));
-        Layer::line(points.collect(), color).with_label(label)
+        let points = points.map(|at| [at.time_s, value(&at.measures).unwrap_or(f64::NAN)]);
+        (label.to_owned(), Color::Series(color), points.collect())
     };
-    let most = |layers: &[Layer]| {
-        let points = layers.iter().flat_map(Layer::points_of);
-        extent(points.map(|p| p[1]))[1]
-    };
-    let [rates, lines, recurrences] = [0, 2, 3].map(Color::Series);
-    let shares = vec![
-        line("RR", rates, &|m| Some(m.recurrence_rate)),
-        line("DET", lines, &|m| m.determinism),
-        line("LAM", recurrences, &|m| m.laminarity),
+    let shares = [
+        curve("RR", 0, &|m| Some(m.recurrence_rate)),
+        curve("DET", 2, &|m| m.determinism),
+        curve("LAM", 3, &|m| m.laminarity),
     ];
-    let lengths = vec![
-        line("L", lines, &|m| m.mean_diagonal),
-        line("TT", recurrences, &|m| m.trapping_time),
-        line("T²", Color::Series(4), &|m| m.recurrence_time_2),
+    let lengths = [
+        curve("L", 2, &|m| m.mean_diagonal),
+        curve("TT", 3, &|m| m.trapping_time),
+        curve("T²", 4, &|m| m.recurrence_time_2),
     ];
-    let entropy = vec![line("", Color::Ink, &|m| m.entropy)];
-    let share = Axis::linear("", [0.0, 1.05]);
-    let duration = Axis::linear("duration", [0.0, 1.08 * most(&lengths)]).of("s");
-    let nats = Axis::linear("nats", [0.0, 1.1 * most(&entropy)]);
+    let entropy = [curve("", 0, &|m| m.entropy)];
+    let panel =
+        |title, name, unit, curves: &[Curve]| over_time(title, (name, unit, Scale::Linear), curves);
     let title = "mean line lengths L and TT, recurrence time T²";
-    let rows = [
-        ("recurrence-shares", "RR, DET and LAM", share, shares),
-        ("recurrence-times", title, duration, lengths),
+    let lengths = panel(title, "duration", "s", &lengths);
+    let entropy = panel("entropy of the diagonal line lengths", "nats", "", &entropy);
+    Ok(vec![
         (
-            "entropy",
-            "entropy of the diagonal line lengths",
-            nats,
-            entropy,
+            "recurrence-shares",
+            panel("RR, DET and LAM", "", "", &shares),
         ),
-    ];
-    let panels = rows.map(|(name, title, y, layers)| {
-        let panel = Panel::new(title, times.clone(), y, layers);
-        (name, panel)
-    });
-    Ok(panels.into())
+        ("recurrence-times", lengths),
+        ("entropy", entropy),
+    ])
 }
 
 fn section(report: &SignalAnalysis) -> Picture {
@@ -364,11 +346,11 @@ fn zero_one(report: &SignalAnalysis) -> Picture {
 }
 
 fn regime(report: &SignalAnalysis) -> Picture {
-    Ok(vec![("evidence", evidence(report.verdict.get()?))])
+    Ok(vec![("evidence", evidence_panel(report.verdict.get()?))])
 }
 
 /// The evidence for a type of motion.
-pub fn evidence(verdict: &Verdict) -> Panel {
+pub fn evidence_panel(verdict: &Verdict) -> Panel {
     // What matters, as many as a slide has room for.
     let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
     let evidence: Vec<&Evidence> = evidence.take(8).collect();

@@ -8,7 +8,7 @@ use super::paths;
 use super::stream::{RecordingStream, nanos};
 use super::style::{self, ColorMap};
 use crate::pipeline::message::{Frame, JointInfo, vertex_normals};
-use crate::plot::{FullScale, Unit};
+use crate::plot::{self, FullScale, Unit};
 use crate::scene::RecordSpec;
 
 /// Vertices per batch, summed over its pictures.
@@ -133,7 +133,7 @@ impl Body {
         let words = format!("grey at rest, yellow {}", Unit::write(full, "m"));
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])
-            .with_colors([style::AXIS])
+            .with_colors([plot::Color::Faint])
             .with_radii([Radius::new_ui_points(0.0)]);
         rec.log(paths::BODY_LEGEND, time, &legend);
     }

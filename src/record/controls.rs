@@ -1,7 +1,8 @@
 //! The numbers of the scene that commands change during a live run, as time series.
 
-use super::{stream::RecordingStream, style};
+use super::stream::RecordingStream;
 use crate::pipeline::message::{Frame, Header};
+use crate::plot::Color;
 use crate::scene::{Control, Parameter};
 
 /// Path and name of a number's series.
@@ -25,7 +26,7 @@ pub fn recorded(header: &Header) -> impl Iterator<Item = &Control> {
 pub fn name(rec: &RecordingStream, header: &Header) {
     for control in recorded(header) {
         let [path, name] = series(control);
-        rec.name(&path, [(name, style::SIGNAL)]);
+        rec.name(&path, [(name, Color::Run)]);
     }
 }
 

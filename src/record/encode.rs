@@ -17,7 +17,7 @@ use super::stream::{RecordingStream, STATIC};
 use super::{controls, exponents, health, quantification, regime, style, text};
 use crate::analysis::regime::Verdict;
 use crate::pipeline::message::{Frame, Header, Record, Subject};
-use crate::plot::RunPanels;
+use crate::plot::{Color, RunPanels};
 use crate::scene::RecordSpec;
 
 /// Encodes the records after a header.
@@ -44,7 +44,7 @@ impl Encoder {
         text::send_properties(rec, &header.scene, origin);
         text::log_about(rec, &header);
         regime::name_regimes(rec);
-        rec.name(paths::ZERO_ONE, [("K", style::ACCENT)]);
+        rec.name(paths::ZERO_ONE, [("K", Color::Compared)]);
         controls::name(rec, &header);
         let panels = RunPanels::new(Arc::clone(&header));
         let mut views = PanelViews::new(Root::of_run());
@@ -58,7 +58,7 @@ impl Encoder {
                 let samples = Samples::new(rec, joint);
                 let body = Body::new(rec, joint, spec);
                 joint_frames = Some((samples, Patch::new(rec, joint), body));
-                portrait = Some(Portrait::new(rec, TRAIL, vec![style::SIGNAL]));
+                portrait = Some(Portrait::new(rec, TRAIL, vec![Color::Run]));
             }
             Subject::Small(small) => {
                 small_frames = Some(SmallFrames::new(rec, small));
@@ -66,7 +66,7 @@ impl Encoder {
             }
             Subject::Signal(signal) => {
                 let name = style::signal_title(signal);
-                rec.name(paths::WAVEFORM, [(name, style::SIGNAL)]);
+                rec.name(paths::WAVEFORM, [(name, Color::Run)]);
             }
         }
         let has_perturbed = header.analysis.perturbed_trajectory.is_some();

@@ -20,7 +20,7 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
     });
     let widths = [0.8, 2.0, 0.8].repeat(spectrum.exponents.len());
     rec.name_with_widths(paths::EXPONENTS_RUNNING, widths, names);
-    rec.name(paths::EXPONENTS_ZERO, [("zero", style::AXIS)]);
+    rec.name(paths::EXPONENTS_ZERO, [("zero", Color::Faint)]);
     if spectrum.time > SHORT * header.duration {
         let row = spectrum.exponents.iter().flat_map(|exponent| {
             // Without an error there is no interval: a gap.

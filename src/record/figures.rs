@@ -1,6 +1,5 @@
 //! Figures of a run: the pictures and the time series of its recording, as files.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::APPLICATION;
@@ -8,19 +7,14 @@ use super::blueprint::run::Run;
 use super::encode::Encoder;
 use super::paths;
 use super::stream::RecordingStream;
-use crate::analysis::{regime::Verdict, tones::Column};
 use crate::pipeline::message::{Header, Record, Subject};
 use crate::pipeline::{Sink, SinkError};
 use crate::plot::response::{self, Curve, WINDOW, over_time};
-use crate::plot::{
-    Color, Figure, LessonPictures, Panel, Scale, evidence, figures, panel_names, spectrogram_panel,
-};
+use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures, panel_names};
 use crate::scene::RecordSpec;
 
 /// Natural periods in the phase portrait of a small system.
 const PERIODS: f64 = 40.0;
-/// Width of the spectrogram, pixels.
-const PIXELS: f64 = 640.0;
 /// Names of the panels of a lesson.
 const LESSON: [&str; 3] = ["lesson-1", "lesson-2", "lesson-3"];
 
@@ -31,9 +25,6 @@ pub struct RunFigures {
     rec: RecordingStream,
     run: Option<(Arc<Header>, Encoder)>,
     lesson: LessonPictures,
-    /// The columns of the spectrogram by their pixels.
-    columns: BTreeMap<usize, Column>,
-    verdict: Option<Arc<Verdict>>,
 }
 
 impl RunFigures {
@@ -48,8 +39,6 @@ impl RunFigures {
             rec: RecordingStream::for_figures(APPLICATION),
             run: None,
             lesson: LessonPictures::default(),
-            columns: BTreeMap::new(),
-            verdict: None,
         }
     }
 
@@ -61,16 +50,9 @@ impl RunFigures {
         let (rec, spec) = (&self.rec, self.spec);
         let run = Run { header, spec };
         let views = panel_names().map(|name| (name, run.panel(rec, name)));
-        let columns = Vec::from_iter(self.columns.values().cloned());
-        let highest = header.highest_frequency();
-        let spectrogram = || spectrogram_panel(&columns, highest, |time| time);
-        let others = [
-            ("portrait", self.portrait(header)),
-            ("spectrogram", (!columns.is_empty()).then(spectrogram)),
-            ("evidence", self.verdict.as_deref().map(evidence)),
-        ];
+        let portrait = [("portrait", self.portrait(header))];
         let lesson = self.lesson.panels(header).into_iter().map(Some);
-        let panels = views.chain(others).chain(LESSON.into_iter().zip(lesson));
+        let panels = views.chain(portrait).chain(LESSON.into_iter().zip(lesson));
         let panels = panels.filter_map(|(name, panel)| Some((name, panel?)));
         figures(&header.scene, &panels.collect())
     }
@@ -89,22 +71,6 @@ impl RunFigures {
         let motion = response::interpolated(&Vec::from_iter(motion), dt);
         Some(response::phase_portrait(&motion, None, Color::Run).square())
     }
-
-    /// Adds a column of the spectrogram; a pixel shows the highest level of its columns.
-    fn add_column(&mut self, header: &Header, (time, bin): (f64, f64), level_db: &[f32]) {
-        let pixel = PIXELS * (time - header.start()) / header.duration;
-        let shown = (header.highest_frequency() / bin) as usize + 2;
-        let amplitude = level_db.iter().take(shown);
-        let amplitude = amplitude.map(|level| 10f64.powf(f64::from(*level) / 20.0));
-        let column = self.columns.entry(pixel as usize);
-        let column = column.or_insert_with(|| Column {
-            centre: time,
-            bin,
-            amplitude: vec![0.0; shown.min(level_db.len())],
-        });
-        let values = column.amplitude.iter_mut().zip(amplitude);
-        values.for_each(|(most, value)| *most = most.max(value));
-    }
 }
 
 impl Sink for &mut RunFigures {
@@ -118,16 +84,6 @@ impl Sink for &mut RunFigures {
         };
         encoder.accept(&self.rec, &record);
         self.lesson.accept(header, &record);
-        let header = Arc::clone(header);
-        match record {
-            Record::SpectrogramColumn {
-                time,
-                bin,
-                level_db,
-            } => self.add_column(&header, (time, bin), &level_db),
-            Record::Regime { verdict, .. } => self.verdict = Some(verdict),
-            _ => {}
-        }
         Ok(())
     }
 

@@ -4,9 +4,9 @@
 use super::panel_view::PanelView;
 use super::paths::{self, Root};
 use super::stream::{RecordingStream, STATIC};
-use super::{style, text};
+use super::text;
 use crate::pipeline::message::{self, Header, LevelSample, MechanismPrediction, TiltDirection};
-use crate::plot::{Panel, prediction_panel, tone_loop};
+use crate::plot::{Color, Panel, prediction_panel, tone_loop};
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
@@ -20,8 +20,8 @@ pub struct Lesson {
 impl Lesson {
     /// Names the series, and draws the computed values.
     pub fn new(rec: &RecordingStream, header: &Header, computed: &MechanismPrediction) -> Self {
-        rec.name(paths::LESSON_VELOCITY_LEVEL, [("measured", style::SIGNAL)]);
-        let predicted = [("computed growth", style::ACCENT)];
+        rec.name(paths::LESSON_VELOCITY_LEVEL, [("measured", Color::Run)]);
+        let predicted = [("computed growth", Color::Compared)];
         rec.name_with_widths(paths::LESSON_PREDICTED, [2.4], predicted);
         if let Some(picture) = &computed.picture {
             let mut view = PanelView::of("computed", &Root::of_run());

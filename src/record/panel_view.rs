@@ -18,7 +18,7 @@ use crate::record::sdk::{
 
 use super::blueprint::layout::Row;
 use super::blueprint::tree::View;
-use super::paths::{self, Root};
+use super::paths::Root;
 use super::plot::{CAPTION_HEIGHT, Plot, legend_height, texts};
 use super::stream::{Moment, RecordingStream};
 use super::style;
@@ -131,7 +131,7 @@ impl PanelView {
 
     /// Draws a panel from a moment on.
     pub fn draw(&mut self, rec: &RecordingStream, at: Moment, panel: &Panel) {
-        if rec.keep(&self.path, panel) {
+        if rec.keep(&self.path, || panel.clone()) {
             return;
         }
         let plot = self.draw_axes(rec, at, panel);
@@ -139,13 +139,13 @@ impl PanelView {
         let [middle, height] = [0.5 * plot.width, 0.5 * plot.height];
         if self.note != panel.note {
             self.note.clone_from(&panel.note);
-            let note = text(&panel.note, [middle, height], style::POLE);
+            let note = text(&panel.note, [middle, height], Color::Ink);
             rec.log(self.at("note"), at, &note);
         }
         if self.caption != panel.caption {
             self.caption.clone_from(&panel.caption);
-            let caption = text(&panel.caption, [middle, -36.0], style::AXIS);
-            rec.log(paths::caption(&self.path), at, &caption);
+            let caption = text(&panel.caption, [middle, -36.0], Color::Faint);
+            rec.log(self.at("caption"), at, &caption);
         }
     }
 

@@ -235,7 +235,7 @@ fn draw_circles(rec: &RecordingStream, joint: &JointInfo) {
         circle([0.0, 0.0, 1.0], SUNK * joint.ball_radius, angle)
     });
     let lines = LineStrips3D::new(strips)
-        .with_colors([style::RULER])
+        .with_colors([Color::Pale])
         .with_radii([Radius::new_ui_points(0.8)]);
     rec.log_static("joint/patch/circles", &lines);
 }
@@ -246,7 +246,7 @@ fn draw_pole(rec: &RecordingStream, joint: &JointInfo) {
     let pole = Points3D::new([[0.0, 0.0, height as f32]])
         .with_labels(["beam axis"])
         .with_show_labels(true)
-        .with_colors([style::POLE])
+        .with_colors([Color::Ink])
         .with_radii([Radius::new_ui_points(4.0)]);
     rec.log_static("joint/patch/pole", &pole);
 }

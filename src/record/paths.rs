@@ -121,11 +121,6 @@ impl Root {
     }
 }
 
-/// Natural mode of ball and beam, numbered from 0.
-pub fn mode_shape(index: usize) -> String {
-    format!("mode_shapes/mode_{index:02}")
-}
-
 /// Tile of the spectrogram, numbered from 0.
 pub fn spectrogram_tile(index: usize) -> String {
     format!("{SPECTROGRAM}/tile_{index:02}")
@@ -139,14 +134,4 @@ pub fn axis_lines(plot: &str) -> String {
 /// Names and tick labels of the axes of the plot at a path.
 pub fn axis_labels(plot: &str) -> String {
     format!("{plot}/axes/labels")
-}
-
-/// Legend of the plot at a path.
-pub fn legend(plot: &str) -> String {
-    format!("{plot}/legend")
-}
-
-/// Caption of the plot at a path.
-pub fn caption(plot: &str) -> String {
-    format!("{plot}/caption")
 }

@@ -35,8 +35,8 @@ impl PerturbedTrajectory {
     /// Names the series and starts empty.
     pub fn new(rec: &RecordingStream) -> Self {
         let name = "perturbed trajectory, µm";
-        rec.name(paths::PERTURBED_DISPLACEMENT, [(name, style::ACCENT)]);
-        rec.name(paths::DIVERGENCE_DISTANCE, [("distance", style::SIGNAL)]);
+        rec.name(paths::PERTURBED_DISPLACEMENT, [(name, Color::Compared)]);
+        rec.name(paths::DIVERGENCE_DISTANCE, [("distance", Color::Run)]);
         Self {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
@@ -114,7 +114,7 @@ impl PerturbedTrajectory {
             return;
         };
         let name = format!("slope λ = {} per s", rate(line));
-        rec.name_with_widths(paths::DIVERGENCE_FIT, [2.4], [(name, style::ACCENT)]);
+        rec.name_with_widths(paths::DIVERGENCE_FIT, [2.4], [(name, Color::Compared)]);
         for time in [
             line.since_s,
             separation.saturated_s.unwrap_or(separation.time_s),

@@ -3,8 +3,8 @@
 
 use crate::record::sdk::{LineStrips2D, Points2D, Radius};
 
+use super::paths;
 use super::stream::{Moment, RecordingStream};
-use super::{paths, style};
 use crate::plot::{Axis, Color, shown};
 
 /// Width of a character of a legend and of the space after an entry, pixels.
@@ -81,7 +81,7 @@ impl Plot {
             let places = legend_positions(self.width, &self.legend).into_iter();
             let entries = places.zip(self.legend.iter().cloned());
             let entries = texts(entries.map(|(at, (name, color))| (at, name, color)));
-            rec.log_static(paths::legend(path), &entries);
+            rec.log_static(format!("{path}/legend"), &entries);
         }
     }
 
@@ -89,9 +89,9 @@ impl Plot {
     fn lines(&self) -> LineStrips2D {
         let (w, h) = (self.width, self.height);
         let (top, right, color) = if self.grid {
-            (0.0, w, style::GRID)
+            (0.0, w, Color::Grid)
         } else {
-            (h, 0.0, style::AXIS)
+            (h, 0.0, Color::Faint)
         };
         let [x_ticks, y_ticks] = self.ticks();
         let x_lines = x_ticks.iter().map(|(tick, _)| {
@@ -105,7 +105,7 @@ impl Plot {
         let frame = vec![[0.0, 0.0], [w, 0.0], [w, h], [0.0, h], [0.0, 0.0]];
         let count = x_ticks.len() + y_ticks.len();
         LineStrips2D::new(x_lines.chain(y_lines).chain([frame]))
-            .with_colors(std::iter::repeat_n(color, count).chain([style::AXIS]))
+            .with_colors(std::iter::repeat_n(color, count).chain([Color::Faint]))
             .with_radii([Radius::new_ui_points(0.5)])
             .with_draw_order(-1.0)
     }
@@ -122,7 +122,7 @@ impl Plot {
         let ticks = { x_ticks.into_iter().map(below) }.chain(y_ticks.into_iter().map(beside));
         let above = Some(above).filter(|(_, name)| !name.is_empty());
         let all = ticks.chain([name]).chain(above);
-        texts(all.map(|(at, text)| (at, text, style::AXIS)))
+        texts(all.map(|(at, text)| (at, text, Color::Faint)))
     }
 }
 
@@ -167,8 +167,8 @@ fn legend_positions(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
     places
 }
 
-/// Height of a line of text above the plot area, pixels. The viewer has a fixed font size: in a small view, whose pixels are
-/// smaller than those of the screen, lines must still be apart.
+/// Height of a line of text above the plot area, pixels. The viewer has a fixed font size: lines must be apart in a small
+/// view, too, whose pixels are smaller than those of the screen.
 pub const CAPTION_HEIGHT: f32 = 32.0;
 
 #[cfg(test)]
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_legend_has_as_many_rows_as_it_needs() {
-        let word = |name: &str| (name.to_owned(), style::AXIS);
+        let word = |name: &str| (name.to_owned(), Color::Faint);
         let words = [word("silent"), word("periodic")];
         let one = legend_positions(560.0, &words);
         assert!(one[0][0] < one[1][0] && one[0][1] == one[1][1]);

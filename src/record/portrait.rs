@@ -42,7 +42,7 @@ impl Portrait {
     /// (s) long and coloured by the status of the samples.
     pub fn new(rec: &RecordingStream, length: f64, colors: Vec<Color>) -> Self {
         let style = Points2D::update_fields()
-            .with_colors([style::ACCENT])
+            .with_colors([Color::Compared])
             .with_radii([Radius::new_ui_points(4.0)])
             .with_draw_order(1.0);
         rec.log_static(paths::PORTRAIT_NOW, &style);
@@ -169,7 +169,7 @@ impl Embedding {
         });
         let count = pieces.len();
         let trail = LineStrips3D::new(pieces)
-            .with_colors((0..count).map(|k| style::fade(style::SIGNAL, k + 1, count)))
+            .with_colors((0..count).map(|k| style::fade(Color::Run, k + 1, count)))
             .with_radii([Radius::new_ui_points(0.8)]);
         rec.log(paths::EMBEDDING_TRAIL, time, &trail);
     }
@@ -204,14 +204,14 @@ pub fn draw_cube(rec: &RecordingStream, root: &Root, at: Moment, names: &[String
         }
     }
     let edges = LineStrips3D::new(edges)
-        .with_colors([style::GRID])
+        .with_colors([Color::Grid])
         .with_radii([Radius::new_ui_points(0.8)]);
     let axes = root.at(paths::EMBEDDING);
     rec.log(paths::axis_lines(&axes), at, &edges);
     let labels = Points3D::new([[0.0, -1.1, -1.1], [1.1, 0.0, -1.1], [1.1, 1.1, 0.0]])
         .with_labels(names.iter().map(|name| shown(name)))
         .with_show_labels(true)
-        .with_colors([style::AXIS])
+        .with_colors([Color::Faint])
         .with_radii([Radius::new_ui_points(0.0)]);
     rec.log(paths::axis_labels(&axes), at, &labels);
 }

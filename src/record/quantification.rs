@@ -3,9 +3,9 @@
 use std::iter::once_with;
 
 use super::stream::RecordingStream;
-use super::style::{ACCENT, FRICTION, LOAD, POLE, ROTATION, SIGNAL};
+use super::style::{FRICTION, LOAD, ROTATION};
 use crate::analysis::recurrence::{Measures, RecurrenceKind, RecurrencePeriods};
-use crate::plot::Unit;
+use crate::plot::{Color, Unit};
 
 /// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
@@ -32,22 +32,26 @@ pub fn draw(
         let value = value.map_or(f64::NAN, |value| factor * value);
         rec.row(path, time, [value]);
     };
-    let (rr, longest) = (Some(m.recurrence_rate), Some(m.longest_diagonal));
+    let (rr, det, longest) = (
+        Some(m.recurrence_rate),
+        m.determinism,
+        Some(m.longest_diagonal),
+    );
     let [t1, t2] = [m.recurrence_time_1, m.recurrence_time_2];
-    series("recurrence_rate", "RR", &number, SIGNAL, rr);
-    series("determinism", "DET", &number, ACCENT, m.determinism);
+    series("recurrence_rate", "RR", &number, Color::Run, rr);
+    series("determinism", "DET", &number, Color::Compared, det);
     series("laminarity", "LAM", &number, ROTATION, m.laminarity);
-    series("mean_diagonal", "L", &long, SIGNAL, m.mean_diagonal);
-    series("longest_diagonal", "Lmax", &long, ACCENT, longest);
-    series("trapping_time", "TT", &short, POLE, m.trapping_time);
+    series("mean_diagonal", "L", &long, Color::Run, m.mean_diagonal);
+    series("longest_diagonal", "Lmax", &long, Color::Compared, longest);
+    series("trapping_time", "TT", &short, Color::Ink, m.trapping_time);
     series("recurrence_time_1", "T1", &short, ROTATION, t1);
     series("recurrence_time_2", "T2", &short, LOAD, t2);
-    series("entropy", "ENTR, nats", &number, SIGNAL, m.entropy);
-    series("divergence", "DIV", &rate, ACCENT, m.divergence);
+    series("entropy", "ENTR, nats", &number, Color::Run, m.entropy);
+    series("divergence", "DIV", &rate, Color::Compared, m.divergence);
     series("trend", "TREND", &rate, FRICTION, trend);
     let kinds = [
-        (RecurrenceKind::Finest, "finest period", ACCENT),
-        (RecurrenceKind::Beat, "beat", SIGNAL),
+        (RecurrenceKind::Finest, "finest period", Color::Compared),
+        (RecurrenceKind::Beat, "beat", Color::Run),
         (RecurrenceKind::Doubled, "doubled period", FRICTION),
     ];
     let names = kinds.iter();

@@ -8,7 +8,7 @@ use super::{paths, stream::RecordingStream, style, text};
 use crate::analysis::regime::{Regime, Verdict};
 use crate::number::significant;
 use crate::pipeline::message::Header;
-use crate::plot::{Color, Unit};
+use crate::plot::{Color, Unit, evidence_panel};
 
 /// Names the regimes and the series.
 pub fn name_regimes(rec: &RecordingStream) {
@@ -38,6 +38,7 @@ pub fn draw_verdict(
     };
     let shown = Regime::VARIANTS.iter().copied().map(confidence);
     rec.row(paths::REGIME_CONFIDENCE, time, shown);
+    rec.keep("evidence", || evidence_panel(verdict));
     let text = document(header, time, window, verdict);
     let document = text::document(text);
     rec.log("regime/verdict", time, &document);

@@ -32,7 +32,7 @@ impl Samples {
     /// Names the series.
     pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Self {
         let one = |path, name, color| rec.name(path, [(name, color)]);
-        one(paths::DISPLACEMENT, "displacement, µm", style::SIGNAL);
+        one(paths::DISPLACEMENT, "displacement, µm", Color::Run);
         one(paths::VELOCITY, "velocity, mm/s", style::LOAD);
         one(paths::TILT, "tilt, deg", style::LOAD);
         if joint.load_varies() {
@@ -47,9 +47,9 @@ impl Samples {
         }
         draw_mode_legend(rec, joint);
         let energies = [
-            ("stored, µJ", style::SIGNAL),
+            ("stored, µJ", Color::Run),
             ("work of friction, µJ", style::FRICTION),
-            ("residual, µJ", style::ACCENT),
+            ("residual, µJ", Color::Compared),
         ];
         // The first two nearly coincide; the wide line remains visible behind the narrow one.
         rec.name_with_widths(paths::ENERGY, [3.6, 1.2, 1.2], energies);

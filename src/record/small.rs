@@ -40,7 +40,7 @@ impl SmallFrames {
         ] {
             // A static colour would override the colour of the status.
             let style = SeriesLines::new().with_widths([1.2]);
-            rec.start(path, vec![(name.to_owned(), style::SIGNAL)], style);
+            rec.start(path, vec![(name.to_owned(), Color::Run)], style);
         }
         let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()
@@ -126,8 +126,8 @@ fn colors(small: &SmallInfo) -> Vec<Color> {
 /// The colour of a status, as for slipping and sticking nodes.
 pub fn color(kind: StatusKind) -> Color {
     match kind {
-        StatusKind::Free => style::SIGNAL,
-        StatusKind::Held => style::ACCENT,
+        StatusKind::Free => Color::Run,
+        StatusKind::Held => Color::Compared,
         StatusKind::Other => style::ROTATION,
     }
 }

@@ -5,10 +5,10 @@ use crate::record::sdk::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 use super::paths;
 use super::plot::Plot;
 use super::stream::{Moment, RecordingStream, STATIC};
-use super::style::{self, ColorMap, short};
+use super::style::{ColorMap, short};
 use crate::analysis::levels::LevelReference;
 use crate::pipeline::message::{Header, SignalInfo, Subject};
-use crate::plot::{Axis, Unit, full_scale, shown, units};
+use crate::plot::{Axis, Color, INFERNO, Layer, Panel, Unit, full_scale, gradient, shown, units};
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
@@ -39,7 +39,7 @@ pub struct Spectrogram {
     /// Whether the run has no planned end, so that another image follows.
     endless: bool,
     map: ColorMap,
-    /// Levels of the current tile, dB, `TILE x HEIGHT`, column by column.
+    /// Levels, dB, `WIDTH x HEIGHT`, column by column.
     levels: Vec<f32>,
     /// Index of the first pixel that is not logged, and of the first that has no data, along the whole image.
     logged: usize,
@@ -71,7 +71,7 @@ impl Spectrogram {
             range_db,
             endless: header.endless,
             map: ColorMap::inferno(),
-            levels: vec![f32::NEG_INFINITY; TILE * HEIGHT],
+            levels: vec![f32::NEG_INFINITY; WIDTH * HEIGHT],
             logged: 0,
             filled: 0,
             time: 0.0,
@@ -96,7 +96,6 @@ impl Spectrogram {
         for pixel in first..=pixel {
             if pixel / TILE > self.filled.saturating_sub(1) / TILE {
                 self.log(rec);
-                self.levels.fill(f32::NEG_INFINITY);
             }
             self.filled = pixel + 1;
             self.merge(pixel, &column);
@@ -108,7 +107,26 @@ impl Spectrogram {
 
     /// Logs pixels that are not logged yet.
     pub fn finish(&mut self, rec: &RecordingStream) {
-        self.log(rec)
+        self.log(rec);
+        if self.filled > 0 {
+            rec.keep(paths::SPECTROGRAM, || self.panel());
+        }
+    }
+
+    /// The spectrogram as a panel: dark is strong.
+    fn panel(&self) -> Panel {
+        let [low, high] = self.range_db;
+        let cell = |row: usize, column: usize| {
+            let share = (self.levels[column * HEIGHT + row] - low) / (high - low);
+            Some((127.0 * (1.0 - share.clamp(0.0, 1.0))) as u8)
+        };
+        let cells = (0..HEIGHT).rev();
+        let cells = cells.flat_map(|row| (0..WIDTH).map(move |column| cell(row, column)));
+        let colors = gradient(&INFERNO).into_iter().rev().step_by(2);
+        let (cells, colors): (Vec<_>, Vec<_>) = (cells.collect(), colors.collect());
+        let (x, y) = (&self.plot.x, &self.plot.y);
+        let image = Layer::cells([x, y], WIDTH, &cells, &colors);
+        Panel::new("dark is strong", x.clone(), y.clone(), vec![image])
     }
 
     /// Starts an empty image of the same duration that contains a time (s).
@@ -127,7 +145,7 @@ impl Spectrogram {
     }
 
     fn merge(&mut self, pixel: usize, column: &[f32]) {
-        let start = pixel % TILE * HEIGHT;
+        let start = pixel * HEIGHT;
         for (level, new) in self.levels[start..][..HEIGHT].iter_mut().zip(column) {
             *level = level.max(*new);
         }
@@ -162,7 +180,7 @@ impl Spectrogram {
         let mut pixels = Vec::with_capacity(3 * TILE * HEIGHT);
         for row in 0..HEIGHT {
             for column in 0..TILE {
-                let level = self.levels[column * HEIGHT + row];
+                let level = self.levels[(tile * TILE + column) * HEIGHT + row];
                 pixels.extend(self.map.at((level - low) / (high - low)));
             }
         }
@@ -179,7 +197,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
         points.collect::<Vec<_>>()
     });
     let ridges = LineStrips2D::new(ridges)
-        .with_colors([style::ACCENT])
+        .with_colors([Color::Compared])
         .with_radii([Radius::new_ui_points(0.8)]);
     rec.log_static("spectrogram/events/ridges", &ridges);
     let events = signal.events.iter();
@@ -191,7 +209,7 @@ fn draw_events(rec: &RecordingStream, plot: &Plot, signal: &SignalInfo) {
     let numbers = Points2D::new(starts)
         .with_labels(numbers)
         .with_show_labels(true)
-        .with_colors([style::ACCENT])
+        .with_colors([Color::Compared])
         .with_radii([Radius::new_ui_points(2.5)]);
     rec.log_static("spectrogram/events/numbers", &numbers);
 }

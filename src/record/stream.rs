@@ -26,13 +26,12 @@ use crate::record::sdk::{
     TimeColumn, TimePoint, TimelineName, new_store_info,
 };
 
-use super::blueprint::layout::Row;
 use super::{error::RecordError, paths};
 use crate::plot::{Color, Panel, response::Curve};
 
 /// Rows of time series per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
-/// Rows of time series that are kept for figures that show the last part of a run.
+/// Samples that are kept for figures, which show the last part of a run.
 const RECENT_ROWS: usize = 50_000;
 
 /// A simulated time (s) in nanoseconds on the timeline.
@@ -99,8 +98,6 @@ struct PendingRows {
 struct PendingSeries {
     /// Name and colour of each curve.
     curves: Vec<(String, Color)>,
-    /// Whether old rows are forgotten: figures show the last ones.
-    is_recent: bool,
     times: Vec<i64>,
     values: Vec<f64>,
 }
@@ -125,9 +122,9 @@ impl RecordingStream {
     }
 
     /// Keeps a panel for figures. Returns whether the stream is one for figures.
-    pub fn keep(&self, path: &str, panel: &Panel) -> bool {
+    pub fn keep(&self, path: &str, panel: impl FnOnce() -> Panel) -> bool {
         if let Some(panels) = &self.panels {
-            panels.borrow_mut().insert(path.to_owned(), panel.clone());
+            panels.borrow_mut().insert(path.to_owned(), panel());
         }
         self.panels.is_some()
     }
@@ -268,7 +265,6 @@ impl RecordingStream {
             self.log_static(path, &style.with_names(names));
             let series = PendingSeries {
                 curves,
-                is_recent: self.panels.is_some() && Row::is_recent(path),
                 ..PendingSeries::default()
             };
             self.series.borrow_mut().push((path.to_owned(), series));
@@ -295,14 +291,19 @@ impl RecordingStream {
         let Some((_, pending)) = all.iter_mut().find(|(known, _)| known == path) else {
             return;
         };
+        let before = pending.times.len();
         for (time, row) in rows {
             pending.times.push(nanos(time));
             pending.values.extend(row);
         }
-        if self.panels.is_none() && pending.times.len() >= BATCH_ROWS {
-            self.send_series(path, pending);
-        } else if pending.is_recent && pending.times.len() >= 2 * RECENT_ROWS {
-            let old = pending.times.len() - RECENT_ROWS;
+        let count = pending.times.len();
+        if self.panels.is_none() {
+            if count >= BATCH_ROWS {
+                self.send_series(path, pending);
+            }
+        } else if count > before + 1 && count >= 2 * RECENT_ROWS {
+            // Several rows at once are samples; series of the whole run have fewer rows.
+            let old = count - RECENT_ROWS;
             pending.times.drain(..old);
             pending.values.drain(..old * pending.curves.len());
         }

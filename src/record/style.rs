@@ -10,18 +10,6 @@ pub(crate) use crate::text::capitalize;
 
 /// Background of three-dimensional views.
 pub const BACKGROUND: sdk::Color = rgb([0x10, 0x12, 0x16]);
-/// Axes, ticks and text.
-pub const AXIS: Color = Color::Faint;
-/// Grid lines.
-pub const GRID: Color = Color::Grid;
-/// Circles of equal tilt.
-pub const RULER: Color = Color::Pale;
-/// Mark of the beam axis, and other neutral marks.
-pub const POLE: Color = Color::Ink;
-/// The main signal: probe, phase portrait.
-pub const SIGNAL: Color = Color::Run;
-/// Highlights, and what the run is compared with.
-pub const ACCENT: Color = Color::Compared;
 /// The load, and the second signal of a pair.
 pub const LOAD: Color = Color::Regime(Regime::Transient);
 /// The rotation.
@@ -158,11 +146,11 @@ mod tests {
     #[test]
     fn the_colours_have_the_names_that_the_texts_use() {
         for (color, expected) in [
-            (SIGNAL, "blue"),
-            (ACCENT, "orange"),
+            (Color::Run, "blue"),
+            (Color::Compared, "orange"),
             (LOAD, "yellow"),
             (FRICTION, "pink"),
-            (AXIS, "grey"),
+            (Color::Faint, "grey"),
             (Color::Accent, "pink"),
             (node(NodeState::Slip), "blue"),
             (node(NodeState::Stick), "orange"),

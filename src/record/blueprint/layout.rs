@@ -23,39 +23,20 @@ pub struct Row {
 }
 
 impl Row {
-    /// All views with their names.
-    fn all() -> impl Iterator<Item = (&'static str, Self)> {
-        let lines = section("views").map_or("", |(_, lines)| lines);
-        lines.lines().filter_map(|line| {
-            let mut cells = line.split('|').map(str::trim);
-            let name = cells.next()?;
-            let mut words = || {
-                cells
-                    .next()
-                    .unwrap_or_default()
-                    .split_whitespace()
-                    .collect()
-            };
-            let (kind, paths) = (words(), words());
-            let row = Self {
-                kind,
-                paths,
-                needs: cells.next()?,
-                title: cells.next()?,
-            };
-            Some((name, row))
-        })
-    }
-
     /// The view of a name.
     pub fn of(name: &str) -> Option<Self> {
-        Self::all().find_map(|(known, row)| (known == name).then_some(row))
-    }
-
-    /// Whether every view of an entity shows the last part of a run only.
-    pub fn is_recent(path: &str) -> bool {
-        let mut views = Self::all().filter(|(_, row)| row.paths.contains(&path));
-        views.all(|(_, row)| ["recent", "snapshots"].contains(&row.kind[0]))
+        let (_, lines) = section("views")?;
+        let mut rows = lines.lines().map(|line| line.split('|').map(str::trim));
+        let mut row = rows.find_map(|mut row| (row.next()? == name).then_some(row))?;
+        let mut words = || row.next().unwrap_or_default().split_whitespace().collect();
+        let (kind, paths) = (words(), words());
+        let rest: Vec<&str> = row.collect();
+        Some(Self {
+            kind,
+            paths,
+            needs: rest[0],
+            title: rest[1],
+        })
     }
 
     /// The title with its placeholders replaced.

@@ -160,7 +160,9 @@ impl Run<'_> {
 
     /// A view as a panel of a figure, from what a stream for figures has kept.
     pub fn panel(&self, rec: &RecordingStream, name: &str) -> Option<Panel> {
-        let row = Row::of(name)?;
+        let Some(row) = Row::of(name) else {
+            return rec.panel(name);
+        };
         let window = self.window_of(&row);
         let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
         let series = series_panel(&self.title(&row), curves, window.is_finite());

@@ -6,9 +6,9 @@ use crate::record::sdk::{LineStrips3D, Mesh3D, Points3D, Radius};
 use crate::fem::ModeKind;
 use crate::joint::BallJoint;
 use crate::pipeline::message::vertex_normals;
+use crate::plot::Color;
 use crate::record::blueprint::tree::{Part, View};
 use crate::record::body::in_single;
-use crate::record::paths;
 use crate::record::stream::RecordingStream;
 use crate::record::style::{self, ColorMap};
 
@@ -68,7 +68,7 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
             .with_triangle_indices(outline.triangles.iter().copied())
             .with_vertex_normals(in_single(&normals))
             .with_vertex_colors(colors);
-        rec.log_static(paths::mode_shape(place), &mesh);
+        rec.log_static(format!("mode_shapes/mode_{place:02}"), &mesh);
         axes.push([[across, 0.0, 1e3 * lowest], [across, 0.0, 0.0]].map(|p| p.map(|c| c as f32)));
         // Labels have a single line.
         let frequency = ball.frequencies_hz()[*mode];
@@ -78,13 +78,13 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
         }
     }
     let axes = LineStrips3D::new(axes)
-        .with_colors([style::AXIS])
+        .with_colors([Color::Faint])
         .with_radii([Radius::new_ui_points(0.6)]);
     rec.log_static("mode_shapes/axes", &axes);
     let names = Points3D::new(names.iter().map(|(at, _)| *at))
         .with_labels(names.iter().map(|(_, words)| words.as_str()))
         .with_show_labels(true)
-        .with_colors([style::AXIS])
+        .with_colors([Color::Faint])
         .with_radii([Radius::new_ui_points(0.0)]);
     rec.log_static("mode_shapes/names", &names);
 }
