@@ -15,8 +15,7 @@ use tokio::sync::watch;
 use self::encode::Message;
 use crate::pipeline::message::{Frame, Header, JointInfo, PatchGeometry, PatchSnapshot, Record};
 use crate::pipeline::{Sink, SinkError};
-use crate::plot::{LessonPictures, Panel};
-use crate::scene::StateCoordinate;
+use crate::plot::{LessonPictures, Panel, SectionAxes};
 
 /// Store of the page's views: the present picture of a run, shared by all clients.
 #[derive(Default)]
@@ -352,17 +351,13 @@ impl State {
 
 /// What a client needs before the data of a run.
 fn start(header: &Header, magnification: f64) -> Message {
-    let names = header.section().map_or_else(
-        || ["y(t)", "y(t + 2τ)"].map(str::to_owned),
-        |shown| shown.map(|at| section_label(header, at)),
-    );
     let lesson = header.computed.as_ref().map(|it| it.mechanism.name());
     let mut start = json!({
         "scene": header.scene,
         "sample_rate_hz": header.sample_rate,
         "highest_frequency_hz": header.highest_frequency(),
         "silence_m_per_s": header.silence(),
-        "section": names,
+        "section": SectionAxes::of_run(header).names(),
         "parameters": parameters(header),
         "lesson": lesson,
     });
@@ -419,18 +414,6 @@ fn patch_axes(direction: [f64; 3], azimuth: f64) -> [[f64; 3]; 2] {
     let [rx, ry, rz] = right.map(|c| c / length);
     let up = [dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx];
     [[rx, ry, rz], up]
-}
-
-/// Label of a coordinate of the Poincaré section.
-fn section_label(header: &Header, at: StateCoordinate) -> String {
-    let mode = |index: usize| {
-        let mode = header.joint().and_then(|joint| joint.modes.get(index));
-        mode.map_or_else(String::new, |mode| format!(", {}", mode.label))
-    };
-    match at {
-        StateCoordinate::Q(index) => format!("q{}", mode(index)),
-        StateCoordinate::Qdot(index) => format!("dq/dt{}", mode(index)),
-    }
 }
 
 /// Pixels of 0 or 255, 8 a byte, the first in the highest bit.

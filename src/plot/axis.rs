@@ -37,7 +37,7 @@ pub enum Scale {
 /// Largest number of ticks at 1, 2 and 5 times powers of ten; with more, only powers of ten get ticks.
 const MOST_ROUND: usize = 9;
 /// First digits of the distance of two ticks.
-pub const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
+pub const TICK_STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 /// First digits of a full scale.
 pub const FULL_SCALES: [f64; 8] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 
@@ -167,7 +167,7 @@ impl Axis {
                 let rows = self.names.iter().enumerate();
                 return rows.map(|(k, name)| (self.row(k), name.clone())).collect();
             }
-            Scale::Linear => multiples(low, high, round_step(rough, &STEPS)),
+            Scale::Linear => multiples(low, high, round_step(rough, &TICK_STEPS)),
             Scale::Integer => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
             Scale::Logarithmic => {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);

@@ -37,7 +37,7 @@ mod layout_tests;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{Axis, FULL_SCALES, FullScale, STEPS, Scale, Unit, readable, round_up};
+pub use axis::{Axis, FULL_SCALES, FullScale, Scale, TICK_STEPS, Unit, readable, round_up};
 pub use basins::basins_figure;
 pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};

@@ -14,7 +14,7 @@ use crate::study::response::{PhasePortrait, SettledResponse};
 
 /// Delay of reconstructions, s: a quarter of the period of 4.1 kHz.
 pub const LAG: f64 = 60e-6;
-/// Length of time series and recurrence plots, s.
+/// Length of time series and recurrence plots, s: about twenty periods of a 4 kHz squeak.
 pub const WINDOW: f64 = 5e-3;
 
 /// Points drawn per sample interval, so that curves have no visible corners.

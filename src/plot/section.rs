@@ -124,6 +124,12 @@ impl SectionAxes {
         }
     }
 
+    /// Name and unit of each coordinate.
+    pub fn names(&self) -> [[&str; 2]; 2] {
+        let names = self.coordinates.each_ref();
+        names.map(|own| [&*own.name, &*own.unit])
+    }
+
     /// The axis of a coordinate. Coordinates of the same quantity have the same unit, in the return map, too.
     fn axis(&self, own: &Coordinate, suffix: &str) -> Axis {
         let all = self.coordinates.iter().chain([&self.time]);

@@ -5,16 +5,14 @@ use std::sync::Arc;
 use super::APPLICATION;
 use super::blueprint::run::Run;
 use super::encode::Encoder;
-use super::paths;
 use super::stream::RecordingStream;
+use super::{paths, small};
 use crate::pipeline::message::{Header, Record, Subject};
 use crate::pipeline::{Sink, SinkError};
 use crate::plot::response::{self, Curve, WINDOW, over_time};
 use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures, panel_names};
 use crate::scene::RecordSpec;
 
-/// Natural periods in the phase portrait of a small system.
-const PERIODS: f64 = 40.0;
 /// Names of the panels of a lesson.
 const LESSON: [&str; 3] = ["lesson-1", "lesson-2", "lesson-3"];
 
@@ -60,7 +58,7 @@ impl RunFigures {
     /// The phase portrait of the last part of the run.
     fn portrait(&self, header: &Header) -> Option<Panel> {
         let window = match &header.subject {
-            Subject::Small(small) => PERIODS / small.frequency_hz,
+            Subject::Small(info) => small::TRAIL / info.frequency_hz,
             Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
         };
         let series = |path| Some(self.rec.curves(path, window).pop()?.2);

@@ -14,7 +14,7 @@ use crate::analysis::regime::Regime;
 use crate::number::PREFIXES;
 use crate::pipeline::message::NodeState;
 use crate::plot::response::phase_portrait;
-use crate::plot::{Color, FULL_SCALES, INFERNO, NAMED_LINES, Rgb, STEPS, gradient, readable};
+use crate::plot::{Color, FULL_SCALES, INFERNO, NAMED_LINES, Rgb, TICK_STEPS, gradient, readable};
 use crate::record::{TRAIL, node_color};
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";
@@ -68,7 +68,7 @@ fn shared() -> [PageFile; 2] {
     let regimes = regimes.map(|&regime| (regime.to_string(), Color::Regime(regime)));
     let portrait = phase_portrait(&[], None, Color::Run);
     let values = json!({
-        "tick_steps": STEPS,
+        "tick_steps": TICK_STEPS,
         "full_scales": FULL_SCALES,
         "displacement": portrait.x.name,
         "velocity": portrait.y.name,

@@ -5,6 +5,7 @@ use re_sdk_types::blueprint::{archetypes::TimePanelBlueprint, components::PlaySt
 use super::layout::{Row, tab};
 use super::tree::{self, Part, View};
 use crate::pipeline::message::{Header, JointInfo, Subject};
+use crate::plot::response::WINDOW;
 use crate::plot::{Panel, Unit, letter, prediction_panel};
 use crate::record::camera::Camera;
 use crate::record::figures::series_panel;
@@ -18,8 +19,6 @@ use crate::scene::{Evidence, RecordSpec};
 const JOINT_SPEED: f64 = 0.01;
 /// Playback time of a signal or a small system, s.
 const PLAYS: f64 = 30.0;
-/// Time window of the series of a joint, s: about twenty periods of a 4 kHz squeak.
-pub const WINDOW: f64 = 5e-3;
 /// Natural periods in the time window of a small system.
 const SMALL_PERIODS: f64 = 12.0;
 /// Periods of the highest frequency shown that the detail of a signal covers.

@@ -19,31 +19,37 @@ export class Section {
   draw(c, width, height, data, style, other) {
     if (this.#run !== data.run) [this.#run, this.#ranges] = [data.run, [null, null]];
     if (!data.points.length) return note(c, width, height, style, T.notYet);
-    const names = data.start.section ?? ["", ""];
+    const named = data.start.section ?? [["", ""], ["", ""]];
     const newest = [data, other].flatMap((run) => run?.points.slice(-NEWEST) ?? []);
     const ranges = [0, 1].map((k) => this.#range(newest, k));
-    const isLength = names.every((name) => name.startsWith("y"));
-    const size = Math.max(...ranges.flat().map(Math.abs));
-    const { per, symbol } = isLength ? unit(size, "m") : unit(size, "");
-    const axis = (k) => ({ range: ranges[k].map((x) => per * x), label: `${names[k]}${symbol ? `, ${symbol}` : ""}` });
-    const plot = new Plot(c, width, height, style, axis(0), axis(1));
+    // Two coordinates of one quantity have one unit.
+    const isOne = named[0][1] === named[1][1];
+    const axes = named.map(([name, base], k) => {
+      const size = Math.max(...(isOne ? ranges.flat() : ranges[k]).map(Math.abs));
+      // Modal coordinates have a root of the mass before their unit.
+      const root = base.startsWith("√kg ") ? "√kg " : "";
+      const { per, symbol } = unit(size, base.slice(root.length));
+      return { per, range: ranges[k].map((x) => per * x), label: `${name}, ${root}${symbol}` };
+    });
+    const plot = new Plot(c, width, height, style, ...axes);
+    const [X, Y] = [(x) => plot.X(axes[0].per * x), (y) => plot.Y(axes[1].per * y)];
     plot.axes();
     plot.clip(() => {
       const radius = Math.max(1.6, 0.14 * style.em);
       c.fillStyle = style.second;
-      for (const [x, y] of other?.points ?? []) c.fillRect(plot.X(per * x) - radius / 2, plot.Y(per * y) - radius / 2, radius, radius);
+      for (const [x, y] of other?.points ?? []) c.fillRect(X(x) - radius / 2, Y(y) - radius / 2, radius, radius);
       c.fillStyle = style.signal;
       data.points.forEach(([x, y], k) => {
         c.globalAlpha = 0.15 + 0.85 * ((k + 1) / data.points.length) ** 2;
         c.beginPath();
-        c.arc(plot.X(per * x), plot.Y(per * y), radius, 0, 7);
+        c.arc(X(x), Y(y), radius, 0, 7);
         c.fill();
       });
       c.globalAlpha = 1;
       const [x, y] = data.points.at(-1);
       c.fillStyle = style.mark;
       c.beginPath();
-      c.arc(plot.X(per * x), plot.Y(per * y), 2 * radius, 0, 7);
+      c.arc(X(x), Y(y), 2 * radius, 0, 7);
       c.fill();
     });
   }
