@@ -6,9 +6,9 @@ use crate::record::sdk::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
 use super::paths;
 use super::stream::{RecordingStream, nanos};
-use super::style::{self, ColorMap};
+use super::style;
 use crate::pipeline::message::{Frame, JointInfo, vertex_normals};
-use crate::plot::{self, FullScale, Unit};
+use crate::plot::{self, FullScale, Rgb, Unit};
 use crate::scene::RecordSpec;
 
 /// Vertices per batch, summed over its pictures.
@@ -26,7 +26,7 @@ pub struct Body {
     every: f64,
     next: f64,
     scale: FullScale,
-    map: ColorMap,
+    map: [Rgb; 256],
     /// Mode shapes one after the other, `3 vertices` numbers each, 1/sqrt(kg). Single precision is sufficient
     /// for pictures.
     shapes: Vec<f32>,
@@ -57,7 +57,7 @@ impl Body {
             every: 1.0 / spec.body_rate,
             next: 0.0,
             scale: FullScale::new(SMALLEST),
-            map: ColorMap::steel(),
+            map: style::steel(),
             shapes: outline.shapes_by_mode().collect(),
             moved: vec![0.0; 3 * outline.vertices.len()],
             times: Vec::new(),
@@ -96,7 +96,8 @@ impl Body {
                 self.positions.push(std::array::from_fn(|i| {
                     (1e3 * (rest[i] + self.deformation_scale * f64::from(moved[i]))) as f32
                 }));
-                self.colors.push(style::rgb(self.map.at(size / full)));
+                self.colors
+                    .push(style::rgb(style::shade(&self.map, size / full)));
             }
             self.peak = self.peak.max(f64::from(peak));
         }

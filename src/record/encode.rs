@@ -202,6 +202,9 @@ impl Encoder {
         if let Some(perturbed) = &self.perturbed {
             perturbed.finish(rec);
         }
+        if let Some(portrait) = &self.portrait {
+            portrait.finish(rec);
+        }
         self.send_pending(rec);
         self.spectrogram.finish(rec);
     }

@@ -6,10 +6,9 @@ use super::APPLICATION;
 use super::blueprint::run::Run;
 use super::encode::Encoder;
 use super::stream::RecordingStream;
-use super::{paths, small};
-use crate::pipeline::message::{Header, Record, Subject};
+use crate::pipeline::message::{Header, Record};
 use crate::pipeline::{Sink, SinkError};
-use crate::plot::response::{self, Curve, WINDOW, over_time};
+use crate::plot::response::{Curve, over_time};
 use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures, panel_names};
 use crate::scene::RecordSpec;
 
@@ -47,27 +46,9 @@ impl RunFigures {
         };
         let (rec, spec) = (&self.rec, self.spec);
         let run = Run { header, spec };
-        let views = panel_names().map(|name| (name, run.panel(rec, name)));
-        let portrait = [("portrait", self.portrait(header))];
-        let lesson = self.lesson.panels(header).into_iter().map(Some);
-        let panels = views.chain(portrait).chain(LESSON.into_iter().zip(lesson));
-        let panels = panels.filter_map(|(name, panel)| Some((name, panel?)));
-        figures(&header.scene, &panels.collect())
-    }
-
-    /// The phase portrait of the last part of the run.
-    fn portrait(&self, header: &Header) -> Option<Panel> {
-        let window = match &header.subject {
-            Subject::Small(info) => small::TRAIL / info.frequency_hz,
-            Subject::Joint(_) | Subject::Signal(_) => 2.0 * WINDOW,
-        };
-        let series = |path| Some(self.rec.curves(path, window).pop()?.2);
-        let (u, v) = (series(paths::DISPLACEMENT)?, series(paths::VELOCITY)?);
-        let dt = (u.last()?[0] - u[0][0]) / (u.len() - 1) as f64;
-        let motion = u.iter().zip(&v);
-        let motion = motion.map(|([_, u], [_, v])| [1e-6 * u, 1e-3 * v]);
-        let motion = response::interpolated(&Vec::from_iter(motion), dt);
-        Some(response::phase_portrait(&motion, None, Color::Run).square())
+        let views = panel_names().filter_map(|name| Some((name, run.panel(rec, name)?)));
+        let lesson = LESSON.into_iter().zip(self.lesson.panels(header));
+        figures(&header.scene, &views.chain(lesson).collect())
     }
 }
 

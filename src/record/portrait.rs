@@ -10,7 +10,7 @@ use super::plot::Plot;
 use super::stream::{Moment, RecordingStream, nanos};
 use super::style::{self, short};
 use crate::pipeline::message::{Frame, Subject};
-use crate::plot::response::{SMALLEST, phase_portrait};
+use crate::plot::response::{SMALLEST, interpolated, phase_portrait};
 use crate::plot::{Color, FullScale, RedrawTimer, Unit, letter, range_shown, shown, units};
 
 /// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
@@ -35,6 +35,8 @@ pub struct Portrait {
     scales: [FullScale; 2],
     view: PanelView,
     redraw: RedrawTimer,
+    /// Spacing of the samples, s.
+    dt: f64,
 }
 
 impl Portrait {
@@ -53,6 +55,7 @@ impl Portrait {
             scales: SMALLEST.map(FullScale::new),
             view: PanelView::of("portrait", &Root::of_run()),
             redraw: RedrawTimer::default(),
+            dt: 0.0,
         }
     }
 
@@ -61,6 +64,7 @@ impl Portrait {
         if frame.is_empty() {
             return;
         }
+        self.dt = frame.dt;
         let status = frame.status.iter().copied().chain(std::iter::repeat(0));
         let samples = frame.displacement.iter().zip(&frame.velocity).zip(status);
         let samples = samples.map(|((&u, &v), status)| ([u, v], status));
@@ -82,6 +86,15 @@ impl Portrait {
         let plot = self.view.draw_axes(rec, frame.t0.into(), &panel);
         self.draw_trail(rec, &plot, frame.t0, piece);
         draw_point(rec, &plot, frame);
+    }
+
+    /// Keeps the trail for figures.
+    pub fn finish(&self, rec: &RecordingStream) {
+        let samples = self.trail.iter().map(|(point, _)| *point);
+        rec.keep("phase_portrait", || {
+            let motion = interpolated(&Vec::from_iter(samples), self.dt);
+            phase_portrait(&motion, None, Color::Run).square()
+        });
     }
 
     fn draw_trail(&mut self, rec: &RecordingStream, plot: &Plot, time: f64, piece: usize) {

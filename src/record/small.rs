@@ -10,7 +10,7 @@ use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 use crate::plot::{Color, Unit};
 
 /// Natural periods in the trail of the phase portrait.
-pub const TRAIL: f64 = 40.0;
+const TRAIL: f64 = 40.0;
 
 /// The series and the status of a small system.
 #[derive(Debug)]

@@ -5,10 +5,12 @@ use crate::record::sdk::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 use super::paths;
 use super::plot::Plot;
 use super::stream::{Moment, RecordingStream, STATIC};
-use super::style::{ColorMap, short};
+use super::style::{shade, short};
 use crate::analysis::levels::LevelReference;
 use crate::pipeline::message::{Header, SignalInfo, Subject};
-use crate::plot::{Axis, Color, INFERNO, Layer, Panel, Unit, full_scale, gradient, shown, units};
+use crate::plot::{
+    Axis, Color, INFERNO, Layer, Panel, Rgb, Unit, full_scale, gradient, shown, units,
+};
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
@@ -38,7 +40,7 @@ pub struct Spectrogram {
     range_db: [f32; 2],
     /// Whether the run has no planned end, so that another image follows.
     endless: bool,
-    map: ColorMap,
+    map: [Rgb; 256],
     /// Levels, dB, `WIDTH x HEIGHT`, column by column.
     levels: Vec<f32>,
     /// Index of the first pixel that is not logged, and of the first that has no data, along the whole image.
@@ -70,7 +72,7 @@ impl Spectrogram {
             plot,
             range_db,
             endless: header.endless,
-            map: ColorMap::inferno(),
+            map: gradient(&INFERNO),
             levels: vec![f32::NEG_INFINITY; WIDTH * HEIGHT],
             logged: 0,
             filled: 0,
@@ -122,7 +124,7 @@ impl Spectrogram {
         };
         let cells = (0..HEIGHT).rev();
         let cells = cells.flat_map(|row| (0..WIDTH).map(move |column| cell(row, column)));
-        let colors = gradient(&INFERNO).into_iter().rev().step_by(2);
+        let colors = self.map.into_iter().rev().step_by(2);
         let (cells, colors): (Vec<_>, Vec<_>) = (cells.collect(), colors.collect());
         let (x, y) = (&self.plot.x, &self.plot.y);
         let image = Layer::cells([x, y], WIDTH, &cells, &colors);
@@ -181,7 +183,7 @@ impl Spectrogram {
         for row in 0..HEIGHT {
             for column in 0..TILE {
                 let level = self.levels[(tile * TILE + column) * HEIGHT + row];
-                pixels.extend(self.map.at((level - low) / (high - low)));
+                pixels.extend(shade(&self.map, (level - low) / (high - low)));
             }
         }
         let image = Image::from_rgb24(pixels, [TILE as u32, HEIGHT as u32]);

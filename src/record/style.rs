@@ -4,7 +4,7 @@
 use crate::analysis::regime::Regime;
 pub(crate) use crate::number::short;
 use crate::pipeline::message::{Header, NodeState, SignalInfo};
-use crate::plot::{Color, INFERNO, Rgb, Unit, gradient};
+use crate::plot::{Color, Rgb, Unit, gradient};
 use crate::record::sdk;
 pub(crate) use crate::text::capitalize;
 
@@ -46,32 +46,21 @@ pub fn faded(color: Color, share: f32) -> Color {
     Color::Shade([mixed(color.on_light(), 255.0), mixed(color.on_dark(), 18.0)])
 }
 
-/// A perceptually uniform colour map: 256 colours from dark to bright.
-#[derive(Clone, Debug)]
-pub struct ColorMap([Rgb; 256]);
+/// Steel grey through teal to yellow, so that a body at rest has the colour of steel.
+pub fn steel() -> [Rgb; 256] {
+    gradient(&[
+        [0x5a, 0x66, 0x78],
+        [0x46, 0x86, 0x98],
+        [0x49, 0xa8, 0x96],
+        [0x8d, 0xca, 0x76],
+        [0xfd, 0xe7, 0x25],
+    ])
+}
 
-impl ColorMap {
-    /// The colour map of spectrograms.
-    pub fn inferno() -> Self {
-        Self(gradient(&INFERNO))
-    }
-
-    /// Steel grey through teal to yellow, so that a body at rest has the colour of steel.
-    pub fn steel() -> Self {
-        Self(gradient(&[
-            [0x5a, 0x66, 0x78],
-            [0x46, 0x86, 0x98],
-            [0x49, 0xa8, 0x96],
-            [0x8d, 0xca, 0x76],
-            [0xfd, 0xe7, 0x25],
-        ]))
-    }
-
-    /// The colour at `share`, 0 (darkest) to 1 (brightest), clamped; NaN is darkest.
-    pub fn at(&self, share: f32) -> [u8; 3] {
-        // A cast to u8 saturates and converts NaN to 0.
-        self.0[usize::from((share * 255.0) as u8)]
-    }
+/// The colour of a map at `share`, 0 (darkest) to 1 (brightest), clamped; NaN is darkest.
+pub fn shade(map: &[Rgb; 256], share: f32) -> Rgb {
+    // A cast to u8 saturates and converts NaN to 0.
+    map[usize::from((share * 255.0) as u8)]
 }
 
 /// A time of the run with its unit, to about a thousandth of the duration.
@@ -105,17 +94,19 @@ pub fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::INFERNO;
 
     #[test]
     fn colour_maps_are_monotonic_in_brightness() {
-        for map in [ColorMap::inferno(), ColorMap::steel()] {
-            let light = |share| map.at(share).map(f32::from).iter().sum::<f32>();
+        for map in [gradient(&INFERNO), steel()] {
+            let at = |share| shade(&map, share);
+            let light = |share| at(share).map(f32::from).iter().sum::<f32>();
             assert!((0..10).all(|i| light(i as f32 / 10.0) < light((i + 1) as f32 / 10.0)));
-            assert_eq!(map.at(-1.0), map.at(0.0));
-            assert_eq!(map.at(7.0), map.at(1.0));
-            assert_eq!(map.at(f32::NAN), map.at(0.0));
+            assert_eq!(at(-1.0), at(0.0));
+            assert_eq!(at(7.0), at(1.0));
+            assert_eq!(at(f32::NAN), at(0.0));
         }
-        assert_eq!(ColorMap::inferno().at(1.0), [0xfc, 0xff, 0xa4]);
+        assert_eq!(shade(&gradient(&INFERNO), 1.0), [0xfc, 0xff, 0xa4]);
     }
 
     /// The word for a colour.

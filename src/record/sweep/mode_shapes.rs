@@ -10,7 +10,7 @@ use crate::plot::Color;
 use crate::record::blueprint::tree::{Part, View};
 use crate::record::body::in_single;
 use crate::record::stream::RecordingStream;
-use crate::record::style::{self, ColorMap};
+use crate::record::style;
 
 /// Numbers of rings and of meridians of the surface.
 const OUTLINE: [usize; 2] = [60, 24];
@@ -39,7 +39,7 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
     };
     let outline = body.outline(OUTLINE[0], OUTLINE[1]);
     let families = body.families();
-    let map = ColorMap::steel();
+    let map = style::steel();
     let lowest = outline.vertices.iter().map(|v| v[2]).fold(0.0, f64::min);
     let mut names = Vec::new();
     let mut axes = Vec::new();
@@ -63,7 +63,7 @@ pub fn draw(rec: &RecordingStream, ball: &BallJoint) {
         let drawn = vertices.iter();
         let drawn = drawn.map(|[x, y, z]| [1e3 * x + across, 1e3 * y, 1e3 * z].map(|c| c as f32));
         let colors = sizes.iter();
-        let colors = colors.map(|size| style::rgb(map.at((size / largest) as f32)));
+        let colors = colors.map(|size| style::rgb(style::shade(&map, (size / largest) as f32)));
         let mesh = Mesh3D::new(drawn)
             .with_triangle_indices(outline.triangles.iter().copied())
             .with_vertex_normals(in_single(&normals))
