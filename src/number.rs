@@ -17,8 +17,8 @@ pub(crate) fn to_digits(value: f64, digits: usize) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// SI prefixes from 1e-12 to 1e6.
-pub(crate) const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
+/// SI prefixes from 1e-12 to 1e9.
+pub(crate) const PREFIXES: [&str; 8] = ["p", "n", "µ", "m", "", "k", "M", "G"];
 
 /// The prefix of a unit for values of about this power of a thousand, and its own power.
 pub(crate) fn prefix(power: i32, unit: &str) -> (i32, &'static str) {

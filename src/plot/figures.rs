@@ -1,7 +1,5 @@
 //! The list of the figures of runs and of signals: which panels form a figure.
 
-use std::collections::BTreeMap;
-
 use super::{Figure, Panel};
 
 /// The list of figures.
@@ -24,19 +22,11 @@ pub fn figure_names() -> Vec<&'static str> {
     list().map(|[name, ..]| name).collect()
 }
 
-/// Names of the panels of these figures.
-pub fn panel_names() -> impl Iterator<Item = &'static str> {
-    let names = list().flat_map(|[.., panels]| panels.split_whitespace());
-    names.filter(|name| *name != "/")
-}
-
-/// The figures of some panels, by their names. `name` is that of the run or signal.
-pub fn figures(name: &str, panels: &BTreeMap<&'static str, Panel>) -> Vec<Figure> {
+/// The figures of a run or signal with a name; `panel` gives a panel by its name, if there is one.
+pub fn figures(name: &str, panel: impl Fn(&str) -> Option<Panel>) -> Vec<Figure> {
     let figures = list().filter_map(|[stem, title, height, all]| {
-        let rows = all.split('/').map(|row| {
-            let found = row.split_whitespace().filter_map(|name| panels.get(name));
-            found.cloned().collect()
-        });
+        let rows = all.split('/');
+        let rows = rows.map(|row| row.split_whitespace().filter_map(&panel).collect());
         let rows: Vec<Vec<Panel>> = rows.filter(|row: &Vec<_>| !row.is_empty()).collect();
         let named: usize = rows.iter().flatten().map(|panel| panel.y.names.len()).sum();
         let height: f64 = height.parse().expect("a height");

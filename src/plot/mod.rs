@@ -43,7 +43,7 @@ pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
 pub use color::{Color, INFERNO, Rgb, gradient};
 pub use cost::cost_figure;
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
-pub use figures::{figure_names, figures, panel_names};
+pub use figures::{figure_names, figures};
 pub use lesson::{LessonPictures, prediction_panel, tone_loop};
 pub use lyapunov::lyapunov_figure;
 pub use response::NAMED_LINES;

@@ -1,5 +1,7 @@
 //! Figures of the report on a signal.
 
+use std::collections::BTreeMap;
+
 use super::axis::extent;
 use super::color::{colormap, colormap_index};
 use super::figure::{plain_palette, regime_legend};
@@ -56,7 +58,8 @@ pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
         let skipped = |reason| vec![(*first, empty_panel("skipped", reason))];
         picture(report).unwrap_or_else(skipped)
     });
-    figures(&report.signal.name, &panels.collect())
+    let panels: BTreeMap<_, _> = panels.collect();
+    figures(&report.signal.name, |name| panels.get(name).cloned())
 }
 
 /// The unit in which samples are written.

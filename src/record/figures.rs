@@ -9,11 +9,8 @@ use super::stream::RecordingStream;
 use crate::pipeline::message::{Header, Record};
 use crate::pipeline::{Sink, SinkError};
 use crate::plot::response::{Curve, over_time};
-use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures, panel_names};
+use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures};
 use crate::scene::RecordSpec;
-
-/// Names of the panels of a lesson.
-const LESSON: [&str; 3] = ["lesson-1", "lesson-2", "lesson-3"];
 
 /// A sink that keeps the pictures of a run for its figures.
 #[derive(Debug)]
@@ -46,9 +43,11 @@ impl RunFigures {
         };
         let (rec, spec) = (&self.rec, self.spec);
         let run = Run { header, spec };
-        let views = panel_names().filter_map(|name| Some((name, run.panel(rec, name)?)));
-        let lesson = LESSON.into_iter().zip(self.lesson.panels(header));
-        figures(&header.scene, &views.chain(lesson).collect())
+        let lesson = self.lesson.panels(header);
+        figures(&header.scene, |name| match name.strip_prefix("lesson-") {
+            Some(number) => lesson.get(number.parse::<usize>().ok()? - 1).cloned(),
+            None => run.panel(rec, name),
+        })
     }
 }
 

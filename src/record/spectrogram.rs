@@ -126,9 +126,13 @@ impl Spectrogram {
         let cells = cells.flat_map(|row| (0..WIDTH).map(move |column| cell(row, column)));
         let colors = self.map.into_iter().rev().step_by(2);
         let (cells, colors): (Vec<_>, Vec<_>) = (cells.collect(), colors.collect());
-        let (x, y) = (&self.plot.x, &self.plot.y);
-        let image = Layer::cells([x, y], WIDTH, &cells, &colors);
-        Panel::new("dark is strong", x.clone(), y.clone(), vec![image])
+        let (x, mut y) = (self.plot.x.clone(), self.plot.y.clone());
+        // The colour scale is too long for a vertical axis.
+        let unit = std::mem::take(&mut y.unit.symbol);
+        let (unit, scale) = unit.split_once("   ").unwrap_or((&unit, ""));
+        unit.clone_into(&mut y.unit.symbol);
+        let image = Layer::cells([&x, &y], WIDTH, &cells, &colors);
+        Panel::new(format!("dark is strong {scale}"), x, y, vec![image])
     }
 
     /// Starts an empty image of the same duration that contains a time (s).

@@ -152,6 +152,13 @@ fn close_gracefully(viewer: GrpcSink) -> bool {
     flushed
 }
 
+/// Starts the thread of a viewer. It is not joined: it can block on a viewer that does not read.
+fn start_thread(url: &str, work: impl FnOnce() + Send + 'static) -> Result<(), RecordError> {
+    let thread = thread::Builder::new().name("viewer".to_owned());
+    let started = thread.spawn(work).map(drop);
+    started.map_err(|error| thread_error(url, &error))
+}
+
 fn thread_error(url: &str, error: &std::io::Error) -> RecordError {
     let reason =
         format!("cannot start a thread, {error}; raise the limit of processes (`ulimit -u`)");
@@ -177,15 +184,11 @@ impl Feed {
         let shared = Arc::<Shared>::default();
         let (result, ended) = bounded(1);
         let (file, to_feed) = (file.to_owned(), Arc::clone(&shared));
-        // Not joined: it can block on a viewer that does not read.
-        thread::Builder::new()
-            .name("viewer".to_owned())
-            .spawn(move || {
-                let served = feed(&file, &address, &to_feed);
-                // After a failed run there is no receiver.
-                let _ = result.send(served);
-            })
-            .map_err(|error| thread_error(&url, &error))?;
+        start_thread(&url, move || {
+            let served = feed(&file, &address, &to_feed);
+            // After a failed run there is no receiver.
+            let _ = result.send(served);
+        })?;
         Ok(Self { url, shared, ended })
     }
 
@@ -312,11 +315,7 @@ impl LiveConnection {
         let (commands, received) = bounded(QUEUE_LENGTH);
         let to_viewer = Arc::clone(&shared);
         let viewer = open(address).map_err(|error| thread_error(&url, &error))?;
-        // Not joined: it can block on a viewer that does not read.
-        thread::Builder::new()
-            .name("viewer".to_owned())
-            .spawn(move || run_connection(viewer, &received, &to_viewer))
-            .map_err(|error| thread_error(&url, &error))?;
+        start_thread(&url, move || run_connection(viewer, &received, &to_viewer))?;
         Ok(Self {
             url,
             shared,

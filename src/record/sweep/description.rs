@@ -42,11 +42,7 @@ fn origin(sweep: &SweepStudy<'_>, point: &SweepPoint) -> Option<f64> {
 
 /// A value with its unit.
 fn with_unit(sweep: &SweepStudy<'_>, value: f64) -> String {
-    let unit = match unit(sweep) {
-        "um" => "µm",
-        "us" => "µs",
-        unit => unit,
-    };
+    let unit = unit(sweep).replace('u', "µ");
     // All digits, as specified by the user.
     format!("{value} {unit}").trim_end().to_owned()
 }

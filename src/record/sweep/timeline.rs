@@ -4,21 +4,12 @@
 //! time, so the timeline uses sequence numbers in the largest unit in which every value is an integer:
 //! degrees, else thousandths of a degree, and so on.
 
+use crate::number::PREFIXES;
+
 /// Names of the fractions of a unit by powers of a thousand.
 const PARTS: [&str; 4] = ["", "thousandths", "millionths", "billionths"];
-/// Units whose thousandth and millionth have their own names.
-const NAMED: [(&str, [&str; 3]); 10] = [
-    ("deg", ["deg", "mdeg", "µdeg"]),
-    ("mm", ["mm", "µm", "nm"]),
-    ("um", ["µm", "nm", "pm"]),
-    ("ms", ["ms", "µs", "ns"]),
-    ("us", ["µs", "ns", "ps"]),
-    ("N", ["N", "mN", "µN"]),
-    ("Hz", ["Hz", "mHz", "µHz"]),
-    ("kHz", ["kHz", "Hz", "mHz"]),
-    ("GPa", ["GPa", "MPa", "kPa"]),
-    ("mm/s", ["mm/s", "µm/s", "nm/s"]),
-];
+/// Units whose fractions have prefixes.
+const PREFIXED: [&str; 7] = ["deg", "m", "s", "N", "Hz", "Pa", "m/s"];
 /// Largest deviation of a value from its tick, as a fraction of the smallest distance of two values.
 const MISSED: f64 = 2e-3;
 /// Upper limit of ticks; smaller numbers are exact integers in double precision.
@@ -77,10 +68,14 @@ fn ticks(values: &[f64], power: i32) -> Option<Vec<i64>> {
 
 /// Name of a timeline.
 fn name_of(name: &str, unit: &str, power: usize) -> String {
-    let named = NAMED.iter().find(|(symbol, _)| *symbol == unit);
-    let part = named.and_then(|(_, parts)| parts.get(power));
+    let symbol = unit.replace('u', "µ");
+    let part = (0..).zip(PREFIXES).find_map(|(k, prefix): (usize, _)| {
+        let base = symbol.strip_prefix(prefix)?;
+        let part = PREFIXES.get(k.checked_sub(power)?)?;
+        PREFIXED.contains(&base).then(|| format!("{part}{base}"))
+    });
     let unit = match (part, unit, power) {
-        (Some(part), ..) => (*part).to_owned(),
+        (Some(part), ..) => part,
         (None, "", 0) => return name.to_owned(),
         (None, unit, 0) => unit.to_owned(),
         (None, "", _) => PARTS[power].to_owned(),
@@ -111,6 +106,8 @@ mod tests {
         case("um", &[0.1, 0.1 + 0.2], "load, nm", &[100, 300]);
         case("kg/m^3", &[2.5], "load, thousandths of kg/m^3", &[2500]);
         case("", &[0.5e-6, 1e-6], "load, billionths", &[500, 1000]);
+        case("GPa", &[0.5, 1.0], "load, MPa", &[500, 1000]);
+        case("mm/s", &[0.5], "load, µm/s", &[500]);
         case("N", &[1e-12, 2e-12], "load, index", &[1, 2]);
         case("N", &[0.0], "load, N", &[0]);
         case("N", &[], "load, N", &[]);
