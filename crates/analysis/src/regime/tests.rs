@@ -77,6 +77,15 @@ fn tones_are_periodic() {
 }
 
 #[test]
+fn a_clipped_tone_is_periodic_although_sampling_folds_its_harmonics() {
+    for frequency in [7.3, 9.1, 13.7] {
+        let tone = sum(&tones(8000, &[(frequency, 1.0)]), &noise(5, 8000, 3e-3));
+        let clipped: Vec<f64> = tone.iter().map(|x| x.clamp(-0.6, 0.6)).collect();
+        expect(Periodic, "clipped", &clipped);
+    }
+}
+
+#[test]
 fn two_tones_are_quasi_periodic() {
     for n in [4000, 8000] {
         for (seed, deviation) in [(1, 0.0), (2, 1e-3), (3, 1e-2)] {
