@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Exponents;
+use super::{Exponents, Regime};
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::number::{brief, short};
 use crate::report::{Block, Measured, Report, Table, Tone};
@@ -75,6 +75,16 @@ impl Classification {
                 tone.cell(sign)
             })
             .into()
+    }
+}
+
+/// The regime of a motion on an attractor; `None` for an equilibrium or a fixed point, and if the attractor is undecided.
+pub fn regime_on(attractor: Attractor) -> Option<Regime> {
+    match attractor {
+        Attractor::Cycle | Attractor::PhaseLocked => Some(Regime::Periodic),
+        Attractor::Torus(_) => Some(Regime::QuasiPeriodic),
+        Attractor::Chaos | Attractor::Hyperchaos(_) => Some(Regime::Chaotic),
+        _ => None,
     }
 }
 
