@@ -102,7 +102,8 @@ pub(super) fn execute(
             let ball = BallJoint::new(spec).map_err(CliError::during("recording"))?;
             if !points.is_empty() {
                 let path = args.out.join(RECORDING);
-                record(&plan, &points, &path, Some(&ball))?;
+                let report = result.blocks(scene);
+                record(&plan, &points, &report, &path, Some(&ball))?;
                 files.add(&path)?;
             }
             // Prefer a format that browsers show, and PNG to SVG.
