@@ -59,7 +59,7 @@ pub struct BranchArgs {
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; lists as JSON).
+    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; without lists).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a

@@ -1,7 +1,7 @@
 //! Tables on disk: an Arrow file, Parquet or CSV, by the ending of the name.
 //!
 //! Each column has its unit in its name and in the metadata of its field (`unit`). Columns of one value come first,
-//! lists and structs after them. In a CSV table these are JSON, and empty if too long for a cell.
+//! lists and structs after them; a CSV table has only the former.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -18,9 +18,6 @@ use crate::export::{OutputError, replace_file};
 
 /// Number of rows in a batch of a finished table.
 const BATCH: usize = 1024;
-
-/// Most characters in a cell of a CSV table: the limit of spreadsheets.
-const LONGEST: usize = 32_767;
 
 /// Key of the unit in the metadata of a field.
 const UNIT: &str = "unit";
@@ -101,26 +98,25 @@ pub(super) fn write<R: Serialize>(
 }
 
 fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::Result<()> {
-    let names = || schema.fields().iter().map(|field| field.name());
+    let fields = schema.fields().iter();
+    let single = fields.take_while(|field| !field.data_type().is_nested());
+    let names: Vec<&String> = single.map(|field| field.name()).collect();
     let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(names())?;
+    csv.write_record(&names)?;
     for row in rows {
         let row = serde_json::to_value(row)?;
-        csv.write_record(names().map(|name| cell(&row[name])))?;
+        csv.write_record(names.iter().map(|name| cell(&row[*name])))?;
     }
     csv.flush()
 }
 
 /// A value as text; null is empty.
 fn cell(value: &Value) -> String {
-    let text = match value {
+    match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
         other => other.to_string(),
-    };
-    Some(text)
-        .filter(|text| text.len() <= LONGEST)
-        .unwrap_or_default()
+    }
 }
 
 /// The I/O error within an Arrow error, if there is one.
