@@ -14,7 +14,6 @@ use super::figures::{FigureArgs, STUDY};
 use super::harness::{OutputArgs, Outputs, Watch};
 use super::output::Kind;
 use super::resources;
-use super::run::command_line;
 use super::steps::{Interval, Keyed, parameters};
 use crate::export::replace_file;
 use crate::plot::{branch_figures, map_figure};
@@ -155,7 +154,7 @@ fn branch(
         let drawn = files.draw(|| branch_figures(name, &result));
         if !result.points.is_empty() {
             files.write("--save", |path| {
-                let saved = save_branch(path, &scene, &result, &command_line());
+                let saved = save_branch(path, &scene, &result, &console::command_line());
                 saved.map_err(CliError::during("recording"))
             })?;
         }

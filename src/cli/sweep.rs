@@ -11,7 +11,6 @@ use super::figures::STUDY;
 use super::harness::{Outputs, Watch};
 use super::output::Kind;
 use super::resources;
-use super::run::command_line;
 use super::steps::{Steps, parameters};
 use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
 use crate::joint::BallJoint;
@@ -204,7 +203,7 @@ pub(super) fn record(
         plan,
         points,
         report,
-        command: &command_line(),
+        command: &console::command_line(),
         ball,
     };
     save_sweep(path, &sweep).map_err(CliError::during("recording"))
