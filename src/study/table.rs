@@ -57,7 +57,10 @@ pub(super) fn schema(fields: Result<Vec<FieldRef>, serde_arrow::Error>) -> io::R
 }
 
 /// Rows as a record batch with the columns of a schema.
-pub(super) fn batch<R: Serialize>(schema: &SchemaRef, rows: &[R]) -> io::Result<RecordBatch> {
+pub(super) fn batch(
+    schema: &SchemaRef,
+    rows: &dyn erased_serde::Serialize,
+) -> io::Result<RecordBatch> {
     let batch = serde_arrow::to_record_batch(schema.fields(), &rows).map_err(io::Error::other)?;
     let batch = batch.with_schema(Arc::clone(schema));
     batch.map_err(io::Error::other)
@@ -75,7 +78,7 @@ pub(super) fn write<R: Serialize>(
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     replace_file(path, |out| {
         let schema = schema?;
-        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, rows));
+        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, &rows));
         match ending.to_str() {
             Some("parquet") => {
                 let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
@@ -104,7 +107,7 @@ fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(&names)?;
     for row in rows {
-        let row = serde_json::to_value(row)?;
+        let row = serde_json::to_value(row as &dyn erased_serde::Serialize)?;
         csv.write_record(names.iter().map(|name| cell(&row[*name])))?;
     }
     csv.flush()
