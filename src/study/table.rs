@@ -10,6 +10,7 @@ use std::sync::Arc;
 use arrow_array::RecordBatch;
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
+use erased_serde::Serialize as Erased;
 use parquet::arrow::ArrowWriter;
 use serde::Serialize;
 use serde_json::Value;
@@ -57,10 +58,7 @@ pub(super) fn schema(fields: Result<Vec<FieldRef>, serde_arrow::Error>) -> io::R
 }
 
 /// Rows as a record batch with the columns of a schema.
-pub(super) fn batch(
-    schema: &SchemaRef,
-    rows: &dyn erased_serde::Serialize,
-) -> io::Result<RecordBatch> {
+pub(super) fn batch(schema: &SchemaRef, rows: &dyn Erased) -> io::Result<RecordBatch> {
     let batch = serde_arrow::to_record_batch(schema.fields(), &rows).map_err(io::Error::other)?;
     let batch = batch.with_schema(Arc::clone(schema));
     batch.map_err(io::Error::other)
@@ -107,7 +105,7 @@ fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(&names)?;
     for row in rows {
-        let row = serde_json::to_value(row as &dyn erased_serde::Serialize)?;
+        let row = serde_json::to_value(row as &dyn Erased)?;
         csv.write_record(names.iter().map(|name| cell(&row[*name])))?;
     }
     csv.flush()
