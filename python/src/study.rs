@@ -24,7 +24,7 @@ use crate::schema::SceneExponents;
 /// scene : Scene, str or os.PathLike
 ///     The scene, or its name or path.
 /// tilts_deg : array_like, optional
-///     Tilts of the load, degrees. By default those between which the scene changes it.
+///     Tilts of the load, degrees. By default those of the knots of the scene.
 ///
 /// Returns
 /// -------

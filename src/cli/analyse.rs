@@ -164,15 +164,8 @@ fn play(
 ) -> Result<Summary, CliError> {
     let signal = &report.signal;
     let source = file.file_name().unwrap_or(file.as_os_str());
-    let source = source.to_string_lossy().into_owned();
-    let title = format!(
-        "{source}, {}: {} samples at {} Hz",
-        signal.name,
-        signal.samples.len(),
-        signal.rate
-    );
     let info = SignalInfo {
-        source,
+        source: source.to_string_lossy().into_owned(),
         column: signal.name.clone(),
         unit: signal.unit.clone(),
         start: signal.start,
@@ -182,7 +175,7 @@ fn play(
         level_reference: report.level_reference(),
     };
     let analysis = live_analysis(report);
-    let playback = SignalSource::new(title, info, &signal.samples, signal.rate, analysis);
+    let playback = SignalSource::new(info, &signal.samples, signal.rate, analysis);
     let output = Output {
         save: Some(save.to_owned()),
         ..Output::default()
