@@ -230,6 +230,12 @@ mod tests {
         assert_eq!(markdown(&blocks()), expected);
     }
 
+    #[test]
+    fn a_label_does_not_break_a_table() {
+        let table = Table::of(["a|b"]).left("mode", |label| *label);
+        assert_eq!(table.markdown(), "| mode |\n|---|\n| a\\|b |\n");
+    }
+
     #[cfg(feature = "cli")]
     #[test]
     fn blocks_become_indented_lines_below_their_heading() {
