@@ -6,8 +6,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use crate::escape;
-use crate::number::{brief, percent, quantity, short};
+use crate::number::{percent, quantity};
 
 /// The templates with their text.
 macro_rules! templates {
@@ -22,11 +21,9 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "paper/page",
     "paper/score",
     "paper/scene",
-    "sweep/point",
     "sweep/about",
     "narration/vibration",
     "narration/separated",
-    "narration/exponents",
 ];
 
 /// Renders a template with named values; a missing value is an error.
@@ -48,7 +45,6 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
         environment.add_template(name, text)?;
     }
     environment.add_filter("quantity", with_unit);
-    environment.add_filter("brief", briefly);
     environment.add_filter("percent", |x: Value| formatted(&x, percent));
     environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
         let digits = digits.unwrap_or(1);
@@ -60,8 +56,6 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("scientific", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$e}"))
     });
-    // Labels of modes can come from a user's file.
-    environment.add_filter("name", |x: &str| escape::markdown(x));
     environment.add_filter("mixed", mixed);
     environment.add_filter("harmonics", harmonics);
     environment.add_filter("halves", halves);
@@ -98,14 +92,6 @@ fn label(line: &Value) -> String {
 /// A value with an SI prefix and three significant digits, or `digits`.
 fn with_unit(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
     formatted(&x, |x| quantity(x, digits.unwrap_or(3), unit))
-}
-
-/// A value with an SI prefix and at most three significant digits; without a unit, the number alone.
-fn briefly(x: Value, unit: Option<&str>) -> Result<Value, Error> {
-    formatted(&x, |x| match unit {
-        Some(unit) => brief(x, unit),
-        None => short(x),
-    })
 }
 
 /// A formatted number; none stays none.
