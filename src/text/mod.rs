@@ -17,7 +17,9 @@ use minijinja::value::{Serde, Value};
 
 use crate::number::quantity;
 use crate::pipeline::lesson::{Fact, MOTION};
-use crate::pipeline::message::{Header, Lesson, MotionSegment, Observation, RunExponents, Subject};
+use crate::pipeline::message::{
+    Header, Lesson, MotionSegment, Observation, RunExponents, SpectralLine, Subject,
+};
 use crate::report::{Block, Report as _, markdown};
 use crate::scene::Evidence;
 use template::fill;
@@ -33,8 +35,18 @@ pub(crate) fn capitalize(text: &str) -> String {
 pub fn narration(observation: &Observation) -> String {
     let text = match observation {
         Observation::Vibration(vibration) => {
-            let values = Value::from(Serde(vibration));
-            filled("narration/vibration", context! { ln2 => LN_2, ..values })
+            let some = |is: fn(&SpectralLine) -> bool| {
+                let lines = vibration.lines.iter().filter(|line| is(line));
+                Value::from(Serde(lines.collect::<Vec<_>>()))
+            };
+            let values = context! {
+                ln2 => LN_2,
+                harmonics => some(SpectralLine::is_harmonic),
+                combinations => some(SpectralLine::is_mixed),
+                halves => some(SpectralLine::is_half),
+                ..Value::from(Serde(vibration))
+            };
+            filled("narration/vibration", values)
         }
         Observation::Separated {
             initial_distance,

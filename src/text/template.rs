@@ -56,37 +56,7 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("scientific", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$e}"))
     });
-    environment.add_filter("mixed", mixed);
-    environment.add_filter("harmonics", harmonics);
-    environment.add_filter("halves", halves);
     Ok(environment)
-}
-
-/// The spectral lines that are integer combinations of both base frequencies.
-fn mixed(mut lines: Vec<Value>) -> Vec<Value> {
-    let is_mixed = |name: &str| ["f1", "f2"].iter().all(|base| name.contains(base));
-    lines.retain(|line| is_mixed(&label(line)) && !label(line).contains('/'));
-    lines
-}
-
-/// The spectral lines at halves and quarters of combinations: those of a doubled motion.
-fn halves(mut lines: Vec<Value>) -> Vec<Value> {
-    lines.retain(|line| label(line).contains('/'));
-    lines
-}
-
-/// The harmonics of the first base frequency.
-fn harmonics(mut lines: Vec<Value>) -> Vec<Value> {
-    lines.retain(|line| label(line).ends_with(" f1") && !label(line).contains("f2"));
-    lines
-}
-
-/// The label of a spectral line; empty if it has none.
-fn label(line: &Value) -> String {
-    let label = line.get_attr("label").ok();
-    label
-        .and_then(|label| label.as_str().map(str::to_owned))
-        .unwrap_or_default()
 }
 
 /// A value with an SI prefix and three significant digits, or `digits`.
