@@ -141,7 +141,7 @@ pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     filled(
         "sweep/about",
         context! {
-            report => markdown(&sweep.report),
+            report => markdown(sweep.report),
             timeline,
             lag => brief(section_lag(scene), "s"),
             origin => text::study_about(scene, sweep.command),
