@@ -218,7 +218,8 @@ fn labelled_by<'a>(entry: &Path, inside: &'a [PathBuf]) -> Option<&'a PathBuf> {
     let is_recording = |other: &&PathBuf| {
         !is_text(other) && other.file_stem() == entry.file_stem() && Format::of(other).is_ok()
     };
-    inside.iter().find(is_recording).filter(|_| is_text(entry))
+    let beside = if is_text(entry) { inside } else { &[] };
+    beside.iter().find(is_recording)
 }
 
 /// Why something in a directory is no signal; `None` if it may be one.
@@ -230,16 +231,17 @@ fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
     if name.to_string_lossy().starts_with('.') {
         return Some("a hidden file".to_owned());
     }
+    // A damaged file is a signal that cannot be analysed, such as an empty file, or text, named .wav.
+    let is_signal = Format::ending(entry).is_some_and(|ending| ending != "txt");
     match Format::of(entry) {
+        Ok(_) if is_signal => None,
         Ok(Format::Text) => {
             let problem = channels(entry, skipped_lines).err()?.problem;
-            // A damaged file is a signal that cannot be analysed, such as text named .wav.
-            let is_note = Format::ending(entry).is_none_or(|ending| ending == "txt");
-            (is_note && matches!(problem, Problem::NoNumbers))
+            matches!(problem, Problem::NoNumbers)
                 .then(|| "a text without numbers in its first lines".to_owned())
         }
         Ok(_) => None,
-        Err(problem) => Some(problem.to_string()),
+        Err(problem) => (!is_signal).then(|| problem.to_string()),
     }
 }
 
