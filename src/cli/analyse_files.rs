@@ -232,16 +232,17 @@ fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
         return Some("a hidden file".to_owned());
     }
     // A damaged file is a signal that cannot be analysed, such as an empty file, or text, named .wav.
-    let is_signal = Format::ending(entry).is_some_and(|ending| ending != "txt");
+    if Format::ending(entry).is_some_and(|ending| ending != "txt") {
+        return None;
+    }
     match Format::of(entry) {
-        Ok(_) if is_signal => None,
         Ok(Format::Text) => {
             let problem = channels(entry, skipped_lines).err()?.problem;
             matches!(problem, Problem::NoNumbers)
                 .then(|| "a text without numbers in its first lines".to_owned())
         }
         Ok(_) => None,
-        Err(problem) => (!is_signal).then(|| problem.to_string()),
+        Err(problem) => Some(problem.to_string()),
     }
 }
 
