@@ -277,6 +277,20 @@ mod tests {
             assert_eq!(refused.exit_code(), 2);
             assert!(refused.to_string().contains(reason), "{refused}");
         }
+        // An empty file that is called a signal is no note, but a signal that failed.
+        std::fs::write(path("more/none.wav"), "").expect("written");
+        test.run("@/more --force").expect_err("one failed");
+        let json = json();
+        let failed = &json["failures"][0];
+        assert!(
+            failed["file"]
+                .as_str()
+                .expect("a path")
+                .ends_with("none.wav")
+        );
+        let why = failed["reason"].as_str().expect("a text");
+        assert!(why.starts_with("the file is empty"), "{why}");
+        assert_eq!(json["analyses"].as_array().map(Vec::len), Some(3));
     }
 
     #[test]

@@ -126,12 +126,14 @@ pub fn why_no_signal(entry: &Path, skipped_lines: u64) -> Option<String> {
     if name.to_string_lossy().starts_with('.') {
         return Some("a hidden file".to_owned());
     }
+    // A damaged file is a signal that cannot be analysed, such as an empty file, or text, named .wav.
+    if Format::ending(entry).is_some_and(|ending| ending != "txt") {
+        return None;
+    }
     match Format::of(entry) {
         Ok(Format::Text) => {
             let problem = channels(entry, skipped_lines).err()?.problem;
-            // A damaged file is a signal that cannot be analysed, such as text named .wav.
-            let is_note = Format::ending(entry).is_none_or(|ending| ending == "txt");
-            (is_note && matches!(problem, Problem::NoNumbers))
+            matches!(problem, Problem::NoNumbers)
                 .then(|| "a text without numbers in its first lines".to_owned())
         }
         Ok(_) => None,
