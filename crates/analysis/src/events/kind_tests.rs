@@ -231,7 +231,7 @@ fn sounds_of_which_the_fit_knows_nothing_have_their_kind() {
         };
         assert!(right >= least, "{name}: {none} {tone} {noise} {bursts}");
         assert!(
-            kind == EventKind::Tone || with_tone <= 1,
+            kind == EventKind::Tone || with_tone <= 2,
             "{name}: {with_tone} with a tone"
         );
     }
