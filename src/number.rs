@@ -17,6 +17,13 @@ pub(crate) fn to_digits(value: f64, digits: usize) -> f64 {
     text.parse().unwrap_or(value)
 }
 
+/// The power of ten of a value rounded to `digits` significant digits: 999.9 with three is 1.00e3.
+fn power_of_ten(value: f64, digits: usize) -> i32 {
+    let text = format!("{value:.*e}", digits - 1);
+    let power = text.split_once('e').and_then(|(_, e)| e.parse().ok());
+    power.unwrap_or(0)
+}
+
 /// SI prefixes from 1e-12 to 1e9.
 pub(crate) const PREFIXES: [&str; 8] = ["p", "n", "µ", "m", "", "k", "M", "G"];
 
@@ -30,11 +37,7 @@ pub(crate) fn prefix(power: i32, unit: &str) -> (i32, &'static str) {
 
 /// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
-    // Take the exponent of the rounded value: 999.9 is 1.00 k.
-    let text = format!("{value:.*e}", digits - 1);
-    let value = text.parse().unwrap_or(value);
-    let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
-    let exponent: i32 = exponent.unwrap_or(0);
+    let (exponent, value) = (power_of_ten(value, digits), to_digits(value, digits));
     let (power, prefix) = prefix(exponent.div_euclid(3), unit);
     // Of a value below the smallest prefix nothing remains.
     let most = digits as i32 - 1;
@@ -62,12 +65,7 @@ pub(crate) fn without_zeros(digits: &str) -> &str {
 /// A share in percent with two digits: `0.085 %`, `12 %`.
 pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
-    let magnitude = if value > 0.0 {
-        value.log10().floor()
-    } else {
-        0.0
-    };
-    let decimals = (1.0 - magnitude).clamp(0.0, 6.0) as usize;
+    let decimals = (1 - power_of_ten(value, 2)).clamp(0, 6) as usize;
     format!("{value:.decimals$} %")
 }
 
@@ -150,15 +148,9 @@ pub(crate) fn value_and_error(value: f64, error: f64) -> [String; 2] {
     if !error.is_finite() {
         return [short(value), "?".to_owned()];
     }
-    // That of the rounded number: 0.0996 is 0.10.
-    let power_of_ten = |x: f64| -> i32 {
-        let text = format!("{x:.1e}");
-        let power = text.split_once('e').map(|(_, power)| power.parse());
-        power.and_then(Result::ok).unwrap_or(0)
-    };
     // The power of ten of the last digit.
     let last = if error > 0.0 {
-        power_of_ten(error) - 1
+        power_of_ten(error, 2) - 1
     } else {
         -3
     };
@@ -168,7 +160,7 @@ pub(crate) fn value_and_error(value: f64, error: f64) -> [String; 2] {
         value if !value.is_finite() => "?".to_owned(),
         value if has_power && value.abs() < unit => "0".to_owned(),
         value if has_power => {
-            let decimals = (power_of_ten(value) - last).max(0) as usize;
+            let decimals = (power_of_ten(value, 2) - last).max(0) as usize;
             format!("{value:.decimals$e}")
         }
         value if last > 0 => rounded((value / unit).round() * unit, 0),

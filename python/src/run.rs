@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use squeakscope::pipeline::message::Record;
 use squeakscope::pipeline::{self, Monitor, PipelineError, RunResult, Sink, SinkError};
-use squeakscope::record::{Output, RerunSink};
+
+use squeakscope::record::{Output, RerunSink, RunFigures};
 
 use crate::call::long_call;
 use crate::error::input;
-use crate::result::result;
+use crate::result::{Fields, result};
 use crate::samples::{SampleBuffer, Samples};
 use crate::scene::{Scene, SceneOrName};
 
@@ -74,10 +75,11 @@ impl Run {
     }
 }
 
-/// Collects the records of a run, and passes them to a recording.
+/// Collects the records of a run, draws its figures, and passes the records to a recording.
 struct Collector {
     keep_samples: bool,
     samples: SampleBuffer,
+    figures: RunFigures,
     recording: Option<RerunSink>,
 }
 
@@ -97,6 +99,7 @@ impl Sink for Collector {
         {
             self.samples.add(frame);
         }
+        (&mut self.figures).accept(record.clone())?;
         self.recording(|recording| recording.accept(record))
     }
 
@@ -166,6 +169,7 @@ pub fn run(
     let mut collector = Collector {
         keep_samples: samples,
         samples: SampleBuffer::default(),
+        figures: RunFigures::new(scene.record),
         recording: None,
     };
     let summary = long_call(py, progress.as_ref(), |watch| {
@@ -195,9 +199,11 @@ pub fn run(
     let found = RunResult::new(&scene, &summary, None);
     let exponents = found.exponents.as_ref().map(|found| result(py, found));
     let verdict = summary.verdict.as_deref().map(|found| result(py, found));
+    let figures = collector.figures.figures();
+    let fields = Fields::of(py, &found)?.drawn(move || figures.clone())?;
     Ok(Run {
         samples: Py::new(py, collector.samples.into_samples(py)?)?,
-        summary: result(py, &found)?.unbind(),
+        summary: fields.finish::<RunResult<'_>>()?.unbind(),
         exponents: exponents.transpose()?.map(Bound::unbind),
         verdict: verdict.transpose()?.map(Bound::unbind),
         scene: Py::new(py, Scene(scene))?,

@@ -13,7 +13,7 @@ use squeakscope::analysis::{
 use squeakscope::dynamics::SolverStats;
 use squeakscope::pipeline::RunResult;
 use squeakscope::pipeline::message::RunExponents;
-use squeakscope::study::StabilityAt;
+use squeakscope::study::StabilityResult;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
 use squeakscope::study::cost::Cost;
@@ -154,7 +154,7 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         SignalOfFile,
         Spectrogram,
         Spectrum,
-        StabilityAt,
+        StabilityResult,
         SweepResult,
         TonalEvents,
         Verdict,

@@ -3,13 +3,11 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use squeakscope::joint::BallJoint;
 use squeakscope::plot::{branch_figures, cost_figure, lyapunov_figure};
-use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{self as branches, Branch, BranchPlan, OrbitStarts};
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{Goal, LyapunovRequest, scene_lyapunov};
-use squeakscope::study::{StudyError, Subject, stability as linear_modes};
+use squeakscope::study::{StabilityResult, Subject};
 
 use crate::array::{optional, vector, whole};
 use crate::call::long_call;
@@ -26,12 +24,12 @@ use crate::schema::SceneExponents;
 /// scene : Scene, str or os.PathLike
 ///     The scene, or its name or path.
 /// tilts_deg : array_like, optional
-///     Tilts of the load, degrees. By default that at the start of the scene.
+///     Tilts of the load, degrees. By default those of the knots of the scene.
 ///
 /// Returns
 /// -------
-/// Results
-///     The modes at each tilt, with frequency and growth rate; ``unstable`` modes can squeak.
+/// Result
+///     ``tilts``, each with its ``modes``, which have frequency and growth rate; ``unstable`` modes can squeak.
 #[pyfunction]
 #[pyo3(signature = (scene, tilts_deg=None))]
 pub fn stability<'py>(
@@ -40,28 +38,13 @@ pub fn stability<'py>(
     tilts_deg: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.load(None)?;
-    let raised = |error: SceneError| raise(&error);
     let tilts = match tilts_deg {
-        None => vec![scene.joint().map_err(raised)?.tilt.at(0.0)],
-        Some(tilts) => {
-            let tilts = vector("tilts_deg", &tilts)?;
-            let at = |tilt| {
-                let tilted = scene.clone().with_tilt(tilt)?;
-                Ok(tilted.joint()?.tilt.at(0.0))
-            };
-            let tilts = tilts
-                .as_slice()?
-                .iter()
-                .copied()
-                .map(at)
-                .collect::<Result<_, SceneError>>();
-            tilts.map_err(raised)?
-        }
+        Some(tilts) => vector("tilts_deg", &tilts)?.as_slice()?.to_vec(),
+        None => scene.joint().map_err(|error| raise(&error))?.tilt.degrees(),
     };
-    let spec = &scene.joint().map_err(raised)?.spec;
-    let found = long_call(py, None, |_| {
-        let ball = BallJoint::new(spec).map_err(StudyError::from)?;
-        linear_modes(&ball, &tilts)
+    let found = long_call(py, None, |watch| {
+        let progress = &mut |share: f64, _: &str| watch.report(share);
+        StabilityResult::new(&scene, &tilts, [false; 2], progress)
     })?;
     result(py, &found)
 }

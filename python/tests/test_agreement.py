@@ -55,10 +55,7 @@ def signal(folder: Path) -> str:
 CASES: list[tuple[list[str], Callable[[str], dict]]] = [
     (["run", BELT, "--duration", "200"], lambda _: s.run(BELT, duration=0.2).to_dict()),
     (["lyapunov", BELT, "--average-time", "0.5"], lambda _: s.lyapunov(BELT, average_time=0.5).to_dict()),
-    (
-        ["stability", JOINT, "--tilt", "2"],
-        lambda _: {"tilts": s.stability(JOINT, [2.0]).to_dicts()},
-    ),
+    (["stability", JOINT, "--tilt", "2"], lambda _: s.stability(JOINT, [2.0]).to_dict()),
     (
         ["branch", "torus-birth", "--tilt", "0:1", "--points", "5", "--equilibria"],
         lambda _: s.branch("torus-birth", interval=(0.0, 1.0), points=5, orbits=False).to_dict(),

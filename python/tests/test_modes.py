@@ -374,7 +374,7 @@ def test_a_scene_ready_to_run(tmp_path, mesh) -> None:
     assert ready["contact.stiffness_factor"] == 2.75
     # The contact is that of the scene: its factor acts once.
     assert s.model(ready)["stiffness"] == pytest.approx(s.model(scene)["stiffness"], rel=1e-12)
-    assert len(s.stability(ready)[0].modes) == 2
+    assert len(s.stability(ready).tilts[0].modes) == 2
     command = [sys.executable, "-m", "squeakscope", "run", "body.toml", "--duration", "10", "--save", "body.rrd"]
     subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
     with pytest.raises(s.InputError, match=r"\.npz or \.toml"):
@@ -394,6 +394,6 @@ def test_modes_of_calculix(tmp_path) -> None:
     # The same body of scikit-fem, with other elements on the same mesh.
     other = np.load(folder / "hip.npz")["frequencies_hz"]
     assert found.frequencies_hz == pytest.approx(other, rel=2e-3)
-    mine, theirs = (max(s.stability(path)[0].modes, key=lambda mode: mode.growth_per_s) for path in (tmp_path / "hip.toml", folder / "hip.toml"))
+    mine, theirs = (max(s.stability(path).tilts[0].modes, key=lambda mode: mode.growth_per_s) for path in (tmp_path / "hip.toml", folder / "hip.toml"))
     assert mine.frequency_hz == pytest.approx(theirs.frequency_hz, rel=2e-3)
     assert mine.growth_per_s == pytest.approx(theirs.growth_per_s, rel=0.1)

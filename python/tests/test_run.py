@@ -22,6 +22,8 @@ def test_a_run_has_samples_and_results(run: s.Run) -> None:
     assert run.summary.simulated_s == pytest.approx(0.01)
     assert run.simulated_s == run.summary.simulated_s
     assert "periodic-2deg" in repr(run)
+    # The figures of the command, then the table.
+    assert run._repr_html_().startswith("<svg") and run._repr_html_().endswith("</table>")
     assert {"t", "u", "q", "lines", "contact", "verdict", "scene"} <= set(dir(run))
 
 

@@ -13,11 +13,12 @@ QUICK = {"min_transient": 0.02, "max_transient": 0.03, "measure": 0.01, "exponen
 
 
 def test_stability_at_tilts() -> None:
-    stable, unstable = s.stability("doubled-torus-3deg", [0.0, 3.0])
+    stable, unstable = s.stability("doubled-torus-3deg", [0.0, 3.0]).tilts
     assert unstable.tilt_rad == pytest.approx(np.radians(3))
     assert any(mode.unstable for mode in unstable.modes)
     assert len(stable.modes) == len(unstable.modes)
-    assert s.stability("doubled-torus-3deg")[0] == unstable
+    assert s.stability("doubled-torus-3deg").tilts[0] == unstable
+    assert [round(np.degrees(at.tilt_rad), 9) for at in s.stability("tilt-ramp").tilts] == [0.0, 3.0, 5.5, 6.0]
 
 
 def test_sensitivities_agree_with_a_difference() -> None:
@@ -26,7 +27,7 @@ def test_sensitivities_agree_with_a_difference() -> None:
     load = next(p for p in mode.parameters if p.parameter == "load.load_n")
 
     def growth(load_n: float) -> float:
-        modes = s.stability(scene.replace(**{"load.load_n": load_n}))[0].modes
+        modes = s.stability(scene.replace(**{"load.load_n": load_n})).tilts[0].modes
         return min(modes, key=lambda m: abs(m.frequency_hz - mode.frequency_hz)).growth_per_s
 
     difference = (growth(151.0) - growth(149.0)) / 2

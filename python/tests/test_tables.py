@@ -1,6 +1,5 @@
 """Tables of studies are read by the libraries that people have."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -81,9 +80,10 @@ def test_other_libraries_read_the_same_numbers(folder: Path) -> None:
         assert list(frame["regime"]) == list(frames[0]["regime"])
         assert list(frame["amplitude_m"]) == list(frames[0]["amplitude_m"])
         assert list(frame["largest_exponent_per_s"]) == exponents
-        # CSV has lists and structs as JSON.
-        spectra = [json.loads(cell) if isinstance(cell, str) else cell for cell in frame["exponents"]]
-        assert [spectrum["exponents_per_s"][0]["value"] for spectrum in spectra] == exponents
+        if "exponents" in frame:
+            assert [spectrum["exponents_per_s"][0]["value"] for spectrum in frame["exponents"]] == exponents
+    # CSV has the columns of one value only.
+    assert ["exponents" in frame for frame in frames] == [True, True, False] * 2 + [True, False]
     lists = [len(values) for values in frames[0]["maxima_m"]]
     assert lists == [len(values) for values in frames[1]["maxima_m"]]
     # DuckDB reads an Arrow file through pyarrow.

@@ -40,7 +40,7 @@ def test_types_of_results_follow_from_their_schemas(run) -> None:
     for found in (
         s.rqa(x, rate=1.0), s.regime(x, 1.0), s.spectrum(x, 1.0), s.mutual_information(x), s.choose_delay(x),
         s.poincare_section(x, 5, rate=1.0), s.recurrence_plot(x[:300]), s.zero_one_test(x), run.summary,
-        s.integrate(lambda t, z: [-z[0]], [1.0], [0.0, 1.0]), s.stability("torus-1.75deg")[0],
+        s.integrate(lambda t, z: [-z[0]], [1.0], [0.0, 1.0]), s.stability("torus-1.75deg").tilts[0],
     ):
         name = type(found).__name__
         assert set(definitions()[name]["required"]) <= set(found) <= set(properties(name)), name

@@ -7,18 +7,14 @@ use std::sync::atomic::AtomicBool;
 
 use super::analyse_args::AnalyseArgs;
 use super::analyse_files::analyse_all;
+use super::console::{command_line, print_viewer_command};
 use super::error::CliError;
 use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
 use super::output::Kind;
 use super::resources;
-use super::run::{command_line, print_viewer_command};
 use super::signal::read;
-use crate::analysis::{
-    events::{EventKind, TonalEvent},
-    levels::{Calibration, LevelReference},
-    stats::range,
-};
+use crate::analysis::{levels::Calibration, stats::range};
 use crate::export::{OutputError, replace_file};
 use crate::import::{Label, Selection};
 use crate::pipeline::message::{SignalInfo, Summary};
@@ -135,27 +131,8 @@ fn read_labels(truth: &Path, file: &Path) -> Result<Vec<Label>, CliError> {
 
 /// Writes the tones as labels.
 pub(super) fn write_labels(path: &Path, report: &SignalAnalysis) -> Result<(), OutputError> {
-    let text = label_text(report.events(), report.level_reference());
+    let text = Label::text_of(report.events(), report.level_reference());
     replace_file(path, |out| out.write_all(text.as_bytes()))
-}
-
-/// Tones, which are what `--truth` compares, as labels of Audacity: a line with start, end, number, frequency and level,
-/// and a line with the range of frequencies.
-fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
-    let label = |(number, event): (usize, &TonalEvent)| {
-        format!(
-            "{:.6}\t{:.6}\t{number}: {:.1} Hz, {:.1} {reference}\n\\\t{:.6}\t{:.6}\n",
-            event.start_s,
-            event.end_s,
-            event.frequency_hz,
-            event.level_db,
-            event.frequency_low_hz,
-            event.frequency_high_hz
-        )
-    };
-    let numbered = (1..).zip(events);
-    let tones = numbered.filter(|(_, event)| event.kind == EventKind::Tone);
-    tones.map(label).collect()
 }
 
 /// The options of the analysis.
@@ -187,15 +164,8 @@ fn play(
 ) -> Result<Summary, CliError> {
     let signal = &report.signal;
     let source = file.file_name().unwrap_or(file.as_os_str());
-    let source = source.to_string_lossy().into_owned();
-    let title = format!(
-        "{source}, {}: {} samples at {} Hz",
-        signal.name,
-        signal.samples.len(),
-        signal.rate
-    );
     let info = SignalInfo {
-        source,
+        source: source.to_string_lossy().into_owned(),
         column: signal.name.clone(),
         unit: signal.unit.clone(),
         start: signal.start,
@@ -205,7 +175,7 @@ fn play(
         level_reference: report.level_reference(),
     };
     let analysis = live_analysis(report);
-    let playback = SignalSource::new(title, info, &signal.samples, signal.rate, analysis);
+    let playback = SignalSource::new(info, &signal.samples, signal.rate, analysis);
     let output = Output {
         save: Some(save.to_owned()),
         ..Output::default()
@@ -307,6 +277,20 @@ mod tests {
             assert_eq!(refused.exit_code(), 2);
             assert!(refused.to_string().contains(reason), "{refused}");
         }
+        // An empty file that is called a signal is no note, but a signal that failed.
+        std::fs::write(path("more/none.wav"), "").expect("written");
+        test.run("@/more --force").expect_err("one failed");
+        let json = json();
+        let failed = &json["failures"][0];
+        assert!(
+            failed["file"]
+                .as_str()
+                .expect("a path")
+                .ends_with("none.wav")
+        );
+        let why = failed["reason"].as_str().expect("a text");
+        assert!(why.starts_with("the file is empty"), "{why}");
+        assert_eq!(json["analyses"].as_array().map(Vec::len), Some(3));
     }
 
     #[test]
@@ -373,35 +357,6 @@ mod tests {
         assert!(
             path("labels/b-ref.txt").is_file() && path("new/figures/a-ref/waveform.png").is_file()
         );
-    }
-
-    #[test]
-    fn events_become_labels() {
-        let event = TonalEvent {
-            kind: EventKind::Tone,
-            probability: 0.99,
-            start_s: 0.5,
-            end_s: 2.25,
-            frequency_hz: 1513.04,
-            frequency_low_hz: 1500.0,
-            frequency_high_hz: 1526.5,
-            harmonics: 1,
-            level_db: 68.2,
-            snr_db: 30.0,
-            modulation: None,
-            vibrato: None,
-            ridge: Vec::new(),
-        };
-        // Noise is no label, as `--truth` compares tones.
-        let noise = TonalEvent {
-            kind: EventKind::NarrowBandNoise,
-            ..event.clone()
-        };
-        assert_eq!(
-            label_text(&[noise, event], LevelReference::SoundPressure),
-            "0.500000\t2.250000\t2: 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
-        );
-        assert_eq!(label_text(&[], LevelReference::FullScale), "");
     }
 
     #[test]

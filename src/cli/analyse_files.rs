@@ -1,7 +1,7 @@
 //! `squeakscope analyse` of several signals: a table over them and one JSON document.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -15,7 +15,7 @@ use super::figures::PIXELS;
 use super::harness::{Outputs, Watch};
 use super::output::{Kind, check_directory, check_file};
 use super::resources;
-use crate::import::{Format, Problem, channels};
+use crate::import::{Label, channels, why_no_signal};
 use crate::plot::{figure_names, signal_figures};
 use crate::study::signal::{AnalysedFiles, FailedFile, SignalAnalysis, write_events};
 
@@ -184,9 +184,9 @@ fn files(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBu
         inside.sort();
         let before = files.len();
         for entry in &inside {
-            let labelled = labelled_by(entry, &inside);
+            let labelled = Label::recording(entry, &inside);
             let labels = labelled.map(|recording| format!("labels of {}", recording.display()));
-            let Some(reason) = labels.or_else(|| why_skipped(entry, args.skip_lines)) else {
+            let Some(reason) = labels.or_else(|| why_no_signal(entry, args.skip_lines)) else {
                 files.push(entry.clone());
                 continue;
             };
@@ -206,37 +206,6 @@ fn files(args: &AnalyseArgs, skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBu
         }
     }
     Ok(files)
-}
-
-/// The recording beside a text of its name, which has its labels.
-fn labelled_by<'a>(entry: &Path, inside: &'a [PathBuf]) -> Option<&'a PathBuf> {
-    let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
-    let is_recording = |other: &&PathBuf| {
-        !is_text(other) && other.file_stem() == entry.file_stem() && Format::of(other).is_ok()
-    };
-    inside.iter().find(is_recording).filter(|_| is_text(entry))
-}
-
-/// Why something in a directory is no signal; `None` if it may be one.
-fn why_skipped(entry: &Path, skipped_lines: u64) -> Option<String> {
-    if entry.is_dir() {
-        return Some("a directory; give its path, too, if it has signals".to_owned());
-    }
-    let name = entry.file_name().unwrap_or_default();
-    if name.to_string_lossy().starts_with('.') {
-        return Some("a hidden file".to_owned());
-    }
-    match Format::of(entry) {
-        Ok(Format::Text) => {
-            let problem = channels(entry, skipped_lines).err()?.problem;
-            // A damaged file is a signal that cannot be analysed, such as text named .wav.
-            let is_note = Format::ending(entry).is_none_or(|ending| ending == "txt");
-            (is_note && matches!(problem, Problem::NoNumbers))
-                .then(|| "a text without numbers in its first lines".to_owned())
-        }
-        Ok(_) => None,
-        Err(problem) => Some(problem.to_string()),
-    }
 }
 
 /// Why a file could not be analysed, without its path, which stands beside the reason.

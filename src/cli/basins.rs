@@ -8,6 +8,7 @@ use super::harness::Watch;
 use super::study_args::BasinsArgs;
 use super::sweep::{compute_points, outputs, response_plan, tables, write};
 use crate::plot::basins_figure;
+use crate::report::Report as _;
 use crate::scene::Parameter;
 use crate::study::basins::Basins;
 use crate::study::lyapunov::title;
@@ -30,7 +31,8 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     files.finish(watch, Some(&plan.subject.name), &basins, |files| {
         let title = title(&plan.subject.name, basins.tilt);
         let figures = || vec![basins_figure(&title, &points, &basins.attractors)];
-        write(&plan, &points, basins.interrupted, files, figures)
+        let report = basins.blocks(&plan.subject.name);
+        write(&plan, &points, basins.interrupted, files, figures, &report)
     })
 }
 

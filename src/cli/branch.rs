@@ -14,7 +14,6 @@ use super::figures::{FigureArgs, STUDY};
 use super::harness::{OutputArgs, Outputs, Watch};
 use super::output::Kind;
 use super::resources;
-use super::run::command_line;
 use super::steps::{Interval, Keyed, parameters};
 use crate::export::replace_file;
 use crate::plot::{branch_figures, map_figure};
@@ -59,7 +58,7 @@ pub struct BranchArgs {
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; lists as JSON).
+    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; without lists).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a
@@ -155,7 +154,7 @@ fn branch(
         let drawn = files.draw(|| branch_figures(name, &result));
         if !result.points.is_empty() {
             files.write("--save", |path| {
-                let saved = save_branch(path, &scene, &result, &command_line());
+                let saved = save_branch(path, &scene, &result, &console::command_line());
                 saved.map_err(CliError::during("recording"))
             })?;
         }

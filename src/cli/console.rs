@@ -1,10 +1,13 @@
 //! Printing of results, warnings and errors.
 
 use std::io::{self, Write as _};
+use std::path::Path;
 
 use super::error::CliError;
+use super::harness::OutputArgs;
 use crate::chain_of_causes;
 use crate::escape;
+use crate::record::RERUN_VERSION;
 use crate::report::{BAD, WARNING};
 use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
 
@@ -72,4 +75,43 @@ pub fn print_error(error: &CliError) {
 /// ignored.
 fn print_message(label: &str, message: &str) {
     let _ = writeln!(anstream::stderr(), "{label} {}", escape::line(message));
+}
+
+/// The command line that started the program.
+pub fn command_line() -> String {
+    let name = std::iter::once("squeakscope".to_owned());
+    let words = super::WORDS.get().into_iter().flatten().skip(1);
+    let words = words.map(|word| word.to_string_lossy().into_owned());
+    name.chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// Prints the commands that open a recording, in the browser and in the native viewer, unless JSON is printed.
+pub fn print_viewer_command(recording: &Path, output: &OutputArgs) -> Result<(), CliError> {
+    if output.prints_json() {
+        return Ok(());
+    }
+    let path = shell_word(recording);
+    let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
+    let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
+    print(&text)
+}
+
+/// A path as one word of a shell command.
+fn shell_word(path: &Path) -> String {
+    let path = escape::path(path);
+    if path.contains(char::is_whitespace) {
+        format!("\"{path}\"")
+    } else {
+        path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_with_a_blank_is_quoted() {
+        assert_eq!(shell_word(Path::new("a b.rrd")), "\"a b.rrd\"");
+    }
 }

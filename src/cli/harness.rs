@@ -4,7 +4,7 @@
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::fs;
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -226,11 +226,11 @@ impl<'a> Outputs<'a> {
     ///
     /// # Errors
     /// Those of `write`, and [`CliError::Interrupted`] for a part of a result.
-    pub fn finish<R: Report>(
+    pub fn finish(
         mut self,
         watch: Watch<'_>,
         scene: Option<&str>,
-        result: &R,
+        result: &dyn Report,
         write: impl FnOnce(&mut Self) -> Result<(), CliError>,
     ) -> Result<(), CliError> {
         let written = write(&mut self);
@@ -248,23 +248,19 @@ impl<'a> Outputs<'a> {
     ///
     /// # Errors
     /// If the JSON file or the standard output cannot be written.
-    pub fn deliver<R: Report>(&self, scene: Option<&str>, result: &R) -> Result<(), CliError> {
+    pub fn deliver(&self, scene: Option<&str>, result: &dyn Report) -> Result<(), CliError> {
         let document = Document {
             version: VERSION.to_owned(),
             scene: scene.map(str::to_owned),
             result,
             files: self.written.clone(),
         };
+        let json = || -> io::Result<String> { Ok(serde_json::to_string_pretty(&document)? + "\n") };
         if self.json.is_some_and(is_stdout) {
-            let json = serde_json::to_string_pretty(&document);
-            let json = json.map_err(|fault| CliError::Terminal(fault.into()))?;
-            return print(&format!("{json}\n"));
+            return print(&json().map_err(CliError::Terminal)?);
         }
         let written = match self.path("--json") {
-            Some(path) => export::replace_file(&path, |out| {
-                serde_json::to_writer_pretty(&mut *out, &document)?;
-                writeln!(out)
-            }),
+            Some(path) => export::replace_file(&path, |out| out.write_all(json()?.as_bytes())),
             None => Ok(()),
         };
         if self.prints_report {

@@ -17,7 +17,6 @@ use super::harness::{OutputArgs, Outputs};
 use super::interrupt;
 use super::output::{Kind, Overwrite, check_file};
 use super::resources;
-use super::run::command_line;
 use crate::escape;
 use crate::live::{
     Command, Limits, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, Tour, bind,
@@ -115,7 +114,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     resources::check_memory()?;
     resources::start_thread_pool()?;
     let listener = bound(args.host, args.port)?;
-    let second = Arc::new(Session::new(second(&plan)));
+    let second = Arc::new(Session::new(plan.second()));
     let session = Arc::new(Session::new(plan));
     if args.tour.is_some() {
         let first = session.apply(&Command::Tour { step: Some(0) });
@@ -228,7 +227,7 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
     check_file(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
     Ok(SessionOptions {
         scene,
-        command: command_line(),
+        command: console::command_line(),
         speed: 1e-3 * args.speed,
         lyapunov: !args.no_lyapunov,
         viewer: args.viewer.output(None),
@@ -242,17 +241,4 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
             Some(None) | None => Tour::shipped(),
         },
     })
-}
-
-/// The second run of the page: as the first one, but without its files, its viewer and what is expensive.
-fn second(plan: &SessionOptions) -> SessionOptions {
-    SessionOptions {
-        lyapunov: false,
-        viewer: None,
-        computes_diagram: false,
-        save: None,
-        wav: None,
-        tour: None,
-        ..plan.clone()
-    }
 }

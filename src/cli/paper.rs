@@ -3,9 +3,6 @@
 use std::io::Write as _;
 use std::sync::atomic::AtomicBool;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::console;
 use super::error::CliError;
 use super::figures::STUDY;
@@ -19,13 +16,11 @@ use super::sweep::{compute_points, record};
 use crate::export::replace_file;
 use crate::joint::BallJoint;
 use crate::plot::Format;
-use crate::report::{Block, Report, Tone};
+use crate::report::Report as _;
 use crate::scene::{Parameter, Scene};
-use crate::study::paper::{
-    Finding, Score, Verdict, add_short_averages, compare, paper_evidence, short_average_plan,
-};
+use crate::study::paper::{Score, add_short_averages, compare, paper_evidence, short_average_plan};
 use crate::study::sweep::{Start, SweepPlan, SweepPoint, write_table};
-use crate::text::paper;
+use crate::text::paper::PaperResult;
 
 /// The calibrated scene, which meets most of the paper's claims.
 const SCENE: &str = "paper";
@@ -96,13 +91,12 @@ pub(super) fn execute(
         for path in drawn.write(&args.out, "--out", &figures, None)? {
             files.add(&path)?;
         }
-        let start = &*result.start.to_string();
-        let found = (&result.score, &result.claims[..]);
         if args.figure.is_none() {
             let ball = BallJoint::new(spec).map_err(CliError::during("recording"))?;
             if !points.is_empty() {
                 let path = args.out.join(RECORDING);
-                record(&plan, &points, &path, Some(&ball))?;
+                let report = result.blocks(scene);
+                record(&plan, &points, &report, &path, Some(&ball))?;
                 files.add(&path)?;
             }
             // Prefer a format that browsers show, and PNG to SVG.
@@ -111,16 +105,14 @@ pub(super) fn execute(
             let ending = shown.unwrap_or(&Format::Pdf).ending();
             let figures = drawn.arrange(&figures);
             let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
-            let page = paper::page((scene, start), &figures, ending, found);
+            let page = result.page(scene, &figures, ending);
             let path = check_file(&args.out.join(PAGE), "--out")?;
             replace_file(&path, |out| out.write_all(page.as_bytes()))?;
             files.add(&path)?;
         }
         files.write("--write", |path| {
-            let text = plan
-                .subject
-                .with_overrides(&[("about", paper::description(start, found))])?
-                .text;
+            let described = [("about", result.description())];
+            let text = plan.subject.with_overrides(&described)?.text;
             Ok::<_, CliError>(replace_file(path, |out| out.write_all(text.as_bytes()))?)
         })
     })
@@ -181,62 +173,6 @@ fn prepare(args: &PaperArgs) -> Result<Outputs<'_>, CliError> {
         .check()?;
     create()?;
     Ok(files)
-}
-
-/// The comparison with the paper.
-#[derive(Debug, Serialize, Deserialize, JsonSchema)]
-pub(super) struct PaperResult {
-    /// Initial states of the sweep over the tilt.
-    start: Start,
-    /// Agreement with the paper.
-    #[serde(flatten)]
-    score: Score,
-    /// Agreement with the paper of short averages: over 0.1 s that begin 0.05 s after the start, settled or not.
-    short_average: Score,
-    /// Claims in the order of the paper.
-    claims: Vec<Finding>,
-    /// Caption (Markdown) of the figure selected with `--figure`.
-    captions: Vec<String>,
-}
-
-impl Report for PaperResult {
-    fn blocks(&self, scene: &str) -> Vec<Block> {
-        let mut blocks = Vec::new();
-        if !self.claims.is_empty() {
-            let rest = format!(
-                " (start: {}): {}",
-                self.start,
-                paper::score_text(&self.score)
-            );
-            blocks.push(Block::heading(scene, rest));
-            blocks.push(Block::text(format!(
-                "averages over 0.1 s, 0.05 s after the start: {}",
-                paper::score_text(&self.short_average)
-            )));
-        }
-        for finding in &self.claims {
-            let (claim, found) = (&finding.claim, &finding.comparison);
-            let tone = match found.verdict {
-                Verdict::Met => Tone::Good,
-                Verdict::NotMet => Tone::Bad,
-                _ => Tone::Plain,
-            };
-            let (place, statement) = (&claim.place, &claim.statement);
-            let (expected, measured) = (&found.expected, &found.measured);
-            blocks.push(Block::text(format!("{place:<13} {statement}")));
-            blocks.push(Block::Text(vec![
-                format!("{:<13}   paper {expected}, simulation {measured}: ", "").into(),
-                tone.cell(paper::verdict(found)),
-            ]));
-            let short = finding.short_average.as_ref();
-            if short.is_some_and(|short| short.verdict != found.verdict) {
-                let short = paper::short_average(finding);
-                blocks.push(Block::text(format!("{:<13}   short average {short}", "")));
-            }
-        }
-        blocks.extend(self.captions.iter().map(Block::text));
-        blocks
-    }
 }
 
 #[cfg(test)]
@@ -345,9 +281,10 @@ mod tests {
     #[test]
     fn the_text_of_the_scene_is_generated_from_its_table() {
         let table = table();
-        let start = table.start.to_string();
-        let text = paper::description(&start, (&table.score, &table.claims));
-        assert_eq!(Scene::load(SCENE).unwrap().about, text.trim_end());
+        assert_eq!(
+            Scene::load(SCENE).unwrap().about,
+            table.description().trim_end()
+        );
         assert_eq!(Score::of(&table.claims), table.score);
         assert_eq!(table.claims.len(), claims().len());
         for (found, claimed) in table.claims.iter().zip(claims()) {

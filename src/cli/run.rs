@@ -6,22 +6,21 @@ use std::sync::atomic::AtomicBool;
 
 use super::args::RunArgs;
 use super::audit;
-use super::console;
+use super::console::{self, command_line, print_viewer_command};
 use super::error::{Cause, CliError};
 use super::figures::PIXELS;
-use super::harness::{OutputArgs, Outputs, Watch};
+use super::harness::{Outputs, Watch};
 use super::interrupt;
 use super::output::Kind;
 use super::resources::start_thread_pool;
 use crate::chain_of_causes;
-use crate::escape;
 use crate::export::SamplesSink;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
     Monitor, PipelineError, RunResult, Simulation, Sink, Source as _, Tee, drive,
 };
 use crate::plot::figure_names;
-use crate::record::{RERUN_VERSION, RerunSink, RunFigures};
+use crate::record::{RerunSink, RunFigures};
 use crate::scene::Scene;
 use crate::sound::WavSink;
 
@@ -149,35 +148,6 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: impl Fn(
         notify(&format!(
             "the recording up to the failure can be opened: {path}"
         ));
-    }
-}
-
-/// The command line that started the program.
-pub(super) fn command_line() -> String {
-    let name = std::iter::once("squeakscope".to_owned());
-    let words = super::WORDS.get().into_iter().flatten().skip(1);
-    let words = words.map(|word| word.to_string_lossy().into_owned());
-    name.chain(words).collect::<Vec<_>>().join(" ")
-}
-
-/// Prints the commands that open a recording, in the browser and in the native viewer, unless JSON is printed.
-pub(super) fn print_viewer_command(recording: &Path, output: &OutputArgs) -> Result<(), CliError> {
-    if output.prints_json() {
-        return Ok(());
-    }
-    let path = shell_word(recording);
-    let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
-    let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
-    console::print(&text)
-}
-
-/// A path as one word of a shell command.
-fn shell_word(path: &Path) -> String {
-    let path = escape::path(path);
-    if path.contains(char::is_whitespace) {
-        format!("\"{path}\"")
-    } else {
-        path
     }
 }
 
@@ -340,6 +310,5 @@ mod tests {
             spawn: false,
         };
         assert_eq!(output(both), expected);
-        assert_eq!(shell_word(Path::new("a b.rrd")), "\"a b.rrd\"");
     }
 }

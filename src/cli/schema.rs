@@ -15,7 +15,6 @@ use super::console;
 use super::error::CliError;
 use super::harness::Document;
 use super::model::Size;
-use super::paper::PaperResult;
 use super::scenes::{Entry, Scenes};
 use crate::pipeline::RunResult;
 use crate::scene::SceneComparison;
@@ -27,6 +26,7 @@ use crate::study::friction_fit::FrictionFit;
 use crate::study::lyapunov::LyapunovResult;
 use crate::study::signal::{AnalysedFiles, SignalAnalysis};
 use crate::study::sweep::SweepResult;
+use crate::text::paper::PaperResult;
 
 /// Makes the schema of a document.
 type Derive = fn() -> Schema;

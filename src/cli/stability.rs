@@ -9,7 +9,7 @@ use super::figures::STUDY;
 use super::harness::{Outputs, Watch};
 use crate::number::degrees;
 use crate::plot::{Figure, causes_figure, sensitivities_figure};
-use crate::scene::{Parameter, Schedule};
+use crate::scene::Parameter;
 use crate::study::StabilityResult;
 
 /// Stem of a figure at a tilt among several.
@@ -51,7 +51,7 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     console::print_fixed(&scene, [Parameter::tilt()]);
     let tilts_deg: Vec<f64> = match &args.tilt {
         Some(steps) => steps.0.clone(),
-        None => tilts_of(&scene.joint()?.tilt),
+        None => scene.joint()?.tilt.degrees(),
     };
     // Refuse invalid tilts before the study starts.
     for tilt_deg in &tilts_deg {
@@ -82,14 +82,6 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     files.finish(watch, Some(&scene.name), &result, |files| {
         files.draw(|| figures(args, &scene.name, &result, tilts_deg.len()))
     })
-}
-
-/// The distinct tilts of the knots of a schedule, degrees, in ascending order.
-fn tilts_of(tilt: &Schedule) -> Vec<f64> {
-    let mut tilts: Vec<_> = tilt.values().into_iter().map(degrees).collect();
-    tilts.sort_by(f64::total_cmp);
-    tilts.dedup();
-    tilts
 }
 
 #[cfg(test)]
@@ -135,7 +127,7 @@ mod tests {
     fn default_tilts_are_the_knots_of_the_scene() {
         let tilts = |name| {
             let scene = Scene::load(name).expect("preset");
-            tilts_of(&scene.joint().expect("a joint").tilt)
+            scene.joint().expect("a joint").tilt.degrees()
         };
         assert_eq!(tilts("doubled-torus-3deg"), [3.0]);
         assert_eq!(tilts("tilt-ramp"), [0.0, 3.0, 5.5, 6.0]);

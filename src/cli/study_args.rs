@@ -183,7 +183,7 @@ pub struct MergeArgs {
 #[derive(Debug, Arguments)]
 #[command(next_help_heading = "Output")]
 pub struct SweepOutputs {
-    /// Write the results to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; lists as JSON). While
+    /// Write the results to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; without lists). While
     /// the study is running, the table is an Arrow stream of the same name that ends in .arrows.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,

@@ -11,12 +11,12 @@ use super::figures::STUDY;
 use super::harness::{Outputs, Watch};
 use super::output::Kind;
 use super::resources;
-use super::run::command_line;
 use super::steps::{Steps, parameters};
 use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
 use crate::joint::BallJoint;
 use crate::plot::{Figure, sweep_figures};
 use crate::record::sweep::{SweepStudy, save_sweep};
+use crate::report::{Block, Report as _};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Axis, Shard, SweepPlan, SweepPoint, SweepResult, SweepTable, TableError, TableWriter,
@@ -160,18 +160,20 @@ fn finish(
     let result = result.concluded(plan, &mut watch.progress());
     files.finish(watch, Some(&plan.subject.name), &result, |files| {
         let figures = || sweep_figures(plan, &result.points);
-        write(plan, &result.points, lacks_points, files, figures)
+        let report = result.blocks(&plan.subject.name);
+        write(plan, &result.points, lacks_points, files, figures, &report)
     })
 }
 
 /// Writes the complete table and removes that which grew, which stays for `--resume` after an interrupt; draws the figures,
-/// and records the points, if there are any.
+/// and records the points, if there are any, with the report.
 pub(super) fn write(
     plan: &SweepPlan,
     points: &[SweepPoint],
     interrupted: bool,
     files: &mut Outputs<'_>,
     figures: impl FnOnce() -> Vec<Figure>,
+    report: &[Block],
 ) -> Result<(), CliError> {
     let [_, growing] = tables(files);
     if interrupted {
@@ -184,22 +186,24 @@ pub(super) fn write(
     // The recording is written even if a figure cannot be.
     let drawn = files.draw(figures);
     if !points.is_empty() {
-        files.write("--save", |path| record(plan, points, path, None))?;
+        files.write("--save", |path| record(plan, points, report, path, None))?;
     }
     drawn
 }
 
-/// Saves a recording; with `ball`, it shows the modes of ball and beam.
+/// Saves a recording with the report of the study; with `ball`, it shows the modes of ball and beam.
 pub(super) fn record(
     plan: &SweepPlan,
     points: &[SweepPoint],
+    report: &[Block],
     path: &Path,
     ball: Option<&BallJoint>,
 ) -> Result<(), CliError> {
     let sweep = SweepStudy {
         plan,
         points,
-        command: &command_line(),
+        report,
+        command: &console::command_line(),
         ball,
     };
     save_sweep(path, &sweep).map_err(CliError::during("recording"))

@@ -1,9 +1,13 @@
 //! Labels of Audacity.
 
+use std::path::{Path, PathBuf};
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::events::Span;
+use super::Format;
+use crate::analysis::events::{EventKind, Span, TonalEvent};
+use crate::analysis::levels::LevelReference;
 
 /// A label of Audacity: an interval, perhaps with a range of frequencies.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -53,6 +57,35 @@ impl Label {
         }
         Ok(labels)
     }
+
+    /// Tones, which are what labels are compared with, as text of a file: a line with start, end, number, frequency and
+    /// level, and a line with the range of frequencies.
+    pub fn text_of(events: &[TonalEvent], reference: LevelReference) -> String {
+        let label = |(number, event): (usize, &TonalEvent)| {
+            format!(
+                "{:.6}\t{:.6}\t{number}: {:.1} Hz, {:.1} {reference}\n\\\t{:.6}\t{:.6}\n",
+                event.start_s,
+                event.end_s,
+                event.frequency_hz,
+                event.level_db,
+                event.frequency_low_hz,
+                event.frequency_high_hz
+            )
+        };
+        let numbered = (1..).zip(events);
+        let tones = numbered.filter(|(_, event)| event.kind == EventKind::Tone);
+        tones.map(label).collect()
+    }
+
+    /// The recording with the labels of a text: one of its name among the files beside it.
+    pub fn recording<'a>(text: &Path, beside: &'a [PathBuf]) -> Option<&'a PathBuf> {
+        let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
+        let is_recording = |other: &Path| {
+            !is_text(other) && other.file_stem() == text.file_stem() && Format::of(other).is_ok()
+        };
+        let mut beside = beside.iter();
+        beside.find(|other| is_text(text) && is_recording(other))
+    }
 }
 
 #[cfg(test)]
@@ -65,5 +98,34 @@ mod tests {
             let line = text.lines().count();
             assert_eq!(Label::parse(text), Err(LabelError(line)), "{text}");
         }
+    }
+
+    #[test]
+    fn events_become_labels() {
+        let event = TonalEvent {
+            kind: EventKind::Tone,
+            probability: 0.99,
+            start_s: 0.5,
+            end_s: 2.25,
+            frequency_hz: 1513.04,
+            frequency_low_hz: 1500.0,
+            frequency_high_hz: 1526.5,
+            harmonics: 1,
+            level_db: 68.2,
+            snr_db: 30.0,
+            modulation: None,
+            vibrato: None,
+            ridge: Vec::new(),
+        };
+        // Noise is no label, as `--truth` compares tones.
+        let noise = TonalEvent {
+            kind: EventKind::NarrowBandNoise,
+            ..event.clone()
+        };
+        assert_eq!(
+            Label::text_of(&[noise, event], LevelReference::SoundPressure),
+            "0.500000\t2.250000\t2: 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
+        );
+        assert_eq!(Label::text_of(&[], LevelReference::FullScale), "");
     }
 }

@@ -117,6 +117,30 @@ pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
     Ok(names.collect())
 }
 
+/// Why something in a directory is no signal; `None` if it may be one. Of a text the first lines are ignored.
+pub fn why_no_signal(entry: &Path, skipped_lines: u64) -> Option<String> {
+    if entry.is_dir() {
+        return Some("a directory; give its path, too, if it has signals".to_owned());
+    }
+    let name = entry.file_name().unwrap_or_default();
+    if name.to_string_lossy().starts_with('.') {
+        return Some("a hidden file".to_owned());
+    }
+    // A damaged file is a signal that cannot be analysed, such as an empty file, or text, named .wav.
+    if Format::ending(entry).is_some_and(|ending| ending != "txt") {
+        return None;
+    }
+    match Format::of(entry) {
+        Ok(Format::Text) => {
+            let problem = channels(entry, skipped_lines).err()?.problem;
+            matches!(problem, Problem::NoNumbers)
+                .then(|| "a text without numbers in its first lines".to_owned())
+        }
+        Ok(_) => None,
+        Err(problem) => Some(problem.to_string()),
+    }
+}
+
 /// Opens a file and reads from its columns.
 fn with_source<T>(
     path: &Path,

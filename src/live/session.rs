@@ -57,6 +57,22 @@ pub struct SessionOptions {
     pub tour: Option<Tour>,
 }
 
+impl SessionOptions {
+    /// Those of the second run of the page: without files, viewer, tour and what is expensive.
+    #[must_use]
+    pub fn second(&self) -> Self {
+        Self {
+            lyapunov: false,
+            viewer: None,
+            computes_diagram: false,
+            save: None,
+            wav: None,
+            tour: None,
+            ..self.clone()
+        }
+    }
+}
+
 /// A session, shared by all clients that control it.
 pub struct Session {
     pub(super) options: SessionOptions,

@@ -24,17 +24,11 @@ pub struct SignalSource<'a> {
 
 impl<'a> SignalSource<'a> {
     /// Plays finite `samples` at the sample rate `rate` (Hz, above 0), starting at [`SignalInfo::start`].
-    /// `title` is a one-line description.
-    pub fn new(
-        title: impl Into<String>,
-        info: SignalInfo,
-        samples: &'a [f64],
-        rate: f64,
-        analysis: AnalysisSpec,
-    ) -> Self {
+    pub fn new(info: SignalInfo, samples: &'a [f64], rate: f64, analysis: AnalysisSpec) -> Self {
+        let (source, column, count) = (&info.source, &info.column, samples.len());
         let header = Header {
-            scene: info.source.clone(),
-            title: title.into(),
+            scene: source.clone(),
+            title: format!("{source}, {column}: {count} samples at {rate} Hz"),
             about: String::new(),
             scene_text: String::new(),
             command: String::new(),
@@ -112,7 +106,7 @@ mod tests {
             events: Vec::new(),
             level_reference: LevelReference::FullScale,
         };
-        SignalSource::new("a squeak", info, samples, RATE, all_analyses())
+        SignalSource::new(info, samples, RATE, all_analyses())
     }
 
     fn tone(seconds: f64) -> Vec<f64> {

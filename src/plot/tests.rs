@@ -130,7 +130,7 @@ pub fn report(name: &str) -> SignalAnalysis {
         truth: None,
         facts: SignalStatistics::of(&signal),
         signal,
-        tones: SpectralLines::of(&spectrum),
+        tones: SpectralLines::of(&spectrum, &spectrum.lines(&LineCriterion::default())),
         spectrum,
         spectrogram: columns,
         embedding: Outcome::Computed(DelayEmbedding {

@@ -4,6 +4,7 @@
 //! phase portrait of the orbit, its multipliers in the unit circle, and a text. On a branch that turns at folds, the
 //! parameter is not unique, and the timeline counts the orbits. The plots are panels of [`crate::plot`].
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use super::error::RecordError;
@@ -11,12 +12,14 @@ use super::paths::{self, Root};
 use super::sdk::TimelineName;
 use super::series::{self, PointSeries, SeriesTitles};
 use super::stream::{Moment, RecordingStream};
+use super::style::{capitalize, short};
 use super::sweep::TimelineTicks;
 use super::{file, text};
+use crate::number::{counted, fixed, quantity};
 use crate::plot::{Color, Panel, branch_figure, multipliers_panel, response};
-use crate::scene::Scene;
+use crate::report::{Block, Report as _, Table, markdown};
+use crate::scene::{Parameter, Scene};
 use crate::study::branch::{Branch, OrbitPoint};
-use crate::text::branch as words;
 
 /// Application id, different from those of other recordings because the layout differs.
 pub const APPLICATION: &str = "squeakscope-branch";
@@ -56,15 +59,25 @@ fn draw(rec: &RecordingStream, scene: &Scene, branch: &Branch, command: &str) {
     let all: Vec<&PointSeries> = series.iter().collect();
     let playback = courses.first().map(|first| (&first.timeline, PLAYS));
     series::send(rec, &all, tabs, None, playback);
-    let name = format!("{} over {}", scene.name, words::parameter(branch));
+    let name = format!("{} over {}", scene.name, parameter(branch));
     text::send_properties(rec, &name, [&scene.name, &scene.text, command]);
-    let about = words::about(branch) + &text::study_about(scene, command);
+    let report = markdown(&branch.blocks(&scene.name));
+    let about = format!(
+        "{report}\n{STABILITY}\n\n{}",
+        text::study_about(scene, command)
+    );
     rec.log_static(paths::ABOUT, &text::document(about));
     for (course, series) in courses.iter().zip(&mut series) {
         course.draw(rec, branch, series);
     }
 }
 
+/// What the multipliers in the views say.
+const STABILITY: &str = "An orbit attracts if all its multipliers, except the one at 1, are inside the unit circle. Where \
+    one leaves, the motion changes: through 1 at a fold, through -1 at a period doubling, as a complex pair at a \
+    Neimark-Sacker point, where a torus is born.";
+/// Largest number of multipliers listed.
+const MULTIPLIERS: usize = 8;
 /// Orbits per second during playback.
 const PLAYS: f64 = 8.0;
 /// Number of ticks over the interval of the parameter, at least.
@@ -91,7 +104,7 @@ fn courses(branch: &Branch) -> Vec<Course<'_>> {
             values.reverse();
         }
         let timeline = if values.is_sorted() {
-            TimelineTicks::new(&words::parameter(branch), &branch.unit, &values)
+            TimelineTicks::new(&parameter(branch), &branch.unit, &values)
         } else {
             TimelineTicks {
                 name: format!("branch {number}, orbit"),
@@ -129,7 +142,7 @@ impl Course<'_> {
                 ("multipliers", multipliers_panel(branch, Some(point))),
             ];
             let at = Moment::tick(timeline, tick);
-            let text = words::orbit(branch, point);
+            let text = markdown(&orbit(branch, point));
             series.draw_point(rec, (at, point.at.value), panels, text);
         }
     }
@@ -148,4 +161,46 @@ impl Course<'_> {
 fn diagram(scene: &str, branch: &Branch) -> Panel {
     let mut panels = branch_figure(scene, branch).rows.into_iter().flatten();
     panels.next().expect("the figure has panels")
+}
+
+/// Name of the parameter without its unit, such as `tilt`, as in a sweep.
+fn parameter(branch: &Branch) -> String {
+    let parameter = Parameter::named(&branch.parameter);
+    parameter.map_or_else(|_| branch.name().to_owned(), Parameter::label)
+}
+
+/// The description of an orbit.
+fn orbit(branch: &Branch, point: &OrbitPoint) -> Vec<Block> {
+    let (orbit, value) = (&point.orbit, short(point.at.value));
+    let stability = if orbit.stable {
+        "attracting orbit".to_owned()
+    } else {
+        let outside = counted(orbit.unstable_multipliers, "multiplier");
+        format!("repelling orbit, {outside} outside the unit circle")
+    };
+    let rest = format!(" {value} {}: {stability}", branch.unit);
+    let mut blocks = vec![
+        Block::heading(capitalize(&parameter(branch)), rest),
+        Block::text(format!(
+            "{}, amplitude {}",
+            quantity(orbit.frequency_hz(), 5, "Hz"),
+            quantity(orbit.amplitude, 4, "m"),
+        )),
+    ];
+    blocks.extend(orbit.torus_frequencies_hz().map(|[_, second]| {
+        Block::text(format!(
+            "The motion beside the orbit turns around it at {}: a second tone grows",
+            quantity(second, 4, "Hz")
+        ))
+    }));
+    let table = Table::of(orbit.multipliers.iter().take(MULTIPLIERS))
+        .right("magnitude", |it| fixed(it.magnitude(), 6))
+        .right("turns per period", |it| fixed(it.angle.abs() / TAU, 5))
+        .right("growth, 1/s", |it| {
+            fixed(it.growth_per_s(orbit.period_s), 2)
+        });
+    blocks.push(table.into());
+    let error = orbit.trivial_multiplier_error;
+    blocks.extend(error.map(|error| Block::text(format!("Error of the multipliers: {error:.0e}"))));
+    blocks
 }

@@ -17,7 +17,7 @@ const FACTORS: [f64; 8] = [
 ];
 
 /// Checks the report of a result with few numbers. Counts are lengths of lists; `constants` are those of the texts.
-pub fn check(result: &impl Report, constants: &[f64]) {
+pub fn check(result: &dyn Report, constants: &[f64]) {
     let json = serde_json::to_value(result).expect("JSON");
     let mut known = constants.to_vec();
     collect(&json, &mut known);

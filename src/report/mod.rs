@@ -21,7 +21,7 @@ pub use table::{Table, TableOf};
 pub use terminal::{BAD, HEADING, WARNING, terminal};
 
 /// A result of a study or an analysis. Its serialization is its JSON, its blocks are its text.
-pub trait Report: Serialize {
+pub trait Report: erased_serde::Serialize {
     /// The text of the result; `name` is that of the scene or the file, for the title.
     fn blocks(&self, name: &str) -> Vec<Block>;
 
@@ -30,6 +30,8 @@ pub trait Report: Serialize {
         false
     }
 }
+
+erased_serde::serialize_trait_object!(Report);
 
 /// A part of a report.
 #[derive(Clone, Debug)]
@@ -226,6 +228,12 @@ mod tests {
         let expected = "## a\\\\u001bb: 1 of 2 modes\n\nsum **3**\n\n| Hz |  |\n|---|---|\n| 1780.1 | **unstable** |\n\n\
                         **Warning:** too short\n";
         assert_eq!(markdown(&blocks()), expected);
+    }
+
+    #[test]
+    fn a_label_does_not_break_a_table() {
+        let table = Table::of(["a|b"]).left("mode", |label| *label);
+        assert_eq!(table.markdown(), "| mode |\n|---|\n| a\\|b |\n");
     }
 
     #[cfg(feature = "cli")]

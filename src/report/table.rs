@@ -1,6 +1,7 @@
 //! Tables of texts.
 
 use super::{Block, Cell};
+use crate::escape;
 
 /// A table with titled columns of cells. A column without any text is left out.
 #[derive(Clone, Debug, Default)]
@@ -122,7 +123,12 @@ impl Table {
         let mut text = line(titles.collect());
         text += &"|---".repeat(self.columns.len());
         text += "|\n";
-        text.extend(self.lines(|_, cell| cell.markdown()).into_iter().map(line));
+        // Labels of modes can come from a user's file.
+        let cell = |_: &Column, cell: &Cell| {
+            let text = escape::markdown(&cell.text);
+            cell.tone.cell(text).markdown()
+        };
+        text.extend(self.lines(cell).into_iter().map(line));
         text
     }
 }

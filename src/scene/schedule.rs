@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use crate::number::degrees;
+
 /// A scalar function of time: piecewise linear, a step function or a sine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule(Form);
@@ -121,6 +123,14 @@ impl Schedule {
                 vec![sine.mean - swing, sine.mean, sine.mean + swing]
             }
         }
+    }
+
+    /// The distinct [`Schedule::values`] of an angle, degrees, in ascending order.
+    pub fn degrees(&self) -> Vec<f64> {
+        let mut values: Vec<f64> = self.values().into_iter().map(degrees).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
     }
 
     /// Minimum.

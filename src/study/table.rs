@@ -1,7 +1,7 @@
 //! Tables on disk: an Arrow file, Parquet or CSV, by the ending of the name.
 //!
 //! Each column has its unit in its name and in the metadata of its field (`unit`). Columns of one value come first,
-//! lists and structs after them. In a CSV table these are JSON, and empty if too long for a cell.
+//! lists and structs after them; a CSV table has only the former.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,6 +10,7 @@ use std::sync::Arc;
 use arrow_array::RecordBatch;
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
+use erased_serde::Serialize as Erased;
 use parquet::arrow::ArrowWriter;
 use serde::Serialize;
 use serde_json::Value;
@@ -18,9 +19,6 @@ use crate::export::{OutputError, replace_file};
 
 /// Number of rows in a batch of a finished table.
 const BATCH: usize = 1024;
-
-/// Most characters in a cell of a CSV table: the limit of spreadsheets.
-const LONGEST: usize = 32_767;
 
 /// Key of the unit in the metadata of a field.
 const UNIT: &str = "unit";
@@ -60,7 +58,7 @@ pub(super) fn schema(fields: Result<Vec<FieldRef>, serde_arrow::Error>) -> io::R
 }
 
 /// Rows as a record batch with the columns of a schema.
-pub(super) fn batch<R: Serialize>(schema: &SchemaRef, rows: &[R]) -> io::Result<RecordBatch> {
+pub(super) fn batch(schema: &SchemaRef, rows: &dyn Erased) -> io::Result<RecordBatch> {
     let batch = serde_arrow::to_record_batch(schema.fields(), &rows).map_err(io::Error::other)?;
     let batch = batch.with_schema(Arc::clone(schema));
     batch.map_err(io::Error::other)
@@ -78,7 +76,7 @@ pub(super) fn write<R: Serialize>(
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     replace_file(path, |out| {
         let schema = schema?;
-        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, rows));
+        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, &rows));
         match ending.to_str() {
             Some("parquet") => {
                 let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
@@ -101,26 +99,25 @@ pub(super) fn write<R: Serialize>(
 }
 
 fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::Result<()> {
-    let names = || schema.fields().iter().map(|field| field.name());
+    let fields = schema.fields().iter();
+    let single = fields.take_while(|field| !field.data_type().is_nested());
+    let names: Vec<&String> = single.map(|field| field.name()).collect();
     let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(names())?;
+    csv.write_record(&names)?;
     for row in rows {
-        let row = serde_json::to_value(row)?;
-        csv.write_record(names().map(|name| cell(&row[name])))?;
+        let row = serde_json::to_value(row as &dyn Erased)?;
+        csv.write_record(names.iter().map(|name| cell(&row[*name])))?;
     }
     csv.flush()
 }
 
 /// A value as text; null is empty.
 fn cell(value: &Value) -> String {
-    let text = match value {
+    match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
         other => other.to_string(),
-    };
-    Some(text)
-        .filter(|text| text.len() <= LONGEST)
-        .unwrap_or_default()
+    }
 }
 
 /// The I/O error within an Arrow error, if there is one.

@@ -2,10 +2,8 @@
 //! an observation, and lessons.
 //!
 //! The pipeline sends values ([`Observation`], [`Lesson`]); the sink that displays them calls this module to
-//! turn them into text. The template values of a sweep are in `record/sweep/description.rs`.
+//! turn them into text.
 
-#[cfg(feature = "record")]
-pub mod branch;
 #[cfg(feature = "record")]
 pub mod paper;
 mod template;
@@ -17,16 +15,14 @@ use std::f64::consts::LN_2;
 use minijinja::context;
 use minijinja::value::{Serde, Value};
 
-use crate::dynamics::{Motion, Sign};
-use crate::number::{quantity, with_error};
+use crate::number::quantity;
 use crate::pipeline::lesson::{Fact, MOTION};
-use crate::pipeline::message::{Exponents, Header, Lesson, MotionSegment, Observation, Subject};
-use crate::report::{Block, markdown};
+use crate::pipeline::message::{
+    Header, Lesson, MotionSegment, Observation, RunExponents, SpectralLine, Subject,
+};
+use crate::report::{Block, Report as _, markdown};
 use crate::scene::Evidence;
 use template::fill;
-
-/// Number of exponents listed in a sentence.
-const EXPONENTS_SHOWN: usize = 4;
 
 /// The text with its first letter in upper case.
 pub(crate) fn capitalize(text: &str) -> String {
@@ -37,16 +33,26 @@ pub(crate) fn capitalize(text: &str) -> String {
 
 /// An observation as text: Markdown that starts with a heading `## ...`.
 pub fn narration(observation: &Observation) -> String {
-    let (name, values) = match observation {
+    let text = match observation {
         Observation::Vibration(vibration) => {
-            let values = Value::from(Serde(vibration));
-            ("narration/vibration", context! { ln2 => LN_2, ..values })
+            let some = |is: fn(&SpectralLine) -> bool| {
+                let lines = vibration.lines.iter().filter(|line| is(line));
+                Value::from(Serde(lines.collect::<Vec<_>>()))
+            };
+            let values = context! {
+                ln2 => LN_2,
+                harmonics => some(SpectralLine::is_harmonic),
+                combinations => some(SpectralLine::is_mixed),
+                halves => some(SpectralLine::is_half),
+                ..Value::from(Serde(vibration))
+            };
+            filled("narration/vibration", values)
         }
         Observation::Separated {
             initial_distance,
             after,
             e_fold_time,
-        } => (
+        } => filled(
             "narration/separated",
             context! {
                 initial_distance => *initial_distance,
@@ -54,9 +60,9 @@ pub fn narration(observation: &Observation) -> String {
                 e_fold_time => *e_fold_time,
             },
         ),
-        Observation::Exponents(exponents) => ("narration/exponents", exponent_values(exponents)),
+        Observation::Exponents(exponents) => markdown(&RunExponents::new(exponents).blocks("")),
     };
-    filled(name, values).trim().to_owned()
+    text.trim().to_owned()
 }
 
 /// A lesson as text: Markdown that starts with a heading `## ...`.
@@ -131,29 +137,4 @@ pub fn earlier_motion(
             quantity(before.end_s, 3, "s")
         ),
     })
-}
-
-/// Template variables of the text on exponents.
-fn exponent_values(exponents: &Exponents) -> Value {
-    let spectrum = &exponents.spectrum;
-    let zeros = spectrum.count(Sign::Zero);
-    context! {
-        attractor => exponents.attractor().name(),
-        name => exponents.attractor().to_string(),
-        exponents => each_with_error(exponents),
-        time => spectrum.time,
-        earlier => earlier_motion(&exponents.segments, exponents.chaotic_transient),
-        largest => spectrum.exponents.first().map(|first| first.value),
-        zeros => zeros,
-        more => spectrum.dimension > zeros,
-        driven => exponents.motion == Motion::Driven,
-    }
-}
-
-/// The largest exponents, each with its error.
-fn each_with_error(exponents: &Exponents) -> Vec<String> {
-    let all = exponents.spectrum.exponents.iter();
-    all.take(EXPONENTS_SHOWN)
-        .map(|exponent| with_error(exponent.value, exponent.half_width))
-        .collect()
 }

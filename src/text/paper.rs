@@ -1,15 +1,19 @@
-//! Text for the reproduction of the paper's figures: captions, and the page with the table of claims.
+//! The comparison with the paper as text: report, captions, the page with the table of claims, and the description of the
+//! scene.
 
 use std::collections::BTreeMap;
 
 use minijinja::context;
 use minijinja::value::{Serde, Value};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::filled;
 use crate::number::with_error;
-use crate::report::Table;
+use crate::report::{Block, Report, Table, Tone};
 use crate::study::paper::{Comparison, Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
+use crate::study::sweep::Start;
 use crate::{VERSION, escape};
 
 /// The caption of a figure, with the differences from the paper. Figures 4 to 7 show a response at a tilt in
@@ -65,50 +69,98 @@ fn differs_from_paper(finding: &Finding, number: u8) -> bool {
     is_there && differs && found.measured != found.expected
 }
 
-/// The page of figures, given by names and captions, with the table of claims. `scene` and `start` are
-/// printed in its heading.
-pub fn page(
-    (scene, start): (&str, &str),
-    figures: &[(&str, &str)],
-    ending: &str,
-    (score, findings): (&Score, &[Finding]),
-) -> String {
-    let table = Table::of(findings)
-        .left("reference", |it| it.claim.place.clone())
-        .left("claim", |it| it.claim.statement.clone())
-        .left("published", |it| it.comparison.expected.clone())
-        .left("computed", |it| it.comparison.measured.clone())
-        .left("verdict", |it| verdict(&it.comparison))
-        .left("short average", |it| short_average(it))
-        .right("weight", |it| it.claim.weight.to_string());
-    let figures = figures.iter();
-    let values = context! {
-        scene => escape::code(scene),
-        start,
-        version => VERSION,
-        figures => figures.map(|&(name, caption)| context! { name, caption }).collect::<Vec<_>>(),
-        ending,
-        score => score_text(score),
-        claims => table.markdown(),
-    };
-    filled("paper/page", values)
+/// The comparison with the paper.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+pub struct PaperResult {
+    /// Initial states of the sweep over the tilt.
+    pub start: Start,
+    /// Agreement with the paper.
+    #[serde(flatten)]
+    pub score: Score,
+    /// Agreement with the paper of short averages: over 0.1 s that begin 0.05 s after the start, settled or not.
+    pub short_average: Score,
+    /// Claims in the order of the paper.
+    pub claims: Vec<Finding>,
+    /// Caption (Markdown) of the figure selected with `--figure`.
+    pub captions: Vec<String>,
+}
+
+impl Report for PaperResult {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        if !self.claims.is_empty() {
+            let rest = format!(" (start: {}): {}", self.start, score_text(&self.score));
+            blocks.push(Block::heading(scene, rest));
+            blocks.push(Block::text(format!(
+                "averages over 0.1 s, 0.05 s after the start: {}",
+                score_text(&self.short_average)
+            )));
+        }
+        for finding in &self.claims {
+            let (claim, found) = (&finding.claim, &finding.comparison);
+            let tone = match found.verdict {
+                Verdict::Met => Tone::Good,
+                Verdict::NotMet => Tone::Bad,
+                _ => Tone::Plain,
+            };
+            let (place, statement) = (&claim.place, &claim.statement);
+            let (expected, measured) = (&found.expected, &found.measured);
+            blocks.push(Block::text(format!("{place:<13} {statement}")));
+            blocks.push(Block::Text(vec![
+                format!("{:<13}   paper {expected}, simulation {measured}: ", "").into(),
+                tone.cell(verdict(found)),
+            ]));
+            let short = finding.short_average.as_ref();
+            if short.is_some_and(|short| short.verdict != found.verdict) {
+                let short = short_average(finding);
+                blocks.push(Block::text(format!("{:<13}   short average {short}", "")));
+            }
+        }
+        blocks.extend(self.captions.iter().map(Block::text));
+        blocks
+    }
+}
+
+impl PaperResult {
+    /// The page of figures, given by names and captions, with the table of claims. `scene` is printed in its heading.
+    pub fn page(&self, scene: &str, figures: &[(&str, &str)], ending: &str) -> String {
+        let table = Table::of(&self.claims)
+            .left("reference", |it| it.claim.place.clone())
+            .left("claim", |it| it.claim.statement.clone())
+            .left("published", |it| it.comparison.expected.clone())
+            .left("computed", |it| it.comparison.measured.clone())
+            .left("verdict", |it| verdict(&it.comparison))
+            .left("short average", |it| short_average(it))
+            .right("weight", |it| it.claim.weight.to_string());
+        let figures = figures.iter();
+        let values = context! {
+            scene => escape::code(scene),
+            start => self.start.to_string(),
+            version => VERSION,
+            figures => figures.map(|&(name, caption)| context! { name, caption }).collect::<Vec<_>>(),
+            ending,
+            score => score_text(&self.score),
+            claims => table.markdown(),
+        };
+        filled("paper/page", values)
+    }
+
+    /// The description of the scene that was compared: lines of at most 88 characters.
+    pub fn description(&self) -> String {
+        let claims = self.claims.iter();
+        let claims = claims.map(|finding| (&*finding.claim.id, &finding.comparison));
+        let claims: BTreeMap<_, _> = claims.collect();
+        let start = self.start.to_string();
+        let values = context! { start, claims => Serde(claims), ..Value::from(Serde(&self.score)) };
+        let text = filled("paper/scene", values);
+        let paragraphs = text.trim().lines().map(|line| wrapped(line, 88));
+        paragraphs.collect::<Vec<_>>().join("\n") + "\n"
+    }
 }
 
 /// The strict score, the numbers of claims by verdict, and the score with partial credit.
-pub fn score_text(score: &Score) -> String {
+fn score_text(score: &Score) -> String {
     filled("paper/score", Value::from(Serde(score)))
-}
-
-/// The description of a scene that is compared with the paper, from the findings and their score: lines of at most 88
-/// characters. `start` says how each tilt was started.
-pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> String {
-    let claims = findings.iter();
-    let claims = claims.map(|finding| (&*finding.claim.id, &finding.comparison));
-    let claims: BTreeMap<_, _> = claims.collect();
-    let values = context! { start, claims => Serde(claims), ..Value::from(Serde(score)) };
-    let text = filled("paper/scene", values);
-    let paragraphs = text.trim().lines().map(|line| wrapped(line, 88));
-    paragraphs.collect::<Vec<_>>().join("\n") + "\n"
 }
 
 /// A paragraph in lines of at most `width` characters, broken at spaces, but not behind a number.
@@ -134,7 +186,7 @@ fn wrapped(paragraph: &str, width: usize) -> String {
 }
 
 /// The verdict on a claim, with the deviation of its number or the share of the tilts at which it holds.
-pub fn verdict(found: &Comparison) -> String {
+fn verdict(found: &Comparison) -> String {
     let name = found.verdict.name();
     match (found.verdict, found.deviation) {
         (Verdict::Partly { share }, _) => format!("{name}, {:.0} %", 100.0 * share),
@@ -144,7 +196,7 @@ pub fn verdict(found: &Comparison) -> String {
 }
 
 /// The verdict from a short average and its value, or that it is the same.
-pub fn short_average(finding: &Finding) -> String {
+fn short_average(finding: &Finding) -> String {
     match &finding.short_average {
         None => String::new(),
         Some(short) if short.verdict == finding.comparison.verdict => "same".to_owned(),

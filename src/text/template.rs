@@ -6,8 +6,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use crate::escape;
-use crate::number::{brief, percent, quantity, short};
+use crate::number::{percent, quantity};
 
 /// The templates with their text.
 macro_rules! templates {
@@ -22,11 +21,9 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "paper/page",
     "paper/score",
     "paper/scene",
-    "sweep/point",
     "sweep/about",
     "narration/vibration",
     "narration/separated",
-    "narration/exponents",
 ];
 
 /// Renders a template with named values; a missing value is an error.
@@ -48,7 +45,6 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
         environment.add_template(name, text)?;
     }
     environment.add_filter("quantity", with_unit);
-    environment.add_filter("brief", briefly);
     environment.add_filter("percent", |x: Value| formatted(&x, percent));
     environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
         let digits = digits.unwrap_or(1);
@@ -60,52 +56,12 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("scientific", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$e}"))
     });
-    // Labels of modes can come from a user's file.
-    environment.add_filter("name", |x: &str| escape::markdown(x));
-    environment.add_filter("mixed", mixed);
-    environment.add_filter("harmonics", harmonics);
-    environment.add_filter("halves", halves);
     Ok(environment)
-}
-
-/// The spectral lines that are integer combinations of both base frequencies.
-fn mixed(mut lines: Vec<Value>) -> Vec<Value> {
-    let is_mixed = |name: &str| ["f1", "f2"].iter().all(|base| name.contains(base));
-    lines.retain(|line| is_mixed(&label(line)) && !label(line).contains('/'));
-    lines
-}
-
-/// The spectral lines at halves and quarters of combinations: those of a doubled motion.
-fn halves(mut lines: Vec<Value>) -> Vec<Value> {
-    lines.retain(|line| label(line).contains('/'));
-    lines
-}
-
-/// The harmonics of the first base frequency.
-fn harmonics(mut lines: Vec<Value>) -> Vec<Value> {
-    lines.retain(|line| label(line).ends_with(" f1") && !label(line).contains("f2"));
-    lines
-}
-
-/// The label of a spectral line; empty if it has none.
-fn label(line: &Value) -> String {
-    let label = line.get_attr("label").ok();
-    label
-        .and_then(|label| label.as_str().map(str::to_owned))
-        .unwrap_or_default()
 }
 
 /// A value with an SI prefix and three significant digits, or `digits`.
 fn with_unit(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
     formatted(&x, |x| quantity(x, digits.unwrap_or(3), unit))
-}
-
-/// A value with an SI prefix and at most three significant digits; without a unit, the number alone.
-fn briefly(x: Value, unit: Option<&str>) -> Result<Value, Error> {
-    formatted(&x, |x| match unit {
-        Some(unit) => brief(x, unit),
-        None => short(x),
-    })
 }
 
 /// A formatted number; none stays none.

@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, LN_10};
 use super::Facts;
 use crate::analysis::tones::Bases;
 use crate::dynamics::Attractor;
-use crate::pipeline::message::{Regime, SpectralLine};
+use crate::pipeline::message::Regime;
 use crate::report::Measured;
 
 /// Name of the fact of which the lesson is contradicted by another type of motion.
@@ -58,13 +58,9 @@ pub fn torus(facts: &mut Facts<'_>) {
     facts.found("second tone f2", f2, "Hz");
     facts.found("difference frequency", beat, "Hz");
     facts.found("period of the beat", beat.map(|beat| 1.0 / beat), "s");
-    let is_half = |line: &&SpectralLine| line.label.contains('/');
-    let is_mixed = |line: &&SpectralLine| {
-        !is_half(line) && ["f1", "f2"].iter().all(|base| line.label.contains(base))
-    };
-    let mixed = lines.iter().filter(is_mixed).take(COMBINATIONS);
-    let half = lines.iter().find(is_half);
-    for line in mixed.chain(half) {
+    let mixed = lines.iter().filter(|line| line.is_mixed());
+    let half = lines.iter().find(|line| line.is_half());
+    for line in mixed.take(COMBINATIONS).chain(half) {
         facts.found(&line.label, Some(line.frequency), "Hz");
     }
     if half.is_some() {

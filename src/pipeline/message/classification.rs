@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Exponents;
+use super::{Exponents, Regime};
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
-use crate::number::{brief, short};
+use crate::number::{brief, quantity, short};
 use crate::report::{Block, Measured, Report, Table, Tone};
 use crate::text::earlier_motion;
 
@@ -75,6 +75,16 @@ impl Classification {
                 tone.cell(sign)
             })
             .into()
+    }
+}
+
+/// The regime of a motion on an attractor; `None` for an equilibrium or a fixed point, and if the attractor is undecided.
+pub fn regime_on(attractor: Attractor) -> Option<Regime> {
+    match attractor {
+        Attractor::Cycle | Attractor::PhaseLocked => Some(Regime::Periodic),
+        Attractor::Torus(_) => Some(Regime::QuasiPeriodic),
+        Attractor::Chaos | Attractor::Hyperchaos(_) => Some(Regime::Chaotic),
+        _ => None,
     }
 }
 
@@ -148,19 +158,16 @@ const RUN_EXPONENTS: usize = 4;
 impl Report for RunExponents<'_> {
     fn blocks(&self, _name: &str) -> Vec<Block> {
         let spectrum = &self.found.spectrum;
-        let earlier = earlier_motion(&self.found.segments, self.found.chaotic_transient);
-        let since = earlier.map_or(String::new(), |earlier| {
-            format!(", after a change of the motion ({earlier})")
-        });
         let dimension = match &spectrum.kaplan_yorke {
             Some(dimension) => Tone::Strong.cell(Measured::from(dimension)),
             None => "not defined by these exponents".into(),
         };
         let attractor = self.classification.attractor;
-        vec![
+        let mut blocks = vec![
             Block::heading("Lyapunov exponents", format!(": {attractor}")),
+            Block::text(&*self.classification.description),
             Block::text(format!(
-                "{} of {} exponents, averaged over {} up to {}{since}.",
+                "{} of {} exponents, averaged over {} up to {}.",
                 spectrum.exponents.len(),
                 spectrum.dimension,
                 brief(spectrum.time, "s"),
@@ -174,7 +181,15 @@ impl Report for RunExponents<'_> {
                 short(spectrum.resolution),
                 self.found.omega_1
             )),
-        ]
+        ];
+        let largest = spectrum.exponents.first();
+        if let Some(largest) = largest.filter(|_| spectrum.sign(0) == Sign::Positive) {
+            blocks.push(Block::text(format!(
+                "An uncertainty of the initial state grows e-fold every {}.",
+                quantity(1.0 / largest.value, 2, "s")
+            )));
+        }
+        blocks
     }
 }
 

@@ -10,7 +10,7 @@ mod record;
 pub use crate::analysis::{poincare::SectionPoint, regime::Regime, tones::SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub(crate) use classification::listed;
-pub use classification::{Classification, RunExponents};
+pub use classification::{Classification, RunExponents, regime_on};
 pub use frame::*;
 pub use header::*;
 pub use lesson::*;

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use super::stage::samples;
 use super::tones::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{
-    regime::{Regime, RegimeSearch, Verdict, classify},
+    regime::{RegimeSearch, Verdict, classify},
     sliding::History,
     tones::{Bases, SpectrumAnalyser},
 };
 use crate::dynamics::Attractor;
-use crate::pipeline::message::{Exponents, Frame, Header, JointInfo, Record, Subject, Summary};
+use crate::pipeline::message::{
+    Exponents, Frame, Header, JointInfo, Record, Subject, Summary, regime_on,
+};
 use crate::scene::SpectrumSpec;
 
 /// Ratio of peak velocity to sliding speed below which a vibration is quiet. A vibration that friction sustains grows to
@@ -138,10 +140,5 @@ impl SummaryStage {
 
 /// The type of motion on an attractor, in the words of a classification where it has one.
 fn type_of(attractor: Attractor) -> String {
-    match attractor {
-        Attractor::Cycle | Attractor::PhaseLocked => Regime::Periodic.to_string(),
-        Attractor::Torus(_) => Regime::QuasiPeriodic.to_string(),
-        Attractor::Chaos | Attractor::Hyperchaos(_) => Regime::Chaotic.to_string(),
-        attractor => attractor.to_string(),
-    }
+    regime_on(attractor).map_or_else(|| attractor.to_string(), |regime| regime.to_string())
 }

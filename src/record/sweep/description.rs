@@ -1,16 +1,19 @@
 //! The text next to the plots of a sweep.
 
 use minijinja::context;
-use minijinja::value::{Serde, Value};
 
 use super::SweepStudy;
 use crate::analysis::regime::Regime;
-use crate::dynamics::{Exponent, LyapunovSpectrum};
-use crate::number::with_error;
+use crate::dynamics::Motion;
+use crate::number::{brief, fixed, short};
+use crate::pipeline::message::Classification;
+use crate::record::style::capitalize;
 use crate::record::text;
-use crate::report::Table;
+use crate::report::{Block, Table, Tone, markdown};
 use crate::scene::Parameter;
+use crate::study::StabilityAt;
 use crate::study::response::{SettledResponse, section_lag};
+use crate::study::signal::report::{measures, periods};
 use crate::study::sweep::{Shard, Start, SweepPoint};
 use crate::text::filled;
 use crate::{escape, plot};
@@ -54,80 +57,90 @@ pub fn point(
     value: f64,
     point: Option<&SweepPoint>,
 ) -> String {
-    let origin = point.and_then(|point| origin(sweep, point));
-    filled(
-        "sweep/point",
-        context! {
-            parameter => parameter(sweep),
-            value => with_unit(sweep, value),
-            start => plot::start_label(start),
-            origin => origin.map(|value| with_unit(sweep, value)),
-            failure => point.and_then(|point| point.outcome.as_ref().err()),
-            found => point.and_then(SweepPoint::found).map(response),
-        },
-    )
-}
-
-/// Template variables of a response.
-fn response(found: &SettledResponse) -> Value {
-    let shown = &found.lines[..found.lines.len().min(LINES)];
-    let linear = found.linear.as_ref();
-    let unstable = linear.map(|linear| linear.unstable().collect::<Vec<_>>());
-    let periods = found.recurrence_periods.0.iter();
-    let period = |kind: String, period_s: f64| context! { kind, period_s };
-    context! {
-        motion => found.motion(),
-        confidence => (found.regime != Regime::Undetermined).then_some(100.0 * found.confidence),
-        settled => found.settled,
-        transient => found.transient_s,
-        amplitude => found.amplitude_m,
-        rms_velocity => found.rms_velocity_m_per_s,
-        lines => Serde(shown),
-        weaker_lines => found.lines.len() - shown.len(),
-        exponents => found.exponents.as_ref().map(exponents),
-        attractor => found.exponents.as_ref().map(|spectrum| spectrum.attractor().to_string()),
-        unstable => Serde(unstable),
-        recurrence => Serde(&found.recurrence),
-        periods => periods.map(|p| period(p.kind.to_string(), p.period)).collect::<Vec<_>>(),
+    let title = capitalize(&parameter(sweep));
+    let rest = format!(" {}: {}", with_unit(sweep, value), plot::start_label(start));
+    let mut blocks = vec![Block::heading(title, rest)];
+    if let Some(point) = point {
+        let origin = origin(sweep, point).map(|value| with_unit(sweep, value));
+        let initial = origin.map_or("kick of the scene".to_owned(), |origin| {
+            format!("steady state at {origin}")
+        });
+        blocks.push(Block::text(format!("Initial state: {initial}")));
+        match &point.outcome {
+            Ok(found) => blocks.extend(response(found)),
+            Err(reason) => {
+                let reason = escape::markdown(reason);
+                blocks.push(Block::Warning(format!("no response: {reason}")));
+            }
+        }
+    } else {
+        let missing = "not computed yet; continue the sweep with `--resume`";
+        blocks.push(Block::Warning(missing.to_owned()));
     }
+    markdown(&blocks)
 }
 
-/// Template variables of the exponents: values with their intervals, and signs.
-fn exponents(spectrum: &LyapunovSpectrum) -> Vec<Value> {
-    let value = |k: usize| {
-        let Exponent { value, half_width } = spectrum.exponents[k];
-        let value = with_error(value, half_width);
-        context! { value, sign => spectrum.sign(k).to_string() }
+/// The characteristics of a response.
+fn response(found: &SettledResponse) -> Vec<Block> {
+    let confidence = match found.regime {
+        Regime::Undetermined => String::new(),
+        _ => format!(", confidence {:.0} %", 100.0 * found.confidence),
     };
-    (0..spectrum.exponents.len()).map(value).collect()
+    let motion = capitalize(&found.motion());
+    let transient = brief(found.transient_s, "s");
+    let mut blocks = vec![
+        Block::Text(vec![Tone::Strong.cell(motion), confidence.into()]),
+        if found.settled {
+            Block::text(format!("Steady state after {transient}"))
+        } else {
+            Block::Warning(format!(
+                "not in steady state: the motion was still changing when it was measured, after {transient}"
+            ))
+        },
+        Block::text(format!(
+            "Amplitude {}, velocity {} rms",
+            brief(found.amplitude_m, "m"),
+            brief(found.rms_velocity_m_per_s, "m/s")
+        )),
+        Table::of(found.lines.iter().take(LINES))
+            .left("strongest lines", |line| line.label.clone())
+            .right("Hz", |line| fixed(line.frequency, 1))
+            .right("amplitude", |line| brief(line.amplitude, "m"))
+            .into(),
+    ];
+    if let Some(spectrum) = &found.exponents {
+        let classified = Classification::new(spectrum, Motion::Free, f64::INFINITY, None);
+        blocks.push(classified.table(&spectrum.exponents));
+        blocks.push(Block::text(classified.description));
+    }
+    blocks.extend(found.linear.as_ref().map(unstable_modes));
+    blocks.extend(found.recurrence.iter().flat_map(measures));
+    blocks.extend(periods(&found.recurrence_periods));
+    blocks
+}
+
+/// The unstable modes of steady sliding, one per row.
+fn unstable_modes(linear: &StabilityAt) -> Block {
+    if linear.unstable().next().is_none() {
+        return Block::text("Steady sliding is stable here");
+    }
+    Table::of(linear.unstable())
+        .left("unstable mode", |mode| mode.label.clone())
+        .right("Hz", |mode| fixed(mode.frequency_hz, 1))
+        .right("growth rate, 1/s", |mode| short(mode.growth))
+        .into()
 }
 
 /// Description of the whole sweep.
 pub fn about(sweep: &SweepStudy<'_>, timeline: &str) -> String {
     let scene = &sweep.plan.subject;
-    let label = sweep.plan.axes[0].label();
-    let points = Table::of(sweep.values()).right(label, |value| value.to_string());
-    let points = sweep.starts().fold(points, |points, start| {
-        points.left(start.to_string(), |value| kind(sweep.at(start, **value)))
-    });
     filled(
         "sweep/about",
         context! {
-            scene => escape::code(&scene.name),
-            parameter => parameter(sweep),
+            report => markdown(sweep.report),
             timeline,
-            points => points.markdown(),
-            lag => section_lag(scene),
+            lag => brief(section_lag(scene), "s"),
             origin => text::study_about(scene, sweep.command),
         },
     )
-}
-
-/// The type of motion of a point in one word.
-fn kind(point: Option<&SweepPoint>) -> String {
-    let Some(point) = point else {
-        return "–".to_owned();
-    };
-    let mark = if point.is_unsettled() { "\\*" } else { "" };
-    format!("{}{mark}", point.regime_name())
 }

@@ -23,6 +23,7 @@ use super::series::{self, PointSeries};
 use super::stream::{Moment, RecordingStream};
 use super::{file, paths, text};
 use crate::joint::BallJoint;
+use crate::report::Block;
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
 use draw::StartWriter;
 use scales::SharedScales;
@@ -43,6 +44,8 @@ pub struct SweepStudy<'a> {
     pub plan: &'a SweepPlan,
     /// The computed points.
     pub points: &'a [SweepPoint],
+    /// The report of the study.
+    pub report: &'a [Block],
     /// The command line.
     pub command: &'a str,
     /// Ball and beam, if their natural modes are shown.

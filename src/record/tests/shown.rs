@@ -110,11 +110,10 @@ fn a_branch_names_its_parameter_in_words() {
     assert!(!branch.points.is_empty());
     save_branch(&path, &scene, &branch, "squeakscope branch test").unwrap();
     let texts = texts(&path);
-    let mut orbits = texts
-        .iter()
-        .filter(|(_, text)| text.contains("orbit at **"));
-    let (_, orbit) = orbits.next().expect("the text of an orbit");
-    assert!(orbit.starts_with("# Belt speed "), "{orbit}");
+    let is_orbit = |text: &str| text.starts_with("## Belt speed ") && text.contains("orbit");
+    assert!(texts.iter().any(|(_, text)| is_orbit(text)));
+    let report = shown(&markdown(&branch.blocks(&scene.name)));
+    assert!(texts.iter().any(|(_, text)| text.starts_with(&report)));
     let title = "Branch diagram: solid if the motion attracts, dashed if not";
     assert!(texts.iter().any(|(_, text)| text == title));
 }

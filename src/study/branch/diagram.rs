@@ -272,14 +272,9 @@ pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
     file.contents_utf8()
 }
 
-/// A frequency (Hz) to 0.01 kHz, and below 1 kHz with four digits, as in the stored diagrams.
-fn frequency(hz: f64) -> String {
-    quantity(hz, if (1e3..1e4).contains(&hz) { 3 } else { 4 }, "Hz")
-}
-
 /// What happens to a periodic motion.
 fn orbit_sentence(found: &Bifurcation) -> String {
-    let tone = format!("the tone of {}", frequency(found.frequency_hz));
+    let tone = format!("the tone of {}", quantity(found.frequency_hz, 4, "Hz"));
     let tilt = degrees(found.parameter);
     if !found.has_stable_side() {
         let point = match found.kind {
@@ -317,13 +312,13 @@ fn orbit_sentence(found: &Bifurcation) -> String {
             "When the tilt {}, {tone} becomes unstable and the motion repeats only every second period: a line appears \
              at {} (period doubling).",
             passes(found.crossing_rate, &tilt),
-            frequency(0.5 * found.frequency_hz),
+            quantity(0.5 * found.frequency_hz, 4, "Hz"),
         ),
         BifurcationKind::NeimarkSacker => format!(
             "When the tilt {}, {tone} becomes unstable and a second tone grows {} beside it: the motion becomes a torus \
              (Neimark-Sacker point).",
             passes(found.crossing_rate, &tilt),
-            frequency(found.torus_frequency_hz.unwrap_or(f64::NAN)),
+            quantity(found.torus_frequency_hz.unwrap_or(f64::NAN), 4, "Hz"),
         ),
         BifurcationKind::BranchPoint => {
             format!(
@@ -352,7 +347,7 @@ fn steady_sentence(found: &SteadyBifurcation) -> String {
         "When the tilt {}, steady sliding becomes unstable in the mode {} at {} ({}){birth}.",
         passes(found.crossing_speed, &tilt),
         found.label,
-        frequency(found.frequency_hz),
+        quantity(found.frequency_hz, 4, "Hz"),
         found.kind,
     )
 }

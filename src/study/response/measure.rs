@@ -11,7 +11,7 @@ use crate::analysis::{
         Measures, Norm, RateBase, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
         Recurrences, Threshold,
     },
-    regime::{Regime, RegimeSearch, classify},
+    regime::{RegimeSearch, classify},
     stats::{deviation, range},
     tones::{Bases, FREQUENCY_UNCERTAINTY, LineCriterion, SpectrumAnalyser, Window, follow_lines},
 };
@@ -103,9 +103,7 @@ impl Samples {
         });
         let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
         found.lines = naming.label(&lines);
-        if let Regime::Periodic | Regime::QuasiPeriodic = verdict.regime {
-            found.doubling = naming.doubling;
-        }
+        found.doubling = naming.doubling;
         let lag = ((lag * self.rate).round() as usize).max(1);
         found.maxima_m = maxima(u);
         found.section_m = section(u, lag)?;
@@ -318,7 +316,7 @@ fn pooled(picture: &[u8], side: usize, combine: fn(u8, u8) -> u8) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::recurrence::RecurrenceKind;
+    use crate::analysis::{recurrence::RecurrenceKind, regime::Regime};
     use crate::test_signals::sines;
 
     #[test]

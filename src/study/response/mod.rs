@@ -23,8 +23,9 @@ use crate::analysis::{
     transient::TransientDetector,
 };
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::dynamics::{Integrator, LyapunovSpectrum, Sign, SolverStats};
+use crate::dynamics::{Integrator, LyapunovSpectrum, Motion, SolverStats};
 use crate::pipeline::ChangeDetector;
+use crate::pipeline::message::regime_on;
 
 use super::subject::Trial;
 use super::{POLL, StabilityAt, StopCheck, StudyError};
@@ -126,18 +127,26 @@ pub fn response(
     let found = measured.samples.response(lag, silence, bases)?;
     run.end_a_period()?;
     let exponents = measured.exponents;
-    let largest = exponents.as_ref().map(|found| found.sign(0));
-    let (regime, confidence) = match (found.regime, largest) {
-        _ if measured.follows_orbit => (Regime::Periodic, 1.0),
-        // Of samples alone it can be open whether a motion is chaotic, or noise. A positive exponent decides.
-        (Regime::Noise | Regime::Undetermined, Some(Sign::Positive)) => (Regime::Chaotic, 0.95),
-        (regime, _) => (regime, found.confidence),
+    let settled = settled && !measured.changed;
+    let motion = match run.drive_period {
+        Some(_) => Motion::Driven,
+        None => Motion::Free,
     };
+    let attractor = exponents.as_ref().map(|found| found.attractor_of(motion));
+    // While a motion decays or grows, only a positive exponent decides.
+    let attractor = attractor.filter(|attractor| settled || attractor.is_chaotic());
+    let (regime, confidence) = match attractor.and_then(regime_on) {
+        _ if measured.follows_orbit => (Regime::Periodic, 1.0),
+        Some(regime) if found.regime != Regime::Silent => (regime, 0.95),
+        _ => (found.regime, found.confidence),
+    };
+    let is_regular = matches!(regime, Regime::Periodic | Regime::QuasiPeriodic);
     Ok(SettledResponse {
         transient_s: measured.transient,
-        settled: settled && !measured.changed,
+        settled,
         regime,
         confidence,
+        doubling: if is_regular { found.doubling } else { 0 },
         exponents,
         linear,
         portrait: found.portrait.filter(|_| plan.portrait),
@@ -407,9 +416,9 @@ pub struct SettledResponse {
     pub rms_velocity_m_per_s: f64,
     /// Peak absolute velocity of the probe, m/s.
     pub peak_velocity_m_per_s: f64,
-    /// Regime: the type of motion.
+    /// Regime: the type of motion, by the exponents if they decide, else by the samples.
     pub regime: Regime,
-    /// Confidence of the regime, 0 to 1.
+    /// Confidence of the regime, 0 to 1; 0.95, that of their intervals, if the exponents decide.
     pub confidence: f64,
     /// Broadband share: share of the spectral power outside the lines, 0 to 1.
     pub broadband_share: f64,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::analysis::{AnalysisError, recurrence::RecurrenceKind, regime::Regime};
+use crate::dynamics::Sign;
 use crate::scene::{Parameter, Scene};
 use crate::study::Stopped;
 use crate::study::subject::SILENCE;
@@ -118,6 +119,17 @@ fn a_periodic_motion_has_the_exponents_of_its_orbit() {
     assert!((averaged.amplitude_m / of_orbit.amplitude_m - 1.0).abs() < 1e-3);
     let [long, short] = [&averaged, &of_orbit].map(|found| found.stats.rhs_evals);
     assert!(2 * short < long, "{short} of {long} evaluations");
+}
+
+#[test]
+fn exponents_decide_on_weak_chaos() {
+    // The samples of this motion, which developed from a torus, are those of a torus.
+    let scene = Scene::load("torus-1.75deg").unwrap();
+    let scene = scene.with_values(&[(Parameter::tilt(), 7.0)]).unwrap();
+    let found = take(&scene, None, &ResponsePlan::default());
+    let exponents = found.exponents.as_ref().unwrap();
+    assert_eq!(exponents.sign(0), Sign::Positive, "{exponents:?}");
+    assert_eq!((&*found.motion(), found.confidence), ("chaotic", 0.95));
 }
 
 #[test]

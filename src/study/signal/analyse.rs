@@ -29,8 +29,8 @@ use crate::analysis::{
     regime::{Regime, RegimeSearch, Verdict, classify},
     stats::{deviation, mean, range},
     tones::{
-        Column, FREQUENCY_UNCERTAINTY, LineCriterion, Spectrum, SpectrumAnalyser, Stft, Window,
-        identify_lines,
+        Column, FREQUENCY_UNCERTAINTY, Line, LineCriterion, Spectrum, SpectrumAnalyser, Stft,
+        Window, identify_lines,
     },
 };
 use crate::import::Signal;
@@ -109,7 +109,8 @@ pub fn analyse_signal(
     progress(0.1, "spectrum")?;
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
         .analyse_welch(samples, MAX_SPECTRUM_SAMPLES)?;
-    let tones = SpectralLines::of(&spectrum);
+    let lines = spectrum.lines(&LineCriterion::default());
+    let tones = SpectralLines::of(&spectrum, &lines);
     progress(0.15, "delay and dimension")?;
     let embedding = Outcome::unless(obstacle.or(silence), || delay(newest, search, rate))?;
     let lag = embedding.get().ok().map(|embedding| embedding.choice.lag);
@@ -119,7 +120,7 @@ pub fn analyse_signal(
     progress(0.3, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
     progress(0.4, "recurrence")?;
-    let (dense, factor) = interpolated(studied, &spectrum);
+    let (dense, factor) = interpolated(studied, &lines);
     let recurrence = embedding.try_map(|embedding| {
         let mut recurrence = RecurrenceAnalysis::planned(&embedding.choice, search, &dense, factor);
         recurrence.quantify(&dense, factor as f64 * period)?;
@@ -269,11 +270,10 @@ impl SignalStatistics {
 }
 
 impl SpectralLines {
-    /// Finds and names the lines of a spectrum.
-    pub fn of(spectrum: &Spectrum) -> Self {
-        let lines = spectrum.lines(&LineCriterion::default());
-        let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-        let labelled = naming.label(&lines).into_iter().enumerate();
+    /// Names the lines of a spectrum.
+    pub fn of(spectrum: &Spectrum, lines: &[Line]) -> Self {
+        let naming = identify_lines(lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let labelled = naming.label(lines).into_iter().enumerate();
         let named = labelled.map(|(i, line)| NamedLine {
             line,
             misfit_hz: naming.misfit(i, lines[i]),
@@ -492,8 +492,8 @@ fn newest(samples: &[f64], interpolation: usize) -> &[f64] {
 
 /// The signal with samples so dense that section and recurrences are those of the motion and not of the sampling, and the
 /// number of its samples per sample. A long signal stays as it is.
-fn interpolated<'a>(signal: &'a Signal, spectrum: &Spectrum) -> (Cow<'a, Signal>, usize) {
-    let factor = upsampling(&spectrum.lines(&LineCriterion::default()), signal.rate);
+fn interpolated<'a>(signal: &'a Signal, lines: &[Line]) -> (Cow<'a, Signal>, usize) {
+    let factor = upsampling(lines, signal.rate);
     if factor == 1 || signal.samples.len() > MAX_INTERPOLATED {
         (Cow::Borrowed(signal), 1)
     } else {

@@ -18,7 +18,7 @@ mod analyse;
 mod calibration;
 mod files;
 mod live;
-mod report;
+pub(crate) mod report;
 mod sound;
 mod stretch;
 #[cfg(feature = "table")]

@@ -12,7 +12,7 @@ use crate::analysis::{
     events::{Hum, Span, TonalEvent},
     levels::{LevelReference, SoundLevels},
     poincare::SectionShape,
-    recurrence::{Measures, Threshold},
+    recurrence::{Measures, RecurrencePeriods, Threshold},
     regime::{Regime, Verdict},
     tones::Bases,
 };
@@ -301,7 +301,13 @@ fn recurrence(recurrence: &RecurrenceAnalysis, amount: Amount<'_>) -> Vec<Block>
     let rest = format!(" of {states} states ({threshold} {value}{epsilon})");
     let mut blocks = vec![Block::heading("recurrence", rest)];
     blocks.extend(measures(&recurrence.measures));
-    blocks.extend(recurrence.recurrence_periods.0.iter().map(|found| {
+    blocks.extend(periods(&recurrence.recurrence_periods));
+    blocks
+}
+
+/// The spacings of the diagonals of a recurrence plot.
+pub(crate) fn periods(periods: &RecurrencePeriods) -> impl Iterator<Item = Block> {
+    periods.0.iter().map(|found| {
         Block::text(format!(
             "diagonal spacing, {}: {}: {} Hz ({} of the recurrences)",
             found.kind,
@@ -309,12 +315,11 @@ fn recurrence(recurrence: &RecurrenceAnalysis, amount: Amount<'_>) -> Vec<Block>
             significant(1.0 / found.period, DIGITS),
             percent(found.share)
         ))
-    }));
-    blocks
+    })
 }
 
 /// The measures of recurrence quantification.
-fn measures(measures: &Measures) -> [Block; 2] {
+pub(crate) fn measures(measures: &Measures) -> [Block; 2] {
     [
         Block::text(format!(
             "RR {}   DET {}   LAM {}   ENTR {}   TREND {}",

@@ -193,8 +193,7 @@ impl Report for SweepResult {
             blocks.push(self.table());
         }
         let count = |is_counted: fn(&SweepPoint) -> bool| {
-            let counted = self.points.iter().filter(|point| is_counted(point));
-            counted.count()
+            self.points.iter().filter(|point| is_counted(point)).count()
         };
         let failed = count(|point| point.outcome.is_err());
         if failed > 0 {

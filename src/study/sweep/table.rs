@@ -105,7 +105,7 @@ impl TableWriter {
     }
 
     fn write(&mut self, point: &SweepPoint) -> io::Result<()> {
-        let batch = table::batch(&self.schema, &[Row::new(point)])?;
+        let batch = table::batch(&self.schema, &vec![Row::new(point)])?;
         self.stream.write(&batch).map_err(table::unwrapped)?;
         self.stream.flush().map_err(table::unwrapped)
     }

@@ -179,7 +179,7 @@ fn columns_of_one_value_come_first_and_state_their_units() {
 }
 
 #[test]
-fn a_csv_table_has_all_columns_and_its_lists_are_json() {
+fn a_csv_table_has_the_columns_of_one_value() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.csv");
@@ -187,8 +187,11 @@ fn a_csv_table_has_all_columns_and_its_lists_are_json() {
     let mut csv = csv::Reader::from_path(&path).unwrap();
     let head = csv.headers().unwrap().clone();
     let schema = super::table::schema(&plan).unwrap();
-    let names = schema.fields().iter().map(|field| field.name().as_str());
-    assert!(head.iter().eq(names));
+    let single = schema
+        .fields()
+        .iter()
+        .filter(|field| !field.data_type().is_nested());
+    assert!(head.iter().eq(single.map(|field| field.name().as_str())));
     let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 3);
     let cell = |row: usize, name: &str| {
@@ -220,14 +223,4 @@ fn a_csv_table_has_all_columns_and_its_lists_are_json() {
         let finite = value.filter(|value| value.is_finite());
         assert_eq!(cell(1, name).parse().ok(), finite, "{name}");
     }
-    for (name, value) in [
-        ("exponents", serde_json::to_value(&found.exponents).unwrap()),
-        ("linear", serde_json::to_value(&found.linear).unwrap()),
-        ("maxima_m", serde_json::to_value(&found.maxima_m).unwrap()),
-    ] {
-        assert_eq!(cell(1, name), value.to_string(), "{name}");
-    }
-    // The limit of spreadsheets.
-    let cells = rows.iter().flat_map(csv::StringRecord::iter);
-    assert!(cells.map(str::len).all(|length| length <= 32_767));
 }

@@ -15,6 +15,9 @@ pub(super) const END_SHARE: f64 = 0.1;
 pub(super) const LOUDEST_S: f64 = 0.1;
 const PAUSE_S: f64 = 0.12;
 
+/// Values per step that show the peaks of bursts.
+const FINE: usize = 5;
+
 /// Longest and shortest low-pass, s: for a tone in noise, and for fast changes. Power and frequency are averaged over the
 /// longest.
 pub(super) const LOW_PASS_S: [f64; 2] = [LOUDEST_S / 2.0, LOUDEST_S / 8.0];
@@ -32,6 +35,8 @@ pub(super) struct Baseband {
     values: Vec<Complex64>,
     /// The same through the shortest low-pass.
     wide: Vec<Complex64>,
+    /// The same through a low-pass of 2.5 periods of the partial, at least 3 ms, with [`FINE`] values in each step.
+    fine: Vec<Complex64>,
     /// Frequency that was brought to zero, at each value, Hz.
     carriers: Vec<f64>,
     /// Noise power per hertz.
@@ -60,7 +65,8 @@ impl Baseband {
             Some(phasor * x)
         };
         let mixed: Vec<Complex64> = samples[first..].iter().enumerate().map_while(mix).collect();
-        let low_pass = |length_s: f64| -> Vec<Complex64> {
+        let low_pass = |length_s: f64, parts: usize| -> Vec<Complex64> {
+            let step = step / parts as f64;
             let weights = Window::Hann.samples((length_s * rate_hz) as usize);
             let scale = 2.0 / weights.iter().sum::<f64>();
             let value = |i: usize| {
@@ -69,13 +75,16 @@ impl Baseband {
                 let near = mixed.iter().skip(from.max(0) as usize);
                 near.zip(weights).map(|(x, w)| x * w).sum::<Complex64>() * scale
             };
-            (0..carriers.len()).map(value).collect()
+            (0..parts * carriers.len()).map(value).collect()
         };
+        // A low-pass of 2.5 periods keeps the other harmonics of a tone out.
+        let fine_s = 2.5 / median(carriers.iter().copied());
         Self {
             first_s,
             ridge: [start_s, ridge.span()[1]].map(|t| ((t - first_s) / STEP_S) as usize),
-            values: low_pass(LOW_PASS_S[0]),
-            wide: low_pass(LOW_PASS_S[1]),
+            values: low_pass(LOW_PASS_S[0], 1),
+            wide: low_pass(LOW_PASS_S[1], 1),
+            fine: low_pass(fine_s.clamp(LOUDEST_S / 32.0, LOW_PASS_S[1]), FINE),
             carriers,
             noise: median(ridge.points.iter().map(|p| p[2])),
         }
@@ -118,6 +127,7 @@ impl Baseband {
             decay: decay(&smooth),
             incoherence: self.incoherence(first, end, power),
             innovation: innovation(&self.wide[first..end]),
+            kurtosis: self.kurtosis(first, end),
             amplitudes: self.wide[first..end].iter().map(|v| v.norm()).collect(),
             track,
         })
@@ -132,12 +142,18 @@ impl Baseband {
             let [a, b, c] = [i - lag, i, i + lag].map(|i| self.values[i]);
             c * (b * b).conj() * a
         });
-        let (sum, weight) = triples.fold((Complex64::ZERO, 0.0), |(sum, weight), z| {
-            (sum + z, weight + z.norm())
-        });
+        let weight: f64 = triples.clone().map(Complex64::norm).sum();
+        let sum: Complex64 = triples.sum();
         let coherence = sum.norm() / weight.max(f64::MIN_POSITIVE);
         let expected = (power / (power + self.noise_power())).powi(2);
         ((1.0 + RESIDUAL - coherence) / (1.0 + RESIDUAL - expected)).ln()
+    }
+
+    /// Logarithm of the kurtosis of the level: of the mean square of the power over the square of its mean.
+    fn kurtosis(&self, first: usize, end: usize) -> f64 {
+        let values = self.fine[FINE * first..FINE * end].iter();
+        let powers: Vec<f64> = values.map(Complex64::norm_sqr).collect();
+        (1.0 + (deviation(&powers) / mean(&powers)).powi(2)).ln()
     }
 
     /// Ends of the tone: it sounds where its power is above a tenth of that of its loudest 0.1 s, and above the power at which
@@ -178,9 +194,8 @@ fn innovation(values: &[Complex64]) -> f64 {
     let lag = (LOW_PASS_S[1] / STEP_S).ceil() as usize;
     let pairs = values.iter().zip(values.iter().skip(lag));
     let product: Complex64 = pairs.clone().map(|(a, b)| b * a.conj()).sum();
-    let [before, after] = pairs.fold([0.0; 2], |[p, q], (a, b)| {
-        [p + a.norm_sqr(), q + b.norm_sqr()]
-    });
+    let before: f64 = pairs.clone().map(|(a, _)| a.norm_sqr()).sum();
+    let after: f64 = pairs.map(|(_, b)| b.norm_sqr()).sum();
     let common = product.norm_sqr() / (before * after).max(f64::MIN_POSITIVE);
     (1.0 - common + RESIDUAL).ln()
 }

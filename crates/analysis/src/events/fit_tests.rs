@@ -9,9 +9,11 @@ use crate::generator::{Kind, Recording, TUNING_SEEDS, recording};
 use crate::logistic::Model;
 use crate::logistic::fit::Example;
 
-/// Recordings of squeaks at -10 to 30 dB, of a resonance and of bursts, which have few events each, and of each other sound.
-const SQUEAKS: u64 = 500;
+/// Recordings of squeaks at -10 to 30 dB, of a resonance and of bursts, which have few events each, of damped resonances and
+/// of impacts, which have many, and of each other sound.
+const SQUEAKS: u64 = 750;
 const RESONANCES: u64 = 160;
+const DAMPED: u64 = 40;
 const OTHERS: u64 = 120;
 
 /// The first seed.
@@ -35,6 +37,8 @@ fn truth(kind: Kind, recording: &Recording, event: &TonalEvent) -> Option<Option
     let (kind, reach) = match kind {
         Kind::Resonance => (EventKind::NarrowBandNoise, 0.12),
         Kind::Bursts => (EventKind::Bursts, 0.3),
+        Kind::DampedResonance => (EventKind::NarrowBandNoise, 0.5),
+        Kind::Impacts => (EventKind::Bursts, 0.5),
         _ => return Some(None),
     };
     let is_near = |hz: f64| (event.frequency_hz / hz - 1.0).abs() < reach;
@@ -59,8 +63,8 @@ fn examples(kind: Kind, seed: u64) -> Vec<(Vec<&'static str>, Example)> {
     sounds.filter_map(example).collect()
 }
 
-/// `cargo test --release --lib events::fit_tests -- --ignored` fits the model anew and compares; with `SQUEAKSCOPE_MODEL=FILE` it
-/// writes it to a file.
+/// `cargo test --release -p squeakscope-analysis events::fit_tests -- --ignored` fits the model anew and compares; with
+/// `SQUEAKSCOPE_MODEL=FILE` it writes it to a file.
 #[test]
 #[ignore = "the fit takes some minutes"]
 fn the_model_is_fitted() {
@@ -71,6 +75,8 @@ fn the_model_is_fitted() {
         (Kind::Music, OTHERS),
         (Kind::Resonance, RESONANCES),
         (Kind::Bursts, RESONANCES),
+        (Kind::DampedResonance, DAMPED),
+        (Kind::Impacts, DAMPED),
     ];
     let seeds = sets.into_iter();
     let seeds =

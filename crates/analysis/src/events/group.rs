@@ -30,7 +30,7 @@ impl Group {
             .partials
             .iter()
             .filter(|(_, p)| p.duration() > 0.8 * self.fundamental().duration())
-            .max_by(|a, b| a.1.strength().total_cmp(&b.1.strength()));
+            .max_by(|a, b| (a.1.power / a.1.noise).total_cmp(&(b.1.power / b.1.noise)));
         best.expect("a group has a partial")
     }
 }

@@ -21,6 +21,8 @@ mod floor;
 mod group;
 mod hum;
 mod kind;
+#[cfg(test)]
+mod kind_tests;
 mod modulation;
 mod partial;
 mod paths;

@@ -3,6 +3,9 @@
 use super::baseband::LOW_PASS_S;
 use super::group::SAME;
 
+/// Least ratio of the power of a tone to that of a sideband of its modulation. At a modulation depth of 1, it is 4.
+pub(super) const SIDEBAND_RATIO: f64 = 3.0;
+
 /// Step of the results, s.
 pub(super) const STEP_S: f64 = 0.005;
 
@@ -24,6 +27,8 @@ pub(super) struct Partial {
     pub incoherence: f64,
     /// Logarithm of the share of the power that is new within 15 ms: small for a tone.
     pub innovation: f64,
+    /// Logarithm of the kurtosis of the amplitude: 0 for a steady tone, ln 2 for noise, more for bursts.
+    pub kurtosis: f64,
     /// Amplitude through the shortest low-pass in steps of [`STEP_S`] from the start.
     pub amplitudes: Vec<f64>,
     /// Frequency (Hz) and power of the tone in steps of [`STEP_S`] from the start.
@@ -31,10 +36,6 @@ pub(super) struct Partial {
 }
 
 impl Partial {
-    pub fn time(&self, i: usize) -> f64 {
-        self.start_s + STEP_S * i as f64
-    }
-
     pub fn duration(&self) -> f64 {
         self.end_s - self.start_s
     }
@@ -42,11 +43,6 @@ impl Partial {
     /// Time in which both sound, s; below 0 if they do not.
     pub fn shared_with(&self, other: &Self) -> f64 {
         self.end_s.min(other.end_s) - self.start_s.max(other.start_s)
-    }
-
-    /// Power over noise per hertz.
-    pub fn strength(&self) -> f64 {
-        self.power / self.noise
     }
 
     /// Mean ratio of the frequency to that of another partial while both sound, weighted by the powers.
@@ -64,13 +60,12 @@ impl Partial {
     }
 
     /// Whether another partial has the same frequency, to a share or to the resolution of the longest low-pass, or this is a
-    /// sideband of its modulation: in the band of the shortest low-pass, through which modulation is measured, and weak. At a
-    /// modulation depth of 1, each sideband has a quarter of the power.
+    /// sideband of its modulation: in the band of the shortest low-pass, through which modulation is measured, and weak.
     fn belongs_to(&self, other: &Self) -> bool {
         let [resolution, band] = LOW_PASS_S.map(f64::recip);
         let distance = (self.frequency_hz - other.frequency_hz).abs();
         distance < resolution.max(SAME * other.frequency_hz)
-            || distance < band && 3.0 * self.power < other.power
+            || distance < band && SIDEBAND_RATIO * self.power < other.power
     }
 
     /// Of partials that sound together at one frequency, those of the greatest energy for their incoherence: a ridge of the

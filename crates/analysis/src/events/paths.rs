@@ -37,8 +37,7 @@ pub(super) fn ridges(peaks: &Peaks, false_alarm: f64) -> Vec<Ridge> {
     let mut nodes: Vec<Vec<Node>> = Vec::new();
     for (t, column) in peaks.columns.iter().enumerate() {
         let node = |peak| best_end(peaks, &nodes, t, peak, threshold);
-        let column = column.iter().map(node).collect();
-        nodes.push(column);
+        nodes.push(column.iter().map(node).collect());
     }
     let all = nodes.iter().enumerate();
     let all = all.flat_map(|(t, column)| (0..column.len()).map(move |i| (t, i)));

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::ridge::value_at;
+
 /// An interval of time in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Span {
@@ -108,19 +110,8 @@ impl TonalEvent {
 
     /// Frequency of the fundamental at a time (s), interpolated along the ridge and constant beyond it, Hz.
     pub fn frequency_at(&self, time_s: f64) -> f64 {
-        let after = self.ridge.partition_point(|point| point.time_s < time_s);
-        let (Some(a), Some(b)) = (
-            self.ridge.get(after.saturating_sub(1)),
-            self.ridge.get(after).or(self.ridge.last()),
-        ) else {
-            return self.frequency_hz;
-        };
-        let step = b.time_s - a.time_s;
-        if step <= 0.0 || time_s <= a.time_s {
-            return if time_s <= a.time_s { a } else { b }.frequency_hz;
-        }
-        let share = ((time_s - a.time_s) / step).min(1.0);
-        a.frequency_hz + share * (b.frequency_hz - a.frequency_hz)
+        let of = |point: &RidgePoint| [point.time_s, point.frequency_hz];
+        value_at(&self.ridge, of, time_s).unwrap_or(self.frequency_hz)
     }
 }
 

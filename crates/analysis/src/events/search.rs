@@ -9,7 +9,7 @@ use super::group::{Group, groups};
 use super::hum::Lines;
 use super::kind::{inputs, likeliest};
 use super::modulation::{modulation, vibrato};
-use super::partial::Partial;
+use super::partial::{Partial, STEP_S};
 use super::paths::ridges;
 use super::ridge::Ridge;
 use super::sidebands::join_sidebands;
@@ -114,10 +114,10 @@ pub(super) fn candidates(
     let windows: Vec<f64> = windows.take_while(|w| *w >= LOW_PASS_S[1]).collect();
     let share = options.false_paths / windows.len() as f64;
     // One after the other: the powers take as much memory as the samples.
-    let all = windows
+    let all: Vec<Peaks> = windows
         .iter()
-        .map(|window| peaks(&samples, rate_hz, *window));
-    let all: Vec<Peaks> = all.collect();
+        .map(|window| peaks(&samples, rate_hz, *window))
+        .collect();
     let ridges: Vec<Ridge> = all
         .par_iter()
         .flat_map_iter(|peaks| ridges(peaks, share))
@@ -139,11 +139,6 @@ pub(super) fn candidates(
     (candidates, hum, options.level_db(all[1].power))
 }
 
-/// Width of the third octave around a frequency, Hz.
-fn third_octave(frequency_hz: f64) -> f64 {
-    frequency_hz * (2f64.powf(1.0 / 6.0) - 2f64.powf(-1.0 / 6.0))
-}
-
 /// The event of a group: ends and frequency from the partial that stands out most.
 fn event(group: &Group, options: &EventOptions) -> TonalEvent {
     let partial = group.fundamental();
@@ -156,7 +151,8 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
         .filter(|p| p.1 > END_SHARE * leader.power);
     let frequencies = strong.map(|p| p.0 / *multiple as f64);
     let [frequency_low_hz, frequency_high_hz] = range(frequencies.chain([frequency_hz]));
-    let third = third_octave(frequency_hz);
+    // Width of the third octave around the frequency.
+    let third = frequency_hz * (2f64.powf(1.0 / 6.0) - 2f64.powf(-1.0 / 6.0));
     let full = 0.5 * options.full_scale.powi(2);
     let db = |ratio: f64| 10.0 * ratio.max(1e-20).log10();
     let power: f64 = group.partials.iter().map(|(_, p)| p.power).sum();
@@ -178,7 +174,7 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
             .iter()
             .enumerate()
             .map(|(i, p)| RidgePoint {
-                time_s: leader.time(i),
+                time_s: leader.start_s + STEP_S * i as f64,
                 frequency_hz: p.0 / *multiple as f64,
                 level_db: db(p.1 / full),
             })

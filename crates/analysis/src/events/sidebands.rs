@@ -1,6 +1,7 @@
 //! Sidebands of a modulated tone.
 
 use super::group::SAME;
+use super::partial::SIDEBAND_RATIO;
 use super::{EventKind, TonalEvent};
 
 /// Difference of the ends of a tone and of its sidebands, s.
@@ -9,9 +10,9 @@ const ENDS_S: f64 = 0.05;
 /// Distance of sidebands from their tone, in its frequency, up to which they are no subharmonics.
 const WIDEST: f64 = 0.45;
 
-/// Joins tones with a louder tone of which they are sidebands: they begin and end with it, and lie at multiples of its
-/// frequency `f1` plus or minus up to three times `fm`, where both `f1 - fm` and `f1 + fm` are among them. They lie in the
-/// band of its harmonics, `n` of which may be the odd ones, so that the filter of its stretch passes them.
+/// Joins tones with a louder tone of which they are sidebands: they begin and end with it, are as weak as sidebands, and lie at
+/// multiples of its frequency `f1` plus or minus up to three times `fm`, where both `f1 - fm` and `f1 + fm` are among them. They
+/// lie in the band of its harmonics, `n` of which may be the odd ones, so that the filter of its stretch passes them.
 pub(super) fn join_sidebands(mut events: Vec<TonalEvent>) -> Vec<TonalEvent> {
     events.sort_by(|a, b| b.level_db.total_cmp(&a.level_db));
     let mut k = 0;
@@ -20,7 +21,7 @@ pub(super) fn join_sidebands(mut events: Vec<TonalEvent>) -> Vec<TonalEvent> {
         let f1 = carrier.frequency_hz;
         let is_beside = |event: &TonalEvent| {
             [carrier.kind, event.kind] == [EventKind::Tone; 2]
-                && event.level_db < carrier.level_db
+                && event.level_db < carrier.level_db - 10.0 * SIDEBAND_RATIO.log10()
                 && (event.start_s - carrier.start_s).abs() < ENDS_S
                 && (event.end_s - carrier.end_s).abs() < ENDS_S
         };

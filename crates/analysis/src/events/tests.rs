@@ -489,3 +489,27 @@ fn sidebands_of_a_modulated_tone_belong_to_it() {
     }
     assert_eq!(events(&samples).events.len(), 3);
 }
+
+#[test]
+fn tones_of_a_chord_are_no_sidebands_and_those_of_a_deep_modulation_are() {
+    for (loudest, seed) in (0..3).zip(30..) {
+        let mut samples = background(seed, 5.0);
+        for (k, frequency) in [800.0, 1000.0, 1200.0].into_iter().enumerate() {
+            let amplitude = if k == loudest { 0.1 } else { 0.08 };
+            tone(
+                &mut samples,
+                [1.0, 4.0],
+                &[1.0],
+                |_| frequency,
+                |_| amplitude,
+            );
+        }
+        let found = events(&samples).events;
+        assert_eq!(found.len(), 3, "{:?}", summary(&found));
+    }
+    let mut samples = background(33, 5.0);
+    let modulation = |t: f64| 0.1 * (1.0 + 0.95 * (TAU * 200.0 * t).cos());
+    tone(&mut samples, [1.0, 4.0], &[1.0], |_| 1000.0, modulation);
+    let found = events(&samples).events;
+    assert_eq!(found.len(), 1, "{:?}", summary(&found));
+}

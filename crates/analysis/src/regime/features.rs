@@ -5,7 +5,6 @@
 
 use std::f64::consts::LN_2;
 
-use super::SLOW;
 use super::neighbourhood::{MIN_ERROR, Neighbourhood, PredictionError, REFERENCES};
 use crate::filter::{upsampled, upsampling};
 use crate::significant;
@@ -27,6 +26,12 @@ pub(super) const SECTIONS: usize = 8;
 /// Longest period considered in the section, crossings. Four multiples of it must fit into half of the
 /// crossings.
 const MAX_PERIOD: usize = 4;
+
+/// Highest harmonic that is recognised where sampling folds it.
+const HARMONICS: u32 = 24;
+
+/// Side lines nearer to their carrier than this share of its frequency are a slow modulation.
+const SLOW: f64 = 0.02;
 
 /// Least depth of a slow change of the level that is named.
 const MODULATION: f64 = 0.15;
@@ -61,9 +66,9 @@ pub(super) struct LinePower {
     beside_one: f64,
     /// Share of the lines' power that is in no combination of two bases.
     beside_two: f64,
-    /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45 that
-    /// is weaker than the side lines of a tone modulated to the depth of 1.
-    pub side: Option<f64>,
+    /// Whether the strongest side line is that of a slow modulation, and weaker than the side lines of a tone modulated to
+    /// the depth of 1.
+    pub is_slow: bool,
     /// Whether the lines are those of a modulated tone.
     pub is_modulated: bool,
 }
@@ -100,7 +105,7 @@ impl Features {
         let spectrum =
             SpectrumAnalyser::new(Window::BlackmanHarris, sample_rate).analyse(&centred)?;
         let lines = spectrum.lines(&LineCriterion::default());
-        let tones = LinePower::of(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let tones = LinePower::of(&lines, sample_rate, FREQUENCY_UNCERTAINTY * spectrum.bin);
         let duration = n as f64 / sample_rate;
         let cycles = lines
             .first()
@@ -138,8 +143,7 @@ impl Features {
                 error = sooner;
             }
         }
-        let is_modulated =
-            tones.side.is_some_and(|side| side < SLOW) || level_change(&levels) > 2.0 * MODULATION;
+        let is_modulated = tones.is_slow || level_change(&levels) > 2.0 * MODULATION;
         let mut inputs = Vec::from(tones.features(!lines.is_empty()));
         inputs.extend(floor_features(floor, background / power, white, error));
         inputs.push(repetition_feature(
@@ -169,47 +173,55 @@ impl Features {
 
 impl LinePower {
     /// Reads the lines, strongest first. `uncertainty`: of a frequency, Hz.
-    fn of(lines: &[Line], uncertainty: f64) -> Self {
+    fn of(lines: &[Line], sample_rate: f64, uncertainty: f64) -> Self {
         let Some(carrier) = lines.first().map(|line| line.frequency) else {
             return Self {
                 f1: None,
                 beside_one: 1.0,
                 beside_two: 1.0,
-                side: None,
+                is_slow: false,
                 is_modulated: false,
             };
         };
         let naming = identify_lines(lines, uncertainty);
-        let power = |belongs: &dyn Fn(Combination) -> bool| -> f64 {
+        let power = |belongs: &dyn Fn(&Line, Option<Combination>) -> bool| -> f64 {
             let named = lines.iter().zip(&naming.names);
             named
-                .filter(|(_, name)| name.is_some_and(belongs))
+                .filter(|(line, name)| belongs(line, **name))
                 .map(|(line, _)| line.amplitude.powi(2))
                 .sum()
         };
-        let total: f64 = lines.iter().map(|line| line.amplitude.powi(2)).sum();
-        let beside = |part: f64| 1.0 - part / total;
-        let [first, second, all] = [power(&|c| c.m == 0), power(&|c| c.n == 0), power(&|_| true)];
+        let of_first = |name: Option<Combination>| name.is_some_and(|c| c.m == 0);
+        let of_second = |name: Option<Combination>| name.is_some_and(|c| c.n == 0);
+        let total = power(&|_, _| true);
+        let is_second = power(&|_, name| of_second(name)) > power(&|_, name| of_first(name));
         let bases = match naming.bases {
             Bases::None => None,
             Bases::One { f1 } => Some([f1, f1]),
             Bases::Modulated { f1, fm } => Some([f1, f1 - fm]),
             Bases::Two { f1, f2 } => Some([f1, f2]),
         };
-        // The octave and its multiples are harmonics.
-        let beside_carrier = |line: &&Line| (line.frequency - carrier).abs() < 0.45 * carrier;
-        let side = lines[1..].iter().find(beside_carrier);
+        let f1 = bases.map(|bases| bases[usize::from(is_second)]);
+        let is_folded = |line: &Line| {
+            f1.is_some_and(|f1| is_folded_harmonic(line.frequency, f1, sample_rate, uncertainty))
+        };
+        let all = power(&|line, name| name.is_some() || is_folded(line));
         let one = match bases {
             Some(bases) if are_locked(bases, uncertainty) => all,
-            _ => first.max(second),
+            _ if is_second => power(&|line, name| of_second(name) || is_folded(line)),
+            _ => power(&|line, name| of_first(name) || is_folded(line)),
         };
+        let beside = |part: f64| 1.0 - part / total;
+        // The octave and its multiples are harmonics.
+        let distance = |line: &Line| (line.frequency - carrier).abs() / carrier;
+        let side = lines[1..].iter().find(|line| distance(line) < 0.45);
         Self {
-            f1: bases.map(|bases| bases[usize::from(second > first)]),
+            f1,
             beside_one: beside(one),
             beside_two: beside(all),
-            side: side
-                .filter(|side| side.amplitude < 0.6 * lines[0].amplitude)
-                .map(|side| (side.frequency - carrier).abs() / carrier),
+            is_slow: side.is_some_and(|side| {
+                distance(side) < SLOW && side.amplitude < 0.6 * lines[0].amplitude
+            }),
             is_modulated: matches!(naming.bases, Bases::Modulated { .. }),
         }
     }
@@ -394,6 +406,16 @@ fn are_locked([f1, f2]: [f64; 2], uncertainty: f64) -> bool {
         let p = (q * ratio).round();
         let deviation = (q * f2 - p * f1).abs();
         p >= 1.0 && deviation <= 0.2 * uncertainty * (q * q + p * p).sqrt()
+    })
+}
+
+/// Whether a line is a harmonic of `f1` that sampling folds below half of the sample rate: clipping after the anti-aliasing
+/// filter makes such harmonics. A harmonic of order k is known to k times the uncertainty of the strong line at `f1`.
+fn is_folded_harmonic(line: f64, f1: f64, sample_rate: f64, uncertainty: f64) -> bool {
+    (2..=HARMONICS).map(f64::from).any(|k| {
+        let turns = k * f1 / sample_rate;
+        let folded = (turns - turns.round()).abs() * sample_rate;
+        (line - folded).abs() <= uncertainty * (1.0 + 0.2 * k)
     })
 }
 

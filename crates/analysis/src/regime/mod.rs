@@ -144,9 +144,6 @@ const MIN_PROBABILITY: f64 = 0.6;
 /// Number of periods below which there is no verdict.
 const MIN_PERIODS: f64 = 10.0;
 
-/// Side lines nearer to their carrier than this share of its frequency are a slow modulation.
-const SLOW: f64 = 0.02;
-
 /// The fitted model; the ignored test `the_model_is_fitted` repeats the fit.
 static MODEL: LazyLock<Model> = LazyLock::new(|| Model::of_program(include_str!("model.json")));
 
@@ -217,7 +214,7 @@ fn assessed(features: Features) -> Assessment {
     let mut probabilities = MODEL.probabilities(&inputs);
     let mut terms: Vec<Vec<f64>> = MODEL.contributions(&inputs).collect();
     // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus, and is periodic either way.
-    if features.lines.side.is_some_and(|side| side < SLOW) {
+    if features.lines.is_slow {
         let [tone, torus] =
             [Regime::Periodic, Regime::QuasiPeriodic].map(|regime| regime as usize - 1);
         let sum = probabilities[tone] + probabilities[torus];

@@ -77,6 +77,18 @@ fn tones_are_periodic() {
 }
 
 #[test]
+fn harmonics_that_sampling_folds_belong_to_their_tone() {
+    for frequency in [7.3, 9.1, 13.7] {
+        let tone = sum(&tones(8000, &[(frequency, 1.0)]), &noise(5, 8000, 3e-3));
+        let clipped: Vec<f64> = tone.iter().map(|x| x.clamp(-0.6, 0.6)).collect();
+        let found = verdict(&clipped);
+        let one_tone = found.evidence.iter().find(|it| it.criterion == "one tone");
+        assert_eq!(one_tone.unwrap().supports, Periodic, "{found:#?}");
+        assert_ne!(found.regime, QuasiPeriodic, "{found:#?}");
+    }
+}
+
+#[test]
 fn two_tones_are_quasi_periodic() {
     for n in [4000, 8000] {
         for (seed, deviation) in [(1, 0.0), (2, 1e-3), (3, 1e-2)] {

@@ -17,6 +17,23 @@ pub struct SpectralLine {
     pub label: String,
 }
 
+impl SpectralLine {
+    /// Whether it is at a half or a quarter of a combination: a line of a doubled motion.
+    pub fn is_half(&self) -> bool {
+        self.label.contains('/')
+    }
+
+    /// Whether it is an integer combination of both base frequencies.
+    pub fn is_mixed(&self) -> bool {
+        !self.is_half() && ["f1", "f2"].iter().all(|base| self.label.contains(base))
+    }
+
+    /// Whether it is a harmonic of the first base frequency.
+    pub fn is_harmonic(&self) -> bool {
+        self.label.ends_with(" f1") && !self.label.contains("f2")
+    }
+}
+
 /// Identification of lines: base frequencies and names of a list of lines.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LineIdentification {

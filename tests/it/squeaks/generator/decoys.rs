@@ -256,6 +256,50 @@ pub fn resonance(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64
     (scaled(noise), frequency)
 }
 
+/// Noise of a resonance with a quality of 4 to 120 in stretches of 0.4 to 4 s, such as of a panel, of root mean square 1: its
+/// samples and frequency, Hz.
+pub fn damped_resonance(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
+    let frequency = log_uniform(rng, 150.0, 0.4 * rate_hz.min(18e3));
+    let mut filter = Resonator::default();
+    filter.tune(frequency, frequency / log_uniform(rng, 4.0, 120.0), rate_hz);
+    let mut noise: Vec<f64> = (0..n).map(|_| filter.next(normal(rng))).collect();
+    let mut at_s = 0.0;
+    while at_s * rate_hz < n as f64 {
+        let end_s = at_s + log_uniform(rng, 0.4, 4.0);
+        let pause_s = rng.random_range(0.3..1.5);
+        let pause = [end_s, end_s + pause_s].map(|t| ((t * rate_hz) as usize).min(n));
+        noise[pause[0]..pause[1]].fill(0.0);
+        at_s = end_s + pause_s;
+    }
+    (scaled(noise), frequency)
+}
+
+/// Chatter of root mean square 1: series of impacts at 4 to 100 per second, regular to 0.01 to 50 %, that excite a resonance from
+/// rest; its samples and the frequency of the resonance, Hz.
+pub fn impacts(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
+    let frequency = log_uniform(rng, 250.0, 0.4 * rate_hz.min(18e3));
+    let mut sum = vec![0.0; n];
+    let mut at_s = rng.random_range(0.0..1.0);
+    while at_s * rate_hz < n as f64 {
+        let distance_s = 1.0 / log_uniform(rng, 4.0, 100.0);
+        let end_s = at_s + log_uniform(rng, 0.4, 4.0);
+        let scatter = [log_uniform(rng, 1e-4, 0.5), log_uniform(rng, 0.01, 0.5)];
+        let decay_s = distance_s * log_uniform(rng, 0.05, 0.5);
+        while at_s < end_s && at_s * rate_hz < n as f64 {
+            let gain = (scatter[1] * normal(rng)).exp();
+            let first = (at_s * rate_hz).ceil();
+            let count = (8.0 * decay_s * rate_hz) as usize;
+            for (i, x) in sum[first as usize..].iter_mut().enumerate().take(count) {
+                let t = (first + i as f64) / rate_hz - at_s;
+                *x += gain * (-t / decay_s).exp() * (TAU * frequency * t).sin();
+            }
+            at_s += distance_s * (scatter[0] * normal(rng)).exp();
+        }
+        at_s += rng.random_range(0.3..1.5);
+    }
+    (scaled(sum), frequency)
+}
+
 /// Creak, chatter or rattle of root mean square 1: series of bursts at 5 to 60 per second that excite one resonance, with
 /// scatter of their distances and heights; its samples and the frequency of the resonance, Hz.
 pub fn bursts(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64) {

@@ -22,7 +22,7 @@
 
 mod background;
 mod decoys;
-mod spectrum;
+pub mod spectrum;
 mod squeak;
 
 use std::ops::{Range, RangeInclusive};
@@ -72,6 +72,10 @@ pub enum Kind {
     Doubled,
     /// One to three squeaks with chaotic motion.
     Chaos,
+    /// No squeak: noise of a damped resonance over noise.
+    DampedResonance,
+    /// No squeak: impacts, regular or not, that excite a resonance, over noise.
+    Impacts,
 }
 
 /// The truth about a squeak; the module says how each quantity is defined.
@@ -199,6 +203,16 @@ fn add_decoy(
             "bursts",
             pitched(decoys::bursts(n, rate_hz, rng)),
             -15.0..20.0,
+        ),
+        (Kind::DampedResonance, _) => (
+            "damped resonance",
+            pitched(decoys::damped_resonance(n, rate_hz, rng)),
+            -10.0..25.0,
+        ),
+        (Kind::Impacts, _) => (
+            "impacts",
+            pitched(decoys::impacts(n, rate_hz, rng)),
+            -10.0..25.0,
         ),
         (Kind::Squeaks, 0) => (
             "speech",
