@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use squeakscope::analysis::{
     AnalysisError,
     events::{EventOptions, tonal_events as find_events},
-    tones::{SpectrumAnalyser, Stft, Window},
+    tones::{LineCriterion, SpectrumAnalyser, Stft, Window},
 };
 use squeakscope::study::signal::SpectralLines;
 
@@ -46,7 +46,8 @@ pub fn spectrum<'py>(
     let (rate, window) = (positive("rate", rate)?, choice("window", window, &WINDOWS)?);
     let (spectrum, lines) = computed(&signal, |samples| {
         let spectrum = SpectrumAnalyser::new(window, rate).analyse(samples)?;
-        let lines = SpectralLines::of(&spectrum);
+        let lines = spectrum.lines(&LineCriterion::default());
+        let lines = SpectralLines::of(&spectrum, &lines);
         Ok((spectrum, lines))
     })?;
     let frequency = (0..spectrum.amplitude.len()).map(|k| k as f64 * spectrum.bin);
