@@ -35,8 +35,11 @@ const RIDGE: Color = Color::Series(6);
 /// Panels with their names in the list of figures, or why the analysis was skipped.
 type Picture = Result<Vec<(&'static str, Panel)>, SkipReason>;
 
+/// What draws a picture of a report.
+type Draw = fn(&SignalAnalysis) -> Picture;
+
 /// The pictures of a report, each with the name of its first panel.
-const PICTURES: [(&str, fn(&SignalAnalysis) -> Picture); 13] = [
+const PICTURES: [(&str, Draw); 13] = [
     ("events", events),
     ("waveform", waveform),
     ("spectrum", spectrum),

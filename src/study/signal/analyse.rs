@@ -149,8 +149,7 @@ pub fn analyse_signal(
         |method| steady.try_map(|found| divergence_by(newest, &found.choice, method, rate));
     let rosenstein = divergence(DivergenceMethod::Rosenstein)?;
     progress(0.82, "divergence (Kantz)")?;
-    let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
-    let kantz = divergence(DivergenceMethod::Kantz { radius })?;
+    let kantz = divergence(kantz(newest.len()))?;
     progress(0.92, "0-1 test")?;
     let zero_one = steady.try_map(|found| test_zero_one(newest, found.choice.lag))?;
     Ok(SignalAnalysis {
@@ -174,6 +173,12 @@ pub fn analyse_signal(
         part,
         signal,
     })
+}
+
+/// The method of Kantz for a number of samples.
+fn kantz(samples: usize) -> DivergenceMethod {
+    let radius = KANTZ_RADII[usize::from(samples >= MANY_SAMPLES)];
+    DivergenceMethod::Kantz { radius }
 }
 
 /// Sound levels of a signal that is calibrated or in Pa.
