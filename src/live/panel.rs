@@ -1,6 +1,7 @@
 //! Main numbers of a live run, for the control panel.
 
 use std::collections::VecDeque;
+use std::iter::once;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -11,11 +12,13 @@ use super::lock;
 use super::tour::TourStep;
 use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
+use crate::number::counted;
 use crate::pipeline::message::{
     Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine,
 };
 use crate::pipeline::{RunState, Sink, SinkError};
 use crate::scene::{Control, Parameter};
+use crate::text::{self, capitalize};
 
 /// Number of events on the panel.
 const EVENTS: usize = 12;
@@ -325,9 +328,8 @@ impl Status {
             Some("at rest") => "at rest".to_owned(),
             _ if panel.tilt_moves => "the tilt moves".to_owned(),
             Some("periodic") if lines == 1 => "periodic: a pure tone".to_owned(),
-            Some("periodic") if harmonics == 1 => "periodic: a tone with 1 harmonic".to_owned(),
-            Some("periodic") if harmonics > 1 => {
-                format!("periodic: a tone with {harmonics} harmonics")
+            Some("periodic") if harmonics > 0 => {
+                format!("periodic: a tone with {}", counted(harmonics, "harmonic"))
             }
             Some(regime) => regime.to_owned(),
             // A scene may have commentary without a classification.
@@ -343,17 +345,15 @@ impl Status {
         let tilted = panel.tilt_deg.zip(self.scheduled_deg);
         // A tolerance for degrees that were converted.
         let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
-        match tilted.filter(off) {
-            Some((tilt, [low, high])) => {
-                let scheduled = if low == high {
-                    format!("{low:.2}°")
-                } else {
-                    format!("{low:.2}° to {high:.2}°")
-                };
-                format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
-            }
-            None => motion.clone(),
-        }
+        let Some((tilt, [low, high])) = tilted.filter(off) else {
+            return motion.clone();
+        };
+        let scheduled = if low == high {
+            format!("{low:.2}°")
+        } else {
+            format!("{low:.2}° to {high:.2}°")
+        };
+        format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
     }
 
     fn log(&mut self, time_s: f64, text: &str) {
@@ -371,7 +371,7 @@ impl Status {
         if let Some(lesson) = &self.lesson {
             let mut lesson = Lesson::clone(lesson);
             lesson.measured.regime = self.regime;
-            self.panel.lesson = crate::text::lesson(&lesson);
+            self.panel.lesson = text::lesson(&lesson);
         }
     }
 }
@@ -452,13 +452,10 @@ fn commentary(panel: &Panel, appearance: Option<Appearance>) -> String {
         // A change that the classification of a longer window may not see yet.
         Appearance::Growing | Appearance::Fading | Appearance::Settling => return text.clone(),
     };
-    let mut verdict = panel.motion.clone();
-    verdict[..1].make_ascii_uppercase();
-    let parts = text
-        .split("\n\n")
-        .skip(if agrees && !panel.tilt_moves { 1 } else { 2 });
-    let parts = std::iter::once(format!("## {verdict}")).chain(parts.map(str::to_owned));
-    parts.collect::<Vec<_>>().join("\n\n")
+    let omitted = if agrees && !panel.tilt_moves { 1 } else { 2 };
+    let parts = text.split("\n\n").skip(omitted).map(str::to_owned);
+    let heading = format!("## {}", capitalize(&panel.motion));
+    Vec::from_iter(once(heading).chain(parts)).join("\n\n")
 }
 
 /// Sink that updates the values of the panel.
@@ -471,11 +468,7 @@ impl Sink for StatusSink {
             Record::Header(header) => status.begin(&header),
             Record::Samples(frame) => status.update(&frame),
             Record::Spectrum { peaks, .. } => {
-                let is_harmonic = |label: &str| {
-                    let order = label.strip_suffix(" f1");
-                    order.is_some_and(|order| order.parse::<u32>().is_ok())
-                };
-                let harmonics = peaks.iter().filter(|line| is_harmonic(&line.label));
+                let harmonics = peaks.iter().filter(|line| line.is_harmonic());
                 status.lines = (peaks.len(), harmonics.count());
                 status.panel.lines = peaks.into_iter().take(LINES).collect();
             }
@@ -492,7 +485,7 @@ impl Sink for StatusSink {
                     Observation::Vibration(vibration) => Some(vibration.appearance),
                     Observation::Separated { .. } | Observation::Exponents(_) => None,
                 };
-                status.panel.narration = crate::text::narration(&observation);
+                status.panel.narration = text::narration(&observation);
             }
             Record::Lesson(lesson) => {
                 status.lesson = Some(lesson);

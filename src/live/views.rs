@@ -40,7 +40,9 @@ impl ViewStore {
 
     /// The pictures of the lesson; empty for a scene without one.
     pub fn lesson(&self) -> Vec<Panel> {
-        self.0.borrow().lesson()
+        let state = self.0.borrow();
+        let header = state.header.as_ref();
+        header.map_or_else(Vec::new, |header| state.lesson.panels(header))
     }
 
     /// Creates the sink of a run. `magnification` is that of the displacements of the body.
@@ -244,12 +246,6 @@ impl State {
             }
             _ => {}
         }
-    }
-
-    /// The pictures of the lesson.
-    fn lesson(&self) -> Vec<Panel> {
-        let header = self.header.as_ref();
-        header.map_or_else(Vec::new, |header| self.lesson.panels(header))
     }
 
     /// Replaces a picture.

@@ -28,10 +28,8 @@ impl HealthMeter {
         let span = frame.end() - frame.t0;
         let per_ms = |now: u64, before: u64| (now - before) as f64 / (1e3 * span);
         for sample in &frame.energy {
-            self.energy_scale = self
-                .energy_scale
-                .max(sample.total)
-                .max(sample.friction_work.abs());
+            let energies = [sample.total, sample.friction_work.abs()];
+            self.energy_scale = energies.into_iter().fold(self.energy_scale, f64::max);
         }
         // The work of friction has a relative tolerance plus the absolute tolerance FLOOR, and the audit uses
         // the same scale: an energy below the floor is rounding noise, which friction has not supplied.

@@ -53,9 +53,8 @@ impl<'a> RunResult<'a> {
 /// Peak memory of this process, bytes. `None` if the system does not report it (Linux does).
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let mut lines = status.lines();
+    let line = lines.find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
     Some(1024 * kilobytes)
 }
@@ -107,28 +106,22 @@ impl Report for RunResult<'_> {
                 quantity(summary.peak_velocity_m_per_s, 4, "m/s")
             )),
         ];
-        if let Some(motion) = summary.describe_motion() {
-            blocks.push(Block::text(format!("type of motion: {motion}")));
-        }
+        let motion = summary.describe_motion();
+        blocks.extend(motion.map(|motion| Block::text(format!("type of motion: {motion}"))));
         if !summary.at_rest {
             blocks.push(lines(&summary.lines));
         }
         blocks.extend(self.integration());
-        if let Some(exponents) = &self.exponents {
-            blocks.push(Block::text(exponents.line()));
-        }
-        if let Some(divergence) = &summary.divergence {
-            blocks.push(divergence_line(divergence));
-        }
+        blocks.extend(self.exponents.iter().map(|it| Block::text(it.line())));
+        blocks.extend(summary.divergence.iter().map(divergence_line));
         let passed = summary.stats.steps_without_event_location;
         if passed > 0 {
             blocks.push(Block::Warning(format!(
                 "{passed} steps passed contact events without locating them, because the events were too frequent"
             )));
         }
-        if let Some(audio) = &self.audio {
-            blocks.push(Block::text(format!("sound: {audio}")));
-        }
+        let audio = self.audio.iter();
+        blocks.extend(audio.map(|audio| Block::text(format!("sound: {audio}"))));
         if !summary.facts.is_empty() {
             blocks.push(Block::heading("lesson", ""));
         }
@@ -188,11 +181,9 @@ impl RunResult<'_> {
         } = self.summary;
         let events = match (self.is_joint, self.summary.energy_residual) {
             (false, _) => format!("{transitions} events"),
-            (true, Some(residual)) => {
-                format!(
-                    "{transitions} contact transitions; relative energy residual {residual:.1e}"
-                )
-            }
+            (true, Some(residual)) => format!(
+                "{transitions} contact transitions; relative energy residual {residual:.1e}"
+            ),
             (true, None) => format!("{transitions} contact transitions; no energy audit"),
         };
         let tolerance = self.tolerance;

@@ -105,8 +105,9 @@ fn rows(canvas: &mut Canvas, figure: &Figure, top: f64, marks: bool) {
             let aligned = placed.iter().filter(|other| other.len() == row.len());
             let margins = aligned.flatten().map(|texts| texts.margins);
             let margins = margins.fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-            let headers = row.iter().map(|texts| texts.header_height(em));
-            (margins, height - (headers.fold(0.0, f64::max) + BELOW * em))
+            let lines = row.iter().map(|it| it.header.len() + it.legend.len());
+            let header = LINE_HEIGHT * lines.max().unwrap_or(0) as f64 + 0.8;
+            (margins, height - (header + BELOW) * em)
         });
         spaces = found.collect();
     }
@@ -182,10 +183,6 @@ impl<'a> Texts<'a> {
             y_ticks,
             margins,
         }
-    }
-
-    fn header_height(&self, em: f64) -> f64 {
-        (LINE_HEIGHT * (self.header.len() + self.legend.len()) as f64 + 0.8) * em
     }
 
     fn draw_header(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {

@@ -24,7 +24,8 @@ impl Camera {
     ///
     /// The beam axis (tilt zero) is kept in view unless the patch is always far from it.
     pub fn new(joint: &JointInfo) -> Self {
-        let half = patch_angle(joint);
+        // Half the angle subtended by the patch at the ball centre, rad.
+        let half = (joint.patch_radius / joint.ball_radius).min(1.0).asin();
         let (mut low, mut high) = (joint.min_tilt - half, joint.max_tilt + half);
         if let Some([least, most]) = joint.tilt_range {
             // The whole interactive range would need too large a distance.
@@ -63,11 +64,6 @@ impl Camera {
     }
 }
 
-/// Half the angle subtended by the patch at the ball centre, rad.
-pub fn patch_angle(joint: &JointInfo) -> f64 {
-    (joint.patch_radius / joint.ball_radius).min(1.0).asin()
-}
-
 /// `v` rotated by `angle` from the beam axis towards `azimuth` (rad), about the axis perpendicular to both. The directions
 /// right and up have the same sense for every azimuth.
 fn turned(v: [f64; 3], angle: f64, azimuth: f64) -> [f64; 3] {
@@ -93,7 +89,10 @@ mod tests {
     #[test]
     fn the_centre_is_the_middle_of_the_covered_region() {
         let joint = demo::joint();
-        let (half, radius) = (patch_angle(&joint), 1e3 * joint.ball_radius);
+        let (half, radius) = (
+            (joint.patch_radius / joint.ball_radius).asin(),
+            1e3 * joint.ball_radius,
+        );
         for azimuth in [0.0, 2.0, -1.3] {
             let view = camera([0.0, 8.0], azimuth);
             let tilt = 4f64.to_radians();

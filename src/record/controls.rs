@@ -22,14 +22,6 @@ pub fn recorded(header: &Header) -> impl Iterator<Item = &Control> {
     controls.filter(|control| control.parameter != Parameter::tilt())
 }
 
-/// Names the series.
-pub fn name(rec: &RecordingStream, header: &Header) {
-    for control in recorded(header) {
-        let [path, name] = series(control);
-        rec.name(&path, [(name, Color::Run)]);
-    }
-}
-
 /// Adds the values at the start of a frame: of the named numbers, and of the others from their first change on.
 pub fn push(rec: &RecordingStream, header: &Header, frame: &Frame) {
     for control in recorded(header) {
@@ -37,7 +29,9 @@ pub fn push(rec: &RecordingStream, header: &Header, frame: &Frame) {
         let changed = changed.find(|(parameter, _)| *parameter == control.parameter);
         if control.is_named || changed.is_some() {
             let value = changed.map_or(control.value, |(_, value)| *value);
-            rec.row(&series(control)[0], frame.t0, [value]);
+            let [path, name] = series(control);
+            rec.name(&path, [(name, Color::Run)]);
+            rec.row(&path, frame.t0, [value]);
         }
     }
 }

@@ -23,7 +23,8 @@ use crate::scene::RecordSpec;
 /// Encodes the records after a header.
 #[derive(Debug)]
 pub struct Encoder {
-    header: Arc<Header>,
+    /// The header.
+    pub header: Arc<Header>,
     /// What is drawn from the frames of a joint, of a small system, and of both.
     joint: Option<(Samples, Patch, Body)>,
     small: Option<SmallFrames>,
@@ -45,7 +46,6 @@ impl Encoder {
         text::log_about(rec, &header);
         regime::name_regimes(rec);
         rec.name(paths::ZERO_ONE, [("K", Color::Compared)]);
-        controls::name(rec, &header);
         let panels = RunPanels::new(Arc::clone(&header));
         let mut views = PanelViews::new(Root::of_run());
         let spectrum = views.of("spectrum");

@@ -6,7 +6,7 @@ use super::APPLICATION;
 use super::blueprint::run::Run;
 use super::encode::Encoder;
 use super::stream::RecordingStream;
-use crate::pipeline::message::{Header, Record};
+use crate::pipeline::message::Record;
 use crate::pipeline::{Sink, SinkError};
 use crate::plot::response::{Curve, over_time};
 use crate::plot::{Color, Figure, LessonPictures, Panel, Scale, figures};
@@ -17,7 +17,7 @@ use crate::scene::RecordSpec;
 pub struct RunFigures {
     spec: RecordSpec,
     rec: RecordingStream,
-    run: Option<(Arc<Header>, Encoder)>,
+    encoder: Option<Encoder>,
     lesson: LessonPictures,
 }
 
@@ -31,14 +31,14 @@ impl RunFigures {
                 ..spec
             },
             rec: RecordingStream::for_figures(APPLICATION),
-            run: None,
+            encoder: None,
             lesson: LessonPictures::default(),
         }
     }
 
     /// The figures; what the run has no data for is missing.
     pub fn figures(&self) -> Vec<Figure> {
-        let Some((header, _)) = &self.run else {
+        let Some(Encoder { header, .. }) = &self.encoder else {
             return Vec::new();
         };
         let (rec, spec) = (&self.rec, self.spec);
@@ -54,19 +54,17 @@ impl RunFigures {
 impl Sink for &mut RunFigures {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if let Record::Header(header) = &record {
-            let encoder = Encoder::new(&self.rec, Arc::clone(header), self.spec);
-            self.run = Some((Arc::clone(header), encoder));
+            self.encoder = Some(Encoder::new(&self.rec, Arc::clone(header), self.spec));
         }
-        let Some((header, encoder)) = &mut self.run else {
-            return Ok(());
-        };
-        encoder.accept(&self.rec, &record);
-        self.lesson.accept(header, &record);
+        if let Some(encoder) = &mut self.encoder {
+            encoder.accept(&self.rec, &record);
+            self.lesson.accept(&encoder.header, &record);
+        }
         Ok(())
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        if let Some((_, encoder)) = &mut self.run {
+        if let Some(encoder) = &mut self.encoder {
             encoder.finish(&self.rec);
         }
         Ok(())

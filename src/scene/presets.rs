@@ -92,7 +92,8 @@ fn read(name: &str) -> Result<Vec<u8>, SceneError> {
     File::open(name)
         .and_then(|file| file.take(LIMIT + 1).read_to_end(&mut content))
         .map_err(|source| {
-            if source.kind() == ErrorKind::NotFound && !looks_like_a_path(name) {
+            let is_path = Path::new(name).components().count() > 1 || name.ends_with(".toml");
+            if source.kind() == ErrorKind::NotFound && !is_path {
                 unknown(name)
             } else {
                 SceneError::unreadable(name, source)
@@ -104,11 +105,6 @@ fn read(name: &str) -> Result<Vec<u8>, SceneError> {
         )));
     }
     Ok(content)
-}
-
-/// Whether a name without a file was probably meant as a path.
-fn looks_like_a_path(name: &str) -> bool {
-    Path::new(name).components().count() > 1 || name.ends_with(".toml")
 }
 
 fn unknown(name: &str) -> SceneError {

@@ -46,9 +46,8 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     }
     environment.add_filter("quantity", with_unit);
     environment.add_filter("percent", |x: Value| formatted(&x, percent));
-    environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
-        let digits = digits.unwrap_or(1);
-        formatted(&x, |x| format!("{:.digits$}°", x.to_degrees()))
+    environment.add_filter("degrees", |x: Value| {
+        formatted(&x, |x| format!("{:.1}°", x.to_degrees()))
     });
     environment.add_filter("decimals", |x: Value, digits: usize| {
         formatted(&x, |x| format!("{x:.digits$}"))

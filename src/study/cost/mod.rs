@@ -96,9 +96,8 @@ impl Report for Cost {
             quantity(self.measurement_s, 3, "s"),
         );
         let mut blocks = vec![Block::heading(scene, rest)];
-        if let Some(held) = self.fixed_at.description() {
-            blocks.push(Block::text(format!("held at its initial values: {held}")));
-        }
+        let held = self.fixed_at.description();
+        blocks.extend(held.map(|it| Block::text(format!("held at its initial values: {it}"))));
         if let Some(scatter) = self.scatter {
             blocks.push(Block::text(format!(
                 "two measurements of this motion differ by {}: smaller errors cannot be seen",
