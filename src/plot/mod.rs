@@ -40,7 +40,7 @@ mod tests;
 pub use axis::{Axis, FULL_SCALES, FullScale, Scale, TICK_STEPS, Unit, readable, round_up};
 pub use basins::basins_figure;
 pub use branch::{branch_figure, branch_figures, map_figure, multipliers_panel};
-pub use color::{Color, INFERNO, Rgb, gradient};
+pub use color::{Color, INFERNO, Rgb, colormap, gradient};
 pub use cost::cost_figure;
 pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape};
 pub use figures::{figure_names, figures};

@@ -9,7 +9,7 @@ use super::style::{shade, short};
 use crate::analysis::levels::LevelReference;
 use crate::pipeline::message::{Header, SignalInfo, Subject};
 use crate::plot::{
-    Axis, Color, INFERNO, Layer, Panel, Rgb, Unit, full_scale, gradient, shown, units,
+    Axis, Color, INFERNO, Layer, Panel, Rgb, Unit, colormap, full_scale, gradient, shown, units,
 };
 
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
@@ -120,11 +120,11 @@ impl Spectrogram {
         let [low, high] = self.range_db;
         let cell = |row: usize, column: usize| {
             let share = (self.levels[column * HEIGHT + row] - low) / (high - low);
-            Some((127.0 * (1.0 - share.clamp(0.0, 1.0))) as u8)
+            Some((127.0 * share.clamp(0.0, 1.0)) as u8)
         };
         let cells = (0..HEIGHT).rev();
         let cells = cells.flat_map(|row| (0..WIDTH).map(move |column| cell(row, column)));
-        let colors = self.map.into_iter().rev().step_by(2);
+        let colors = colormap().into_iter().step_by(2);
         let (cells, colors): (Vec<_>, Vec<_>) = (cells.collect(), colors.collect());
         let (x, mut y) = (self.plot.x.clone(), self.plot.y.clone());
         // The colour scale is too long for a vertical axis.

@@ -63,7 +63,7 @@ impl Row {
     /// The view with a title. `argument` is the distance of the eye from a cube.
     pub fn view(&self, title: String, argument: &str) -> Option<View> {
         let (path, paths) = (self.paths[0], &self.paths);
-        let view = match self.kind[0] {
+        Some(match self.kind[0] {
             "text" => View::of("TextDocument", title, path),
             "log" => View::of("TextLog", title, path),
             "cube" => View::cube(title, path, argument.parse().ok()?),
@@ -72,11 +72,15 @@ impl Row {
             "legend-right" => View::series(title, paths, Some(Corner2D::RightBottom)),
             "picture" => return self.picture(title, &Root::of_run()),
             _ => View::series(title, paths, None),
-        };
-        Some(match self.kind[1..] {
-            [low, high] => view.with_range([low.parse().ok()?, high.parse().ok()?]),
-            _ => view,
         })
+    }
+
+    /// Range of a series, if the table has one.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        match self.kind[..] {
+            [_, low, high] => Some([low.parse().ok()?, high.parse().ok()?]),
+            _ => None,
+        }
     }
 
     /// The view of a picture without a legend, below a root.

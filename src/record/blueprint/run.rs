@@ -130,16 +130,8 @@ impl Run<'_> {
         }
         let row = Row::of(name).filter(|row| self.has_data(row.needs))?;
         let view = row.view(self.title(&row), argument)?;
-        let window = self.window_of(&row);
-        let view = if window.is_finite() {
-            view.with_window(window)
-        } else {
-            view
-        };
-        Some(match self.range(name) {
-            Some(range) => view.with_range(range),
-            None => view,
-        })
+        let range = self.range(name).or_else(|| row.range());
+        Some(view.with_window(self.window_of(&row)).with_range(range))
     }
 
     /// Whether the run has what a view needs.
@@ -162,10 +154,13 @@ impl Run<'_> {
         let Some(row) = Row::of(name) else {
             return rec.panel(name);
         };
+        let row = Some(row).filter(|row| self.has_data(row.needs))?;
         let window = self.window_of(&row);
         let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
         let series = series_panel(&self.title(&row), curves, window.is_finite());
-        series.or_else(|| rec.panel(row.paths[0]))
+        let mut panel = series.or_else(|| rec.panel(row.paths[0]))?;
+        panel.y.range = row.range().unwrap_or(panel.y.range);
+        Some(panel)
     }
 
     /// Time window of a view, s; infinite for the whole run.

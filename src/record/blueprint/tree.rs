@@ -110,8 +110,11 @@ impl View {
         self
     }
 
-    /// Limits the view to the last `window` s before the time cursor.
+    /// Limits the view to the last `window` s before the time cursor; infinite for the whole run.
     pub fn with_window(self, window: f64) -> Self {
+        if window.is_infinite() {
+            return self;
+        }
         let range = VisibleTimeRange {
             timeline: paths::TIMELINE.into(),
             range: TimeRange {
@@ -123,13 +126,12 @@ impl View {
     }
 
     /// Fixes the vertical range of a time series; the viewer chooses it if the range is empty.
-    pub fn with_range(self, [low, high]: [f64; 2]) -> Self {
-        if low < high {
-            let range = crate::record::sdk::components::Range1D::new(low, high);
-            self.with(&ScalarAxis::new().with_range(range))
-        } else {
-            self
-        }
+    pub fn with_range(self, range: Option<[f64; 2]>) -> Self {
+        let Some([low, high]) = range.filter(|[low, high]| low < high) else {
+            return self;
+        };
+        let range = crate::record::sdk::components::Range1D::new(low, high);
+        self.with(&ScalarAxis::new().with_range(range))
     }
 
     /// Sets the eye of a three-dimensional view: its place, the point at which it looks, and the upward direction.
