@@ -34,6 +34,7 @@ mod model;
 mod output;
 mod paper;
 mod paper_figures;
+mod points;
 mod resources;
 mod run;
 mod scenes;
