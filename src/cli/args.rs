@@ -6,7 +6,6 @@ use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use clap_complete::Shell;
 
 use super::analyse_args::AnalyseArgs;
-use super::branch::BranchArgs;
 use super::common_args::{
     AccuracyArgs, BudgetArgs, SceneArgs, SoundArgs, ViewerArgs, positive, tilts,
 };
@@ -17,7 +16,7 @@ use super::live::LiveArgs;
 use super::output::Overwrite;
 use super::schema::results;
 use super::steps::Steps;
-use super::study_args::{BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
+use super::study_args::{BasinsArgs, BranchArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs};
 use super::view::ViewArgs;
 
 /// Simulate and analyse friction-induced vibration of a ball joint: limit cycles, tori and chaos.
