@@ -139,6 +139,14 @@ pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
         .map_or_else(String::new, |value| rounded(value, decimals))
 }
 
+/// A range of values such as `100 to 150`; a single value if both ends are equal.
+pub(crate) fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
+    match ends.map(words) {
+        [low, high] if low == high => low,
+        [low, high] => format!("{low} to {high}"),
+    }
+}
+
 /// A value and its error for two columns, with two digits of the error, and with powers of ten below 1e-4 and from 1e7 on.
 /// The error is `?` if unknown, and empty for minus infinity.
 pub(crate) fn value_and_error(value: f64, error: f64) -> [String; 2] {

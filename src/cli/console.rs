@@ -9,7 +9,7 @@ use crate::chain_of_causes;
 use crate::escape;
 use crate::record::RERUN_VERSION;
 use crate::report::{BAD, WARNING};
-use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
+use crate::scene::{LoadedJoint, Parameter, Scene};
 
 /// Prints to the standard output, in colour if that is a terminal.
 ///
@@ -53,9 +53,8 @@ pub fn print_warning(warning: &str) {
 /// Warns about quantities that vary with time in the scene, but are constant in this command; not about a tilt
 /// that the command varies.
 pub fn print_fixed(scene: &Scene, varied: impl IntoIterator<Item = Parameter>) {
-    let mut fixed = scene
-        .joint()
-        .map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
+    let fixed = scene.joint().map(LoadedJoint::fixed_at_start);
+    let mut fixed = fixed.unwrap_or_default();
     if varied.into_iter().any(|key| key == Parameter::tilt()) {
         fixed.tilt_rad = None;
     }

@@ -12,7 +12,7 @@ use super::lock;
 use super::tour::TourStep;
 use crate::analysis::{regime::Regime, stats::range};
 use crate::escape;
-use crate::number::counted;
+use crate::number::{counted, format_range};
 use crate::pipeline::message::{
     Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine,
 };
@@ -348,11 +348,7 @@ impl Status {
         let Some((tilt, [low, high])) = tilted.filter(off) else {
             return motion.clone();
         };
-        let scheduled = if low == high {
-            format!("{low:.2}°")
-        } else {
-            format!("{low:.2}° to {high:.2}°")
-        };
+        let scheduled = format_range([low, high], |deg| format!("{deg:.2}°"));
         format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
     }
 

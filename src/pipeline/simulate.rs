@@ -127,17 +127,12 @@ impl Simulation {
         self.motion.integrator
     }
 
-    /// Integrates to the end of the run and applies the tilt, load and rotation scheduled there. A frame has
-    /// the loading of its start. Call this after the last frame.
+    /// Advances tilt, load and rotation to a sample, which is the next one, or, after the last frame, to the end of the run:
+    /// a frame has the loading of its start.
     ///
     /// # Errors
     /// If the joint cannot be assembled under this loading, or the integrator cannot restart.
-    pub fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
-        self.advance_loading(None)
-    }
-
-    /// Advances the loading to the time of the next sample, see [`JointBody::advance`].
-    fn advance_loading(&mut self, sample: Option<u64>) -> Result<(), PipelineError> {
+    pub fn advance_loading(&mut self, sample: Option<u64>) -> Result<(), PipelineError> {
         let time = self.time();
         match &mut self.body {
             Body::Joint(body) => body.advance(sample, time, &mut self.motion),

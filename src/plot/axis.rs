@@ -215,7 +215,7 @@ pub fn readable(path: &str, unit: &str) -> String {
     let name = endings.iter().find_map(strip).unwrap_or(key);
     let name = name.trim_end_matches('_').replace("mu_", "μ");
     let name = name.replace("stribeck", "Stribeck");
-    // Names of belts say what moves.
+    // Keys of a belt already contain the word.
     let is_said = name.starts_with(table) || table.ends_with("_belt");
     let table = if is_said { "" } else { table };
     let label = format!("{table} {name}").replace('_', " ") + ", " + unit;

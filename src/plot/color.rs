@@ -1,4 +1,4 @@
-//! Colours by meaning: a colour has the same meaning in all figures and recordings.
+//! Colours by meaning: a type of motion, a mode and a role have the same colour in all figures and recordings.
 //!
 //! Types of motion have strong hues (after Okabe and Ito 2008). Families of settings, measures, modes and exponents have
 //! muted hues (after Tol 2021). Both are distinguishable with protanopia and deuteranopia, and in print.

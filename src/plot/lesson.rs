@@ -52,9 +52,9 @@ impl Course {
     ) -> Panel {
         let curves = curves.iter().map(|&(k, color, label)| {
             let points = self.points.iter().map(|(t, values)| [*t, values[k]]);
-            (label.to_owned(), color, points.collect())
+            (label.to_owned(), color, 1.0, points.collect())
         });
-        over_time(title, axis, &Vec::from_iter(curves))
+        over_time(title, axis, None, &Vec::from_iter(curves))
     }
 }
 

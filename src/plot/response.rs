@@ -24,7 +24,7 @@ pub const NAMED_LINES: usize = 6;
 /// Maximum number of points of a spectrum; it exceeds the number of pixels.
 const SPECTRUM_POINTS: usize = 2000;
 /// Maximum number of points of a time series.
-const SERIES_POINTS: usize = 4000;
+pub const SERIES_POINTS: usize = 4000;
 /// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
@@ -76,25 +76,28 @@ pub fn time_series(fine: &[[f64; 2]], dt: f64, color: Color) -> Panel {
     Panel::new("displacement at the patch centre", x, y, layers)
 }
 
-/// A curve of a time series: label, colour, and points over the time in s.
-pub type Curve = (String, Color, Vec<[f64; 2]>);
+/// A curve of a time series: label, colour, width of the line (points on paper), and values over the time in s.
+pub type Curve = (String, Color, f64, Vec<[f64; 2]>);
 
-/// Time series on an axis with a name, a unit that takes a prefix, and a scale. A curve with gaps has points instead of a
-/// line; a logarithmic axis is for positive values.
-pub fn over_time(title: &str, (name, unit, scale): (&str, &str, Scale), all: &[Curve]) -> Panel {
+/// Time series over a range of the time (s), by default their own, on an axis with a name, a unit that takes a prefix, and
+/// a scale. A curve with gaps, or with a single value, has points instead of a line; a logarithmic axis is for positive
+/// values.
+pub fn over_time(
+    title: &str,
+    (name, unit, scale): (&str, &str, Scale),
+    times: Option<[f64; 2]>,
+    all: &[Curve],
+) -> Panel {
     let is_finite = |point: &[f64; 2]| point[1].is_finite();
-    let layers = all.iter().map(|(label, color, points)| {
-        let inner = points.iter().position(is_finite).unwrap_or(0)
-            ..points
-                .iter()
-                .rposition(is_finite)
-                .map_or(0, |last| last + 1);
+    let layers = all.iter().map(|(label, color, width, points)| {
+        let parts = points.split(|point| !is_finite(point));
+        let parts = parts.filter(|part| !part.is_empty()).count();
         let values = points.iter().copied().filter(is_finite);
         let values: Vec<[f64; 2]> = values.collect();
-        let layer = if values.len() < inner.len() {
+        let layer = if parts > 1 || values.len() < 2 {
             Layer::points(values, 1.4, *color)
         } else {
-            Layer::line(envelope(values, SERIES_POINTS), *color)
+            Layer::line(envelope(values, SERIES_POINTS), *color).with_size(*width)
         };
         layer.with_label(label)
     });
@@ -105,7 +108,8 @@ pub fn over_time(title: &str, (name, unit, scale): (&str, &str, Scale), all: &[C
         _ => Axis::with_margin(name, values.chain([0.0])),
     };
     let y = if unit.is_empty() { y } else { y.of(unit) };
-    let times = range(all.iter().flat_map(|(.., points)| points).map(|p| p[0]));
+    let points = all.iter().flat_map(|(.., points)| points);
+    let times = times.unwrap_or_else(|| range(points.map(|point| point[0])));
     Panel::new(title, Axis::linear("time", times).of("s"), y, layers)
 }
 

@@ -100,11 +100,6 @@ impl RunPanels {
         }
     }
 
-    /// The spectrum without data.
-    pub fn empty_spectrum(&self) -> Panel {
-        spectrum(&self.spectrum, 1.0, [], &[], Color::Ink)
-    }
-
     /// Draws the pictures that a record changes.
     pub fn accept(&mut self, record: &Record, draw: &mut Draw<'_>) {
         let [unit, _] = units(&self.header.subject);

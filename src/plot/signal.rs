@@ -32,34 +32,35 @@ const ROWS: usize = 600;
 /// Colour of ridges: visible on the dark colours of strong tones.
 const RIDGE: Color = Color::Series(6);
 
-/// Panels with their names in the list of figures, or why the analysis was skipped.
-type Picture = Result<Vec<(&'static str, Panel)>, SkipReason>;
+/// Panels, or why the analysis was skipped.
+type Picture = Result<Vec<Panel>, SkipReason>;
 
 /// What draws a picture of a report.
 type Draw = fn(&SignalAnalysis) -> Picture;
 
-/// The pictures of a report, each with the name of its first panel.
+/// The pictures of a report, each with the names of its panels in the list of figures.
 const PICTURES: [(&str, Draw); 13] = [
     ("events", events),
-    ("waveform", waveform),
+    ("waveform waveform-near", waveform),
     ("spectrum", spectrum),
     ("spectrogram", spectrogram),
-    ("mutual-information", delay),
+    ("mutual-information false-neighbours", delay),
     ("portrait", portrait),
     ("recurrence", recurrence),
-    ("recurrence-shares", measures),
-    ("section", section),
+    ("recurrence-shares recurrence-times entropy", measures),
+    ("section return-map", section),
     ("return-times", return_times),
-    ("divergence", divergence),
-    ("zero-one-frequencies", zero_one),
+    ("divergence kantz", divergence),
+    ("zero-one-frequencies zero-one-path", zero_one),
     ("evidence", regime),
 ];
 
 /// The figures of a report.
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
-    let panels = PICTURES.iter().flat_map(|(first, picture)| {
-        let skipped = |reason| vec![(*first, empty_panel("skipped", reason))];
-        picture(report).unwrap_or_else(skipped)
+    let panels = PICTURES.iter().flat_map(|(names, picture)| {
+        let skipped = |reason| vec![empty_panel("skipped", reason)];
+        let panels = picture(report).unwrap_or_else(skipped);
+        names.split(' ').zip(panels)
     });
     let panels: BTreeMap<_, _> = panels.collect();
     figures(&report.signal.name, |name| panels.get(name).cloned())
@@ -111,7 +112,7 @@ fn events(report: &SignalAnalysis) -> Picture {
         };
         panel.layers.extend([ridges.with_id("ridges"), starts]);
     }
-    Ok(vec![("events", panel.with_title(title))])
+    Ok(vec![panel.with_title(title)])
 }
 
 fn waveform(report: &SignalAnalysis) -> Picture {
@@ -131,7 +132,7 @@ fn waveform(report: &SignalAnalysis) -> Picture {
     };
     let whole = panel("whole signal", 0);
     let end = panel("end of the signal", count - close);
-    Ok(vec![("waveform", whole), ("waveform-near", end)])
+    Ok(vec![whole, end])
 }
 
 fn spectrum(report: &SignalAnalysis) -> Picture {
@@ -165,11 +166,11 @@ fn spectrum(report: &SignalAnalysis) -> Picture {
     let curve = curve(levels.map(|(k, level)| [k as f64 * spectrum.bin, level]));
     let layers = vec![curve, peaks];
     let title = format!("{bases}; broadband floor {floor:.2} %");
-    Ok(vec![("spectrum", Panel::new(title, x, y, layers))])
+    Ok(vec![Panel::new(title, x, y, layers)])
 }
 
 fn spectrogram(report: &SignalAnalysis) -> Picture {
-    Ok(vec![("spectrogram", spectrogram_panel(report))])
+    Ok(vec![spectrogram_panel(report)])
 }
 
 /// The spectrogram of the whole signal.
@@ -229,11 +230,7 @@ fn bases(bases: &Bases) -> String {
 
 fn delay(report: &SignalAnalysis) -> Picture {
     let dt = 1.0 / report.analysed().rate;
-    let panels = chaos::embedding(dt, &report.embedding.get()?.choice);
-    Ok(["mutual-information", "false-neighbours"]
-        .into_iter()
-        .zip(panels)
-        .collect())
+    Ok(chaos::embedding(dt, &report.embedding.get()?.choice).to_vec())
 }
 
 fn portrait(report: &SignalAnalysis) -> Picture {
@@ -247,7 +244,7 @@ fn portrait(report: &SignalAnalysis) -> Picture {
     let (x, y) = (axis("y(t)"), axis("y(t + τ)"));
     let curve = Layer::line(points, Color::Ink).with_size(0.6);
     let panel = Panel::new(title, x, y, vec![curve]);
-    Ok(vec![("portrait", panel.square())])
+    Ok(vec![panel.square()])
 }
 
 fn recurrence(report: &SignalAnalysis) -> Picture {
@@ -258,7 +255,7 @@ fn recurrence(report: &SignalAnalysis) -> Picture {
     panel.layers.extend(marks);
     let share = 100.0 * picture.rate;
     let panel = panel.with_title(format!("recurrence rate {share:.2} % in this plot"));
-    Ok(vec![("recurrence", panel)])
+    Ok(vec![panel])
 }
 
 /// The diagonals at the recurrence periods that fit in a plot of a window (s), above the line of identity.
@@ -277,7 +274,12 @@ fn measures(report: &SignalAnalysis) -> Picture {
     let curve = |label: &str, color, value: &dyn Fn(&Measures) -> Option<f64>| {
         let points = windows.iter();
         let points = points.map(|at| [at.time_s, value(&at.measures).unwrap_or(f64::NAN)]);
-        (label.to_owned(), Color::Series(color), points.collect())
+        (
+            label.to_owned(),
+            Color::Series(color),
+            1.0,
+            points.collect(),
+        )
     };
     let shares = [
         curve("RR", 0, &|m| Some(m.recurrence_rate)),
@@ -290,19 +292,14 @@ fn measures(report: &SignalAnalysis) -> Picture {
         curve("T²", 4, &|m| m.recurrence_time_2),
     ];
     let entropy = [curve("", 0, &|m| m.entropy)];
-    let panel =
-        |title, name, unit, curves: &[Curve]| over_time(title, (name, unit, Scale::Linear), curves);
+    let panel = |title, name, unit, curves: &[Curve]| {
+        over_time(title, (name, unit, Scale::Linear), None, curves)
+    };
     let title = "mean line lengths L and TT, recurrence time T²";
     let lengths = panel(title, "duration", "s", &lengths);
     let entropy = panel("entropy of the diagonal line lengths", "nats", "", &entropy);
-    Ok(vec![
-        (
-            "recurrence-shares",
-            panel("RR, DET and LAM", "", "", &shares),
-        ),
-        ("recurrence-times", lengths),
-        ("entropy", entropy),
-    ])
+    let shares = panel("RR, DET and LAM", "", "", &shares);
+    Ok(vec![shares, lengths, entropy])
 }
 
 fn section(report: &SignalAnalysis) -> Picture {
@@ -313,7 +310,7 @@ fn section(report: &SignalAnalysis) -> Picture {
     let map = axes.return_map(&points, Color::Ink);
     let section = axes.section(&points, Color::Ink);
     let section = section.with_title(format!("{} intersections", points.len()));
-    Ok(vec![("section", section), ("return-map", map)])
+    Ok(vec![section, map])
 }
 
 /// The axes of a section about the middle of the samples.
@@ -325,8 +322,7 @@ fn section_axes(report: &SignalAnalysis) -> SectionAxes {
 fn return_times(report: &SignalAnalysis) -> Picture {
     let crossings = report.section.get()?.crossings.iter();
     let times: Vec<f64> = crossings.map(|crossing| crossing.time_s).collect();
-    let panel = section_axes(report).return_times(&times, Color::Ink);
-    Ok(vec![("return-times", panel)])
+    Ok(vec![section_axes(report).return_times(&times, Color::Ink)])
 }
 
 fn divergence(report: &SignalAnalysis) -> Picture {
@@ -336,7 +332,7 @@ fn divergence(report: &SignalAnalysis) -> Picture {
     };
     let rosenstein = panel("Rosenstein", &report.rosenstein);
     let kantz = panel("Kantz", &report.kantz);
-    Ok(vec![("divergence", rosenstein), ("kantz", kantz)])
+    Ok(vec![rosenstein, kantz])
 }
 
 fn zero_one(report: &SignalAnalysis) -> Picture {
@@ -348,11 +344,11 @@ fn zero_one(report: &SignalAnalysis) -> Picture {
     let k = Panel::new(title, x, y, layers);
     // The other panel has K as its title.
     let path = chaos::zero_one_path(test, &report.signal.unit, test.path.len()).with_caption("");
-    Ok(vec![("zero-one-frequencies", k), ("zero-one-path", path)])
+    Ok(vec![k, path])
 }
 
 fn regime(report: &SignalAnalysis) -> Picture {
-    Ok(vec![("evidence", evidence_panel(report.verdict.get()?))])
+    Ok(vec![evidence_panel(report.verdict.get()?)])
 }
 
 /// The evidence for a type of motion.

@@ -15,11 +15,11 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
     let names = (0..spectrum.exponents.len()).flat_map(|k| {
         let color = Color::Series(k);
         let faint = style::faded(color, 0.55);
-        let parts = [("lower end, ", faint), ("", color), ("upper end, ", faint)];
-        parts.map(|(part, color)| (format!("λ{}, {part}1/s", k + 1), color))
+        let [low, high] = ["lower end, ", "upper end, "].map(|part| (part, faint, 0.8));
+        let parts = [low, ("", color, 2.0), high];
+        parts.map(|(part, color, width)| (format!("λ{}, {part}1/s", k + 1), color, width))
     });
-    let widths = [0.8, 2.0, 0.8].repeat(spectrum.exponents.len());
-    rec.name_with_widths(paths::EXPONENTS_RUNNING, widths, names);
+    rec.start(paths::EXPONENTS_RUNNING, names, true);
     rec.name(paths::EXPONENTS_ZERO, [("zero", Color::Faint)]);
     if spectrum.time > SHORT * header.duration {
         let row = spectrum.exponents.iter().flat_map(|exponent| {

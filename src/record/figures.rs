@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::APPLICATION;
 use super::blueprint::run::Run;
 use super::encode::Encoder;
 use super::stream::RecordingStream;
@@ -16,21 +15,17 @@ use crate::scene::RecordSpec;
 #[derive(Debug)]
 pub struct RunFigures {
     spec: RecordSpec,
-    rec: RecordingStream,
-    encoder: Option<Encoder>,
+    encoder: Option<(RecordingStream, Encoder)>,
     lesson: LessonPictures,
 }
 
 impl RunFigures {
     /// Starts without pictures; `spec` is that of the scene.
-    pub fn new(spec: RecordSpec) -> Self {
+    pub fn new(mut spec: RecordSpec) -> Self {
+        // No figure shows the body.
+        spec.body_rate = 0.0;
         Self {
-            // The body has no figure.
-            spec: RecordSpec {
-                body_rate: 0.0,
-                ..spec
-            },
-            rec: RecordingStream::for_figures(APPLICATION),
+            spec,
             encoder: None,
             lesson: LessonPictures::default(),
         }
@@ -38,10 +33,10 @@ impl RunFigures {
 
     /// The figures; what the run has no data for is missing.
     pub fn figures(&self) -> Vec<Figure> {
-        let Some(Encoder { header, .. }) = &self.encoder else {
+        let Some((rec, Encoder { header, .. })) = &self.encoder else {
             return Vec::new();
         };
-        let (rec, spec) = (&self.rec, self.spec);
+        let spec = self.spec;
         let run = Run { header, spec };
         let lesson = self.lesson.panels(header);
         figures(&header.scene, |name| match name.strip_prefix("lesson-") {
@@ -54,54 +49,56 @@ impl RunFigures {
 impl Sink for &mut RunFigures {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if let Record::Header(header) = &record {
-            self.encoder = Some(Encoder::new(&self.rec, Arc::clone(header), self.spec));
+            let rec = RecordingStream::for_figures(header.duration);
+            let encoder = Encoder::new(&rec, Arc::clone(header), self.spec);
+            self.encoder = Some((rec, encoder));
         }
-        if let Some(encoder) = &mut self.encoder {
-            encoder.accept(&self.rec, &record);
+        if let Some((rec, encoder)) = &mut self.encoder {
+            encoder.accept(rec, &record);
             self.lesson.accept(&encoder.header, &record);
         }
         Ok(())
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        if let Some(encoder) = &mut self.encoder {
-            encoder.finish(&self.rec);
+        if let Some((rec, encoder)) = &mut self.encoder {
+            encoder.finish(rec);
         }
         Ok(())
     }
 }
 
-/// Time series as a panel; those of the last part of a run start at zero. `None` without values.
+/// Time series as a panel over the times of the whole run (s), or, without these, of the last part of a run, which start
+/// at zero. `None` without values.
 pub fn series_panel(
     title: &str,
     curves: impl Iterator<Item = Curve>,
-    is_recent: bool,
+    whole: Option<[f64; 2]>,
 ) -> Option<Panel> {
-    let has_values = |(.., points): &Curve| points.iter().any(|point| point[1].is_finite());
-    let mut curves: Vec<Curve> = curves.filter(has_values).collect();
-    let [start, _] = curves.first()?.2[0];
-    for (label, color, points) in &mut curves {
-        let zero = if is_recent { start } else { 0.0 };
-        points.iter_mut().for_each(|point| point[0] -= zero);
-        // The ends of intervals have a paler colour than their middle.
-        if matches!(color, Color::Shade(_)) {
-            label.clear();
-        }
-    }
+    let mut curves: Vec<Curve> = curves.collect();
     // A single curve is named by the axis.
     let name = match &mut curves[..] {
         [(label, ..)] => std::mem::take(label),
         _ => String::new(),
     };
-    // What follows a colon explains the colours of the viewer.
-    let title = title.split(": ").next().unwrap_or_default();
-    Some(over_time(title, (&name, "", Scale::Linear), &curves))
+    curves.retain(|(.., points)| points.iter().any(|point| point[1].is_finite()));
+    let [start, _] = curves.first()?.3[0];
+    for (label, color, _, points) in &mut curves {
+        if whole.is_none() {
+            points.iter_mut().for_each(|point| point[0] -= start);
+        }
+        // The ends of intervals have a paler colour than their middle.
+        if matches!(color, Color::Shade(_)) {
+            label.clear();
+        }
+    }
+    Some(over_time(title, (&name, "", Scale::Linear), whole, &curves))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::figure_names;
+    use crate::plot::{Shape, figure_names};
     use crate::record::tests::demo;
 
     /// A run of a joint with all analyses has a figure of each, and each panel of it has data.
@@ -128,28 +125,31 @@ mod tests {
         }
     }
 
-    fn panel(curves: &[(&str, &[[f64; 2]])]) -> Option<Panel> {
-        let curves = curves.iter();
-        let curves = curves.map(|(name, points)| ((*name).to_owned(), Color::Run, points.to_vec()));
-        series_panel("Energy, µJ: stored blue", curves, true)
+    fn panel(curves: &[(&str, &[[f64; 2]])], whole: Option<[f64; 2]>) -> Option<Panel> {
+        let curve = |(label, points): &(&str, &[[f64; 2]])| {
+            ((*label).to_owned(), Color::Run, 0.9, points.to_vec())
+        };
+
+        series_panel("Energy, µJ", curves.iter().map(curve), whole)
     }
 
     #[test]
     fn time_series_become_a_panel() {
-        assert_eq!(panel(&[]), None);
-        assert_eq!(panel(&[("K", &[[0.0, f64::NAN]])]), None);
-        let one = panel(&[("load, N", &[[2.0, 5.0], [2.5, 7.0]])]).expect("a panel");
-        assert_eq!(
-            (&*one.title, one.y.label()),
-            ("Energy, µJ", "load, N".to_owned())
-        );
+        assert_eq!(panel(&[], None), None);
+        assert_eq!(panel(&[("K", &[[0.0, f64::NAN]])], None), None);
+        let load: &[[f64; 2]] = &[[2.0, 5.0], [2.5, 7.0]];
+        let one = panel(&[("load, N", load)], None).expect("a panel");
+        assert_eq!(one.y.label(), "load, N");
         assert_eq!(one.x.range, [0.0, 0.5]);
         assert_eq!(one.layers[0].label, "");
+        let whole = panel(&[("load, N", load)], Some([0.0, 4.0])).expect("a panel");
+        assert_eq!(whole.x.range, [0.0, 4.0]);
+        assert_eq!(whole.layers[0].shape, Shape::Lines(vec![load.to_vec()]));
         let curve: &[[f64; 2]] = &[[0.0, 1.0], [1.0, f64::NAN], [2.0, 3.0], [3.0, 3.0]];
-        let two = panel(&[("a", curve), ("b", curve)]).expect("a panel");
-        assert_eq!(two.layers[0].label, "a");
+        let two = panel(&[("a", curve), ("b", &[[1.0, f64::NAN]])], None).expect("a panel");
+        assert_eq!((two.layers.len(), &*two.layers[0].label), (1, "a"));
         // A line would bridge the gap.
         let values = vec![[0.0, 1.0], [2.0, 3.0], [3.0, 3.0]];
-        assert_eq!(two.layers[0].shape, crate::plot::Shape::Points(values));
+        assert_eq!(two.layers[0].shape, Shape::Points(values));
     }
 }

@@ -55,7 +55,7 @@ fn markdown(health: &Health) -> String {
         ),
         None => "The steps have no error estimate".to_owned(),
     };
-    let calls = many(1e3 * health.rhs_evals_per_ms);
+    let calls = short(1e3 * health.rhs_evals_per_ms);
     let speed = match health.real_time_factor {
         factor if factor > 0.0 => {
             let [seconds, factor] = [factor.recip(), factor].map(short);
@@ -66,15 +66,6 @@ fn markdown(health: &Health) -> String {
         _ => " per simulated second".to_owned(),
     };
     format!("{error}. **{calls}** right-hand-side evaluations{speed}.")
-}
-
-/// A count, in millions if it is large.
-fn many(count: f64) -> String {
-    if count >= 1e6 {
-        format!("{} million", short(1e-6 * count))
-    } else {
-        short(count)
-    }
 }
 
 #[cfg(test)]
@@ -96,7 +87,7 @@ mod tests {
         assert_eq!(
             markdown(&health),
             "Largest local error of a step: **9.0e-6** (0.9 of the tolerance 1e-5). \
-             **1.1 million** right-hand-side evaluations and **0.714 s** of wall time per simulated \
+             **1.1e6** right-hand-side evaluations and **0.714 s** of wall time per simulated \
              second (1.4 times real time)."
         );
         let fixed = Health {

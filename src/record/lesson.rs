@@ -21,8 +21,8 @@ impl Lesson {
     /// Names the series, and draws the computed values.
     pub fn new(rec: &RecordingStream, header: &Header, computed: &MechanismPrediction) -> Self {
         rec.name(paths::LESSON_VELOCITY_LEVEL, [("measured", Color::Run)]);
-        let predicted = [("computed growth", Color::Compared)];
-        rec.name_with_widths(paths::LESSON_PREDICTED, [2.4], predicted);
+        let predicted = [("computed growth", Color::Compared, 2.4)];
+        rec.start(paths::LESSON_PREDICTED, predicted, true);
         if let Some(picture) = &computed.picture {
             let mut view = PanelView::of("computed", &Root::of_run());
             view.draw(rec, STATIC, &prediction_panel(picture));

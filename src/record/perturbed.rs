@@ -76,13 +76,14 @@ impl PerturbedTrajectory {
 
     fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) {
         let reach = Some(self.scales.map(FullScale::get));
-        let mut both = phase_portrait(&[], reach, Color::Ink);
+        let both = phase_portrait(&[], reach, Color::Ink).square();
+        let mut both = both.with_title("phase portraits, last 4 ms");
         let layers = (0..).zip(TRAJECTORIES).flat_map(|(copy, (name, color))| {
             let points: Vec<[f64; 2]> = self.trail.iter().map(|point| point[copy]).collect();
             let last = Vec::from_iter(points.last().copied());
             let trail = Layer::line(points, color).with_size(TRAIL_WIDTH);
             let now = Layer::points(last, 4.2, color).with_id(format!("{name}_now"));
-            [trail.with_id(name), now]
+            [trail.with_id(name).with_label(name), now]
         });
         both.layers = layers.collect();
         self.portraits.draw(rec, time.into(), &both);
@@ -114,7 +115,7 @@ impl PerturbedTrajectory {
             return;
         };
         let name = format!("slope λ = {} per s", rate(line));
-        rec.name_with_widths(paths::DIVERGENCE_FIT, [2.4], [(name, Color::Compared)]);
+        rec.start(paths::DIVERGENCE_FIT, [(name, Color::Compared, 2.4)], true);
         for time in [
             line.since_s,
             separation.saturated_s.unwrap_or(separation.time_s),

@@ -141,7 +141,8 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
     };
     entity.rows.sort_by_key(|(nanos, _)| *nanos);
     let first = entity.rows.first().map_or(0, |first| first.0);
-    let zero = if clock.is_date() { first } else { 0 };
+    // Dates start at the first row.
+    let zero = if clock.rank >= 2 { first } else { 0 };
     let seconds = |(nanos, _): &(i64, f64)| 1e-9 * nanos.saturating_sub(zero) as f64;
     Ok(Series {
         name: label,
@@ -193,11 +194,6 @@ impl Clock {
             TimeType::Sequence => return None,
         };
         Some(Self { rank, timeline })
-    }
-
-    /// Whether the timeline consists of dates.
-    fn is_date(self) -> bool {
-        self.rank >= 2
     }
 }
 

@@ -47,12 +47,12 @@ impl Samples {
         }
         draw_mode_legend(rec, joint);
         let energies = [
-            ("stored, µJ", Color::Run),
-            ("work of friction, µJ", style::FRICTION),
-            ("residual, µJ", Color::Compared),
+            ("stored, µJ", Color::Run, 3.6),
+            ("work of friction, µJ", style::FRICTION, 1.2),
+            ("residual, µJ", Color::Compared, 1.2),
         ];
         // The first two nearly coincide; the wide line remains visible behind the narrow one.
-        rec.name_with_widths(paths::ENERGY, [3.6, 1.2, 1.2], energies);
+        rec.start(paths::ENERGY, energies, true);
         Self {
             last_energy: f64::NEG_INFINITY,
         }

@@ -39,8 +39,7 @@ impl SmallFrames {
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
             // A static colour would override the colour of the status.
-            let style = SeriesLines::new().with_widths([1.2]);
-            rec.start(path, vec![(name.to_owned(), Color::Run)], style);
+            rec.start(path, [(name, Color::Run, 1.2)], false);
         }
         let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()

@@ -36,8 +36,9 @@ const REFRESH: usize = 4;
 pub struct Spectrogram {
     /// Plot area, with times in s and frequencies in Hz.
     plot: Plot,
-    /// Levels at the ends of the colour map, dB.
+    /// Levels at the ends of the colour map, dB, and in words.
     range_db: [f32; 2],
+    scale: String,
     /// Whether the run has no planned end, so that another image follows.
     endless: bool,
     map: [Rgb; 256],
@@ -53,7 +54,7 @@ pub struct Spectrogram {
 impl Spectrogram {
     /// Draws the axes and places the tiles.
     pub fn new(rec: &RecordingStream, header: &Header) -> Self {
-        let (plot, range_db) = spectrogram_plot(header);
+        let (plot, range_db, scale) = spectrogram_plot(header);
         // Static data would override data that are logged later.
         let start = Moment::from(header.start());
         let from = if header.endless { start } else { STATIC };
@@ -71,6 +72,7 @@ impl Spectrogram {
         Self {
             plot,
             range_db,
+            scale,
             endless: header.endless,
             map: gradient(&INFERNO),
             levels: vec![f32::NEG_INFINITY; WIDTH * HEIGHT],
@@ -119,20 +121,19 @@ impl Spectrogram {
     fn panel(&self) -> Panel {
         let [low, high] = self.range_db;
         let cell = |row: usize, column: usize| {
-            let share = (self.levels[column * HEIGHT + row] - low) / (high - low);
-            Some((127.0 * share.clamp(0.0, 1.0)) as u8)
+            let level = self.levels[column * HEIGHT + row];
+            let index = 127.0 * ((level - low) / (high - low)).clamp(0.0, 1.0);
+            // There are no levels before the first column and after the last.
+            level.is_finite().then_some(index as u8)
         };
         let cells = (0..HEIGHT).rev();
         let cells = cells.flat_map(|row| (0..WIDTH).map(move |column| cell(row, column)));
         let colors = colormap().into_iter().step_by(2);
         let (cells, colors): (Vec<_>, Vec<_>) = (cells.collect(), colors.collect());
-        let (x, mut y) = (self.plot.x.clone(), self.plot.y.clone());
-        // The colour scale is too long for a vertical axis.
-        let unit = std::mem::take(&mut y.unit.symbol);
-        let (unit, scale) = unit.split_once("   ").unwrap_or((&unit, ""));
-        unit.clone_into(&mut y.unit.symbol);
+        let x = self.plot.x.clone();
+        let y = Axis::linear("frequency", self.plot.y.range).of("Hz");
         let image = Layer::cells([&x, &y], WIDTH, &cells, &colors);
-        Panel::new(format!("dark is strong {scale}"), x, y, vec![image])
+        Panel::new(format!("dark is strong {}", self.scale), x, y, vec![image])
     }
 
     /// Starts an empty image of the same duration that contains a time (s).
@@ -224,8 +225,8 @@ fn time_axis(start: f64, duration: f64) -> Axis {
     Axis::linear("time", [start, start + duration]).written_in(Unit::of("s", duration))
 }
 
-/// The plot of the spectrogram, frequency over time, and the levels at the ends of the colour map, dB.
-fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
+/// The plot of the spectrogram, frequency over time, the levels at the ends of the colour map, dB, and these in words.
+fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2], String) {
     let highest = header.highest_frequency();
     let hz = Unit::of("Hz", highest);
     let ([low, high], zero, offset) = match &header.subject {
@@ -245,18 +246,18 @@ fn spectrogram_plot(header: &Header) -> (Plot, [f32; 2]) {
         }
     };
     let [from, to] = [low, high].map(|level| short(level.into()));
-    let scale = format!("{from} dB to {to} dB");
+    let scale = format!("(colour scale {from} dB to {to} dB, 0 dB = {zero})");
     let plot = Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
         top_margin: 0.0,
         x: time_axis(header.start(), header.duration),
         y: Axis::linear("frequency", [0.0, highest]).written_in(Unit {
-            symbol: format!("{}   (colour scale {scale}, 0 dB = {zero})", hz.symbol),
+            symbol: format!("{}   {scale}", hz.symbol),
             ..hz
         }),
         grid: false,
         legend: Vec::new(),
     };
-    (plot, [low + offset, high + offset])
+    (plot, [low + offset, high + offset], scale)
 }

@@ -27,12 +27,16 @@ use crate::record::sdk::{
 };
 
 use super::{error::RecordError, paths};
-use crate::plot::{Color, Panel, response::Curve};
+use crate::plot::response::{Curve, SERIES_POINTS};
+use crate::plot::{Color, Panel};
 
 /// Rows of time series per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
-/// Samples that are kept for figures, which show the last part of a run.
-const RECENT_ROWS: usize = 50_000;
+/// Rows of time series at the end of a run that figures keep completely.
+const RECENT_ROWS: usize = 20_000;
+/// Width of a curve, pixels, and points on paper per pixel.
+const WIDTH: f32 = 1.2;
+const ON_PAPER: f64 = 0.75;
 
 /// A simulated time (s) in nanoseconds on the timeline.
 pub fn nanos(time: f64) -> i64 {
@@ -66,7 +70,7 @@ pub trait MessageSink: Debug + Send + Sync {
     fn send(&self, message: LogMsg);
 }
 
-/// No recording.
+/// Discards all messages.
 impl MessageSink for () {
     fn send(&self, _message: LogMsg) {}
 }
@@ -82,8 +86,17 @@ pub struct RecordingStream {
     series: RefCell<Vec<(String, PendingSeries)>>,
     /// The first encoding that failed.
     fault: RefCell<Option<RecordError>>,
-    /// The last panel at each path; `None` unless the stream is one for figures.
-    panels: Option<RefCell<BTreeMap<String, Panel>>>,
+    /// `None` unless the stream is one for figures.
+    figures: Option<Kept>,
+}
+
+/// What a stream for figures keeps.
+#[derive(Debug)]
+struct Kept {
+    /// The last panel at each path.
+    panels: RefCell<BTreeMap<String, Panel>>,
+    /// Smallest interval of old rows of time series, ns.
+    interval: i64,
 }
 
 /// Rows of an entity that wait for a larger batch.
@@ -96,10 +109,29 @@ struct PendingRows {
 /// Rows of time series that wait for a larger batch, all of the same width.
 #[derive(Debug, Default)]
 struct PendingSeries {
-    /// Name and colour of each curve.
-    curves: Vec<(String, Color)>,
+    /// Name, colour and width of each curve.
+    curves: Vec<(String, Color, f32)>,
     times: Vec<i64>,
     values: Vec<f64>,
+}
+
+impl PendingSeries {
+    /// Omits old rows, all but the last [`RECENT_ROWS`], that follow the previous one by less than an interval (ns).
+    fn thin(&mut self, interval: i64) {
+        let (count, width) = (self.times.len(), self.curves.len());
+        let (mut kept, mut last) = (0, i64::MIN);
+        for row in 0..count {
+            let time = self.times[row];
+            if row + RECENT_ROWS >= count || time.saturating_sub(last) >= interval {
+                self.times[kept] = time;
+                let values = row * width..(row + 1) * width;
+                self.values.copy_within(values, kept * width);
+                (kept, last) = (kept + 1, time);
+            }
+        }
+        self.times.truncate(kept);
+        self.values.truncate(kept * width);
+    }
 }
 
 impl RecordingStream {
@@ -111,27 +143,28 @@ impl RecordingStream {
         rec
     }
 
-    /// A stream for figures: it records nothing, but keeps time series and the last panels.
-    pub fn for_figures(application: &'static str) -> Self {
-        let nowhere = Arc::new(());
-        let stream = Self::with_kind(StoreKind::Recording, application.into(), nowhere);
-        Self {
-            panels: Some(RefCell::default()),
-            ..stream
-        }
+    /// A stream for the figures of a run of a duration (s): it records nothing, but keeps time series and the last panels.
+    pub fn for_figures(duration: f64) -> Self {
+        let stream = Self::with_kind(StoreKind::Recording, "figures".into(), Arc::new(()));
+        let figures = Some(Kept {
+            panels: RefCell::default(),
+            interval: nanos(duration / SERIES_POINTS as f64),
+        });
+        Self { figures, ..stream }
     }
 
     /// Keeps a panel for figures. Returns whether the stream is one for figures.
     pub fn keep(&self, path: &str, panel: impl FnOnce() -> Panel) -> bool {
-        if let Some(panels) = &self.panels {
-            panels.borrow_mut().insert(path.to_owned(), panel());
+        if let Some(kept) = &self.figures {
+            let mut panels = kept.panels.borrow_mut();
+            panels.insert(path.to_owned(), panel());
         }
-        self.panels.is_some()
+        self.figures.is_some()
     }
 
     /// The last panel at a path, in a stream for figures.
     pub fn panel(&self, path: &str) -> Option<Panel> {
-        self.panels.as_ref()?.borrow().get(path).cloned()
+        self.figures.as_ref()?.panels.borrow().get(path).cloned()
     }
 
     /// The curves of an entity of time series over the last `window` (s), in a stream for figures.
@@ -142,11 +175,13 @@ impl RecordingStream {
         };
         let times = || series.times.iter().map(|time| 1e-9 * *time as f64);
         let end = times().next_back().unwrap_or(0.0);
-        let curves = series.curves.iter().enumerate().map(|(k, (name, color))| {
+        let curves = series.curves.iter().enumerate();
+        let curves = curves.map(|(k, (label, color, width))| {
             let values = series.values.iter().skip(k).step_by(series.curves.len());
             let points = times().zip(values).map(|(time, value)| [time, *value]);
             let points = points.filter(|[time, _]| end - time <= window);
-            (name.clone(), *color, points.collect())
+            let width = ON_PAPER * f64::from(*width);
+            (label.clone(), *color, width, points.collect())
         });
         curves.collect()
     }
@@ -175,7 +210,7 @@ impl RecordingStream {
             waiting: RefCell::default(),
             series: RefCell::default(),
             fault: RefCell::default(),
-            panels: None,
+            figures: None,
         }
     }
 
@@ -197,7 +232,7 @@ impl RecordingStream {
 
     /// Logs a row; a full batch is sent.
     pub fn log(&self, path: impl Into<EntityPath>, at: impl Into<Moment>, what: &dyn AsComponents) {
-        if self.panels.is_some() {
+        if self.figures.is_some() {
             return;
         }
         let Moment(at) = at.into();
@@ -226,7 +261,7 @@ impl RecordingStream {
         times: &[i64],
         columns: Result<impl Iterator<Item = SerializedComponentColumn>, SerializationError>,
     ) {
-        let Some(columns) = self.check(columns).filter(|_| self.panels.is_none()) else {
+        let Some(columns) = self.check(columns).filter(|_| self.figures.is_none()) else {
             return;
         };
         let columns = columns.map(|column| (column.descriptor, column.list_array));
@@ -239,40 +274,37 @@ impl RecordingStream {
 
     /// Starts an entity of time series with names and colours; one that is started remains as it is.
     pub fn name<N: Into<String>>(&self, path: &str, series: impl IntoIterator<Item = (N, Color)>) {
-        self.name_with_widths(path, [1.2], series);
+        let series = series.into_iter();
+        self.start(path, series.map(|(name, color)| (name, color, WIDTH)), true);
     }
 
-    /// As [`RecordingStream::name`], with line widths.
-    pub fn name_with_widths<N: Into<String>>(
+    /// As [`RecordingStream::name`], with line widths, pixels. Colours that change over time must not be static: without
+    /// `has_colors` the recording has no colours yet.
+    pub fn start<N: Into<String>>(
         &self,
         path: &str,
-        widths: impl IntoIterator<Item = f32>,
-        series: impl IntoIterator<Item = (N, Color)>,
+        curves: impl IntoIterator<Item = (N, Color, f32)>,
+        has_colors: bool,
     ) {
-        if self.is_started(path) {
+        let mut started = self.series.borrow_mut();
+        if started.iter().any(|(known, _)| known == path) {
             return;
         }
-        let series = series.into_iter().map(|(name, color)| (name.into(), color));
-        let curves: Vec<(String, Color)> = series.collect();
-        let style = SeriesLines::new().with_colors(curves.iter().map(|(_, color)| *color));
-        self.start(path, curves, style.with_widths(widths));
-    }
-
-    /// Starts an entity of time series with names, and a static style; one that is started remains as it is.
-    pub fn start(&self, path: &str, curves: Vec<(String, Color)>, style: SeriesLines) {
-        if !self.is_started(path) {
-            let names = curves.iter().map(|(name, _)| name.as_str());
-            self.log_static(path, &style.with_names(names));
-            let series = PendingSeries {
-                curves,
-                ..PendingSeries::default()
-            };
-            self.series.borrow_mut().push((path.to_owned(), series));
+        let curves = curves.into_iter();
+        let curves = curves.map(|(name, color, width)| (name.into(), color, width));
+        let curves: Vec<(String, Color, f32)> = curves.collect();
+        let mut style = SeriesLines::new()
+            .with_names(curves.iter().map(|(name, ..)| name.as_str()))
+            .with_widths(curves.iter().map(|(.., width)| *width));
+        if has_colors {
+            style = style.with_colors(curves.iter().map(|(_, color, _)| *color));
         }
-    }
-
-    fn is_started(&self, path: &str) -> bool {
-        self.series.borrow().iter().any(|(known, _)| known == path)
+        self.log_static(path, &style);
+        let series = PendingSeries {
+            curves,
+            ..PendingSeries::default()
+        };
+        started.push((path.to_owned(), series));
     }
 
     /// Adds a row of time series at a time (s), as [`RecordingStream::rows`].
@@ -291,21 +323,14 @@ impl RecordingStream {
         let Some((_, pending)) = all.iter_mut().find(|(known, _)| known == path) else {
             return;
         };
-        let before = pending.times.len();
         for (time, row) in rows {
             pending.times.push(nanos(time));
             pending.values.extend(row);
         }
-        let count = pending.times.len();
-        if self.panels.is_none() {
-            if count >= BATCH_ROWS {
-                self.send_series(path, pending);
-            }
-        } else if count > before + 1 && count >= 2 * RECENT_ROWS {
-            // Several rows at once are samples; series of the whole run have fewer rows.
-            let old = count - RECENT_ROWS;
-            pending.times.drain(..old);
-            pending.values.drain(..old * pending.curves.len());
+        match &self.figures {
+            None if pending.times.len() >= BATCH_ROWS => self.send_series(path, pending),
+            Some(kept) if pending.times.len() >= 2 * RECENT_ROWS => pending.thin(kept.interval),
+            _ => {}
         }
     }
 

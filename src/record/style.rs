@@ -2,7 +2,7 @@
 //! distinguishable by colour-blind readers (after the palette of Okabe and Ito).
 
 use crate::analysis::regime::Regime;
-pub(crate) use crate::number::short;
+pub(crate) use crate::number::{format_range, short};
 use crate::pipeline::message::{Header, NodeState, SignalInfo};
 use crate::plot::{Color, Rgb, Unit, gradient};
 use crate::record::sdk;
@@ -81,14 +81,6 @@ pub fn fade(color: Color, k: usize, count: usize) -> Color {
 pub fn signal_title(signal: &SignalInfo) -> String {
     let title = format!("{}, {}", signal.column, signal.unit);
     title.trim_end_matches(", ").to_owned()
-}
-
-/// A range of values such as `100 to 150`; a single value if both ends are equal.
-pub fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
-    match ends.map(words) {
-        [low, high] if low == high => low,
-        [low, high] => format!("{low} to {high}"),
-    }
 }
 
 #[cfg(test)]

@@ -26,16 +26,6 @@ pub fn document(markdown: impl AsRef<str>) -> TextDocument {
     TextDocument::from_markdown(text.replace("![", "!\\["))
 }
 
-/// How to use the time cursor.
-fn moving(header: &Header) -> &'static str {
-    match header.subject {
-        Subject::Joint(_) => {
-            "Drag the time cursor, or press play: playback is 100 times slower than real time."
-        }
-        Subject::Small(_) | Subject::Signal(_) => "Drag the time cursor, or press play.",
-    }
-}
-
 /// Logs the properties of the recording: its name in the viewer; versions, name and text of the scene, command line.
 pub fn send_properties(rec: &RecordingStream, name: &str, [scene, scene_text, command]: [&str; 3]) {
     let name = RecordingInfo::update_fields().with_name(&*escape::line(name));
@@ -58,12 +48,11 @@ pub fn send_properties(rec: &RecordingStream, name: &str, [scene, scene_text, co
 /// Logs the description of the run, and the initial narration.
 pub fn log_about(rec: &RecordingStream, header: &Header) {
     let about = format!(
-        "# {title}\n\n{about}\n\n## Views\n\n{reading}\n{moving}\n\n{subject}\
+        "# {title}\n\n{about}\n\n## Views\n\n{reading}\n\n{subject}\
          squeakscope {version}, Rerun {RERUN_VERSION}. Command: {command}.\n",
         title = escape::markdown(&header.title),
         about = header.about,
         reading = crate::text::views(header),
-        moving = moving(header),
         subject = match &header.subject {
             Subject::Joint(joint) => joint_about(header, joint),
             Subject::Small(_) => scene_about(header),

@@ -17,71 +17,67 @@ type Feature = fn(&SignalAnalysis) -> Panel;
 /// Panel of each feature, and what it shows in a signal of which family: with the feature, and without it.
 const FEATURES: [(Feature, [[&str; 2]; 2]); 10] = [
     (
-        |report| first(spectrum(report).expect("analysed")),
+        |report| spectrum(report).expect("analysed").swap_remove(0),
         [
             ["one tone", "squeak, locked harmonics"],
             ["more than one tone", "two tones in noise"],
         ],
     ),
     (
-        |report| first(spectrum(report).expect("analysed")),
+        |report| spectrum(report).expect("analysed").swap_remove(0),
         [["two tones", "torus"], ["more than two tones", "music"]],
     ),
     (
-        |report| first(spectrum(report).expect("analysed")),
+        |report| spectrum(report).expect("analysed").swap_remove(0),
         [
             ["broadband floor", "Lorenz"],
             ["no broadband floor", "periodic"],
         ],
     ),
     (
-        |report| first(section(report).expect("analysed")),
+        |report| section(report).expect("analysed").swap_remove(0),
         [
             ["Poincaré section: curve", "torus"],
             ["Poincaré section: cloud", "Mackey-Glass"],
         ],
     ),
     (
-        |report| section(report).expect("analysed")[1].1.clone(),
+        |report| section(report).expect("analysed").swap_remove(1),
         [
             ["repetition", "period doubling cascade"],
             ["no repetition", "Roessler"],
         ],
     ),
     (
-        |report| first(portrait(report).expect("analysed")),
+        |report| portrait(report).expect("analysed").swap_remove(0),
         [
             ["predictable", "van der Pol, torus"],
             ["not predictable", "coloured noise, resonance"],
         ],
     ),
     (
-        |report| first(divergence(report).expect("analysed")),
+        |report| divergence(report).expect("analysed").swap_remove(0),
         [
             ["divergence", "Roessler"],
             ["no divergence", "van der Pol, torus"],
         ],
     ),
     (
-        |report| zero_one(report).expect("analysed")[1].1.clone(),
+        |report| zero_one(report).expect("analysed").swap_remove(1),
         [
             ["0-1 test: random walk", "Duffing, two wells"],
             ["0-1 test: bounded path", "near locking 1:3"],
         ],
     ),
     (
-        |report| first(waveform(report).expect("analysed")),
+        |report| waveform(report).expect("analysed").swap_remove(0),
         [["steady", "periodic"], ["not steady", "decay or growth"]],
     ),
     (
-        |report| first(waveform(report).expect("analysed")),
+        |report| waveform(report).expect("analysed").swap_remove(0),
         [["long record", "noisy periodic"], ["short record", "short"]],
     ),
 ];
-
-fn first(found: Vec<(&str, Panel)>) -> Panel {
-    found[0].1.clone()
-}
 
 /// The report on the first signal of a family for judging whose type of motion is found.
 fn report(name: &str) -> SignalAnalysis {

@@ -20,6 +20,8 @@ pub struct Row {
     pub needs: &'static str,
     /// Title with placeholders.
     pub title: &'static str,
+    /// What the colours of the viewer mean: the end of the title there, with placeholders; may be empty.
+    pub key: &'static str,
 }
 
 impl Row {
@@ -30,18 +32,19 @@ impl Row {
         let mut row = rows.find_map(|mut row| (row.next()? == name).then_some(row))?;
         let mut words = || row.next().unwrap_or_default().split_whitespace().collect();
         let (kind, paths) = (words(), words());
-        let rest: Vec<&str> = row.collect();
+        let [needs, title, key] = std::array::from_fn(|_| row.next().unwrap_or_default());
         Some(Self {
             kind,
             paths,
-            needs: rest[0],
-            title: rest[1],
+            needs,
+            title,
+            key,
         })
     }
 
-    /// The title with its placeholders replaced.
+    /// The title with the key, and placeholders replaced.
     pub fn title_with(&self, values: &[(&str, &str)]) -> String {
-        let title = self.title.to_owned();
+        let title = format!("{}{}", self.title, self.key);
         let replaced = |title: String, (name, value): &(&str, &str)| title.replace(name, value);
         values.iter().fold(title, replaced)
     }

@@ -123,7 +123,7 @@ impl Run<'_> {
                 return Some(PanelView::of(name, &Root::of_run()).view(&prediction_panel(picture)));
             }
             ("line-over-tilt", _) => {
-                let panel = lesson::empty_loop(header)?.with_title(Row::of(name)?.title);
+                let panel = lesson::empty_loop(header)?.with_title(Row::of(name)?.title_with(&[]));
                 return Some(PanelView::of(name, &Root::of_run()).view(&panel));
             }
             _ => {}
@@ -154,10 +154,15 @@ impl Run<'_> {
         let Some(row) = Row::of(name) else {
             return rec.panel(name);
         };
-        let row = Some(row).filter(|row| self.has_data(row.needs))?;
+        let mut row = Some(row).filter(|row| self.has_data(row.needs))?;
+        row.key = "";
         let window = self.window_of(&row);
         let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
-        let series = series_panel(&self.title(&row), curves, window.is_finite());
+        let start = self.header.start();
+        let whole = window
+            .is_infinite()
+            .then(|| [start, start + self.header.duration]);
+        let series = series_panel(&self.title(&row), curves, whole);
         let mut panel = series.or_else(|| rec.panel(row.paths[0]))?;
         panel.y.range = row.range().unwrap_or(panel.y.range);
         Some(panel)
@@ -188,6 +193,8 @@ impl Run<'_> {
         let subject = &self.header.subject;
         let of_run = [" of the velocity", " of the displacement"];
         let none = String::new;
+        let last = Some(self.window_of(row)).filter(|window| window.is_finite());
+        let last = last.map_or_else(none, |window| Unit::write(window, "s"));
         let ([velocity, displacement], key, signal) = match subject {
             Subject::Joint(_) => (of_run, none(), none()),
             Subject::Small(small) => (of_run, format!(": {}", small::key(small)), none()),
@@ -201,7 +208,7 @@ impl Run<'_> {
                 &Unit::of("Hz", self.header.highest_frequency()).symbol,
             ),
             ("{letter}", letter(subject)),
-            ("{last}", &Unit::write(self.window(), "s")),
+            ("{last}", &last),
             ("{rate}", &style::short(1e-3 * self.spec.patch_rate)),
             ("{key}", &key),
             ("{signal}", &signal),

@@ -51,11 +51,6 @@ impl Unit {
     pub fn to_si(self, value: f64) -> f64 {
         value * self.factor / self.divisor
     }
-
-    /// Converts back from SI units and radians, with about twelve significant digits.
-    pub fn of_si(self, value: f64) -> f64 {
-        value / self.to_si(1.0)
-    }
 }
 
 #[cfg(test)]

@@ -526,7 +526,7 @@ pub fn scene_lyapunov(
         stopped = progress(share, "running the scene").is_err();
     }
     let transient = run.time();
-    run.apply_final_loading()?;
+    run.advance_loading(None)?;
     let loading = run.loading();
     let fixed_at = match (scene.joint(), loading) {
         (Ok(joint), Some(loading)) => joint.fixed_at(loading),

@@ -149,7 +149,7 @@ impl Baseband {
         ((1.0 + RESIDUAL - coherence) / (1.0 + RESIDUAL - expected)).ln()
     }
 
-    /// Logarithm of the kurtosis of the level: of the mean square of the power over the square of its mean.
+    /// Logarithm of the kurtosis of the amplitude: of the mean square of the power over the square of its mean.
     fn kurtosis(&self, first: usize, end: usize) -> f64 {
         let values = self.fine[FINE * first..FINE * end].iter();
         let powers: Vec<f64> = values.map(Complex64::norm_sqr).collect();

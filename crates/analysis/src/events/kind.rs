@@ -1,7 +1,7 @@
 //! The kind of a sound: ten numbers about it, and a fitted model of what they mean.
 //!
 //! A path through noise is faint and incoherent; syllables and notes are brief, and there are many alike of other pitches; a
-//! struck note dies out; noise of a resonance has a random phase and an uneven level; between bursts it is quiet. A squeak
+//! struck note dies out; noise of a resonance has a random phase and an uneven level; bursts are separated by silence. A squeak
 //! is a steady level with a coherent phase, often with harmonics, alone. No number decides alone: the model (`model.json`) is a
 //! multinomial logistic regression on recordings whose sounds are known.
 

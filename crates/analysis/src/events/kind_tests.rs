@@ -1,4 +1,4 @@
-//! Kinds of events of sounds of which the fit knows none: tones, noise of a resonance, and impacts, in noise.
+//! Kinds of events of families of sounds that were not used for the fit: tones, noise of a resonance, and impacts, in noise.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
