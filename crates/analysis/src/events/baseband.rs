@@ -35,7 +35,7 @@ pub(super) struct Baseband {
     values: Vec<Complex64>,
     /// The same through the shortest low-pass.
     wide: Vec<Complex64>,
-    /// The same through a low-pass of 2.5 periods of the partial, at least 3 ms, with [`FINE`] values in each step.
+    /// The same through a low-pass of 2.5 periods of the partial, 3 to 12.5 ms, with [`FINE`] values in each step.
     fine: Vec<Complex64>,
     /// Frequency that was brought to zero, at each value, Hz.
     carriers: Vec<f64>,
