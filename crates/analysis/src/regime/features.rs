@@ -477,15 +477,16 @@ pub(super) fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
 }
 
 /// Distance (per coordinate, as for noise) between crossings that are a period or a multiple of it
-/// apart, up to half of the crossings, for the period with the smallest distance. `None` with too few crossings for any
-/// period.
+/// apart, up to half of the compared crossings, for the period with the smallest distance. `None` with too few crossings
+/// for any period.
 ///
 /// Uses medians because noise adds a few crossings in wrong places.
 fn repetition(crossings: &[Crossing]) -> Option<(f64, usize)> {
     // The first and the last crossing are interpolated from fewer samples.
     let inner = crossings.get(1..crossings.len().max(2) - 1).unwrap_or(&[]);
-    // The time grows with the square of their number: as many are compared as states are.
-    let last = &inner[inner.len().saturating_sub(REFERENCES)..];
+    // The later half shows what the motion settles to, if it is not too short. The time grows with the square of their
+    // number: as many are compared as states are.
+    let last = &inner[inner.len() - inner.len().min((inner.len() / 2).clamp(64, REFERENCES))..];
     let points: Vec<&[f64]> = last.iter().map(|c| c.point.as_slice()).collect();
     let (half, longest) = (points.len() / 2, MAX_PERIOD.min(points.len() / 8));
     if longest == 0 {

@@ -201,6 +201,17 @@ pub const TEXTBOOK: &[Textbook] = &[
         });
         draw.with_floor(signal)
     }),
+    family("periodic, with a second mode", &[Periodic], |draw| {
+        let (wave, n, rate) = (draw.wave(), draw.count(), draw.rate());
+        let mode = second_mode(draw, n, TAU / rate);
+        let (square, cube) = (draw.between(0.0, 0.4), draw.between(-0.2, 0.0));
+        let at = |(i, mode): (usize, f64)| {
+            let x = wave(TAU * i as f64 / rate) + mode;
+            x + square * x * x + cube * x.powi(3)
+        };
+        let signal = mode.into_iter().enumerate().map(at).collect();
+        draw.with_floor(signal)
+    }),
     family("periodic, in a ramp", &[Periodic], |draw| {
         // Another waveform, level and frequency at the end.
         let (first, last, share) = (draw.wave(), draw.wave(), draw.between(0.0, 0.15));
@@ -542,6 +553,29 @@ fn after_onset(draw: &mut Draw, settled: Vec<f64>) -> Vec<f64> {
         .enumerate()
         .map(|(i, x)| x * envelope(i))
         .collect()
+}
+
+/// A weak mode beside a limit cycle that advances by `angle` per sample: it decays after the onset, while the cycle has its
+/// level already, or noise excites it.
+fn second_mode(draw: &mut Draw, n: usize, angle: f64) -> Vec<f64> {
+    let (ratio, near) = (draw.irrational(), draw.between(0.8, 1.2));
+    let angle = angle * draw.pick(&[ratio, near]);
+    if draw.pick(&[true, false]) {
+        let (decibels, shift) = (draw.between(-40.0, -20.0), draw.phase());
+        let (size, decay) = (
+            10.0_f64.powf(decibels / 20.0),
+            draw.between(0.05, 0.3) * n as f64,
+        );
+        let at = |i: f64| size * (-i / decay).exp() * (angle * i + shift).sin();
+        return (0..n).map(|i| at(i as f64)).collect();
+    }
+    let decay = draw.between(5.0, 40.0) * TAU / angle;
+    let radius = (-1.0 / decay).exp();
+    let driven = noise(draw.rng.random(), n + 2000, 1.0);
+    let mode = autoregressive(&driven, 2.0 * radius * angle.cos(), -radius * radius);
+    let size = 10.0_f64.powf(draw.between(-45.0, -22.0) / 20.0);
+    let scale = size / squeakscope_analysis::stats::deviation(&mode);
+    mode.iter().map(|x| scale * x).collect()
 }
 
 /// `x_n = a x_(n-1) + b x_(n-2) + e_n`.
