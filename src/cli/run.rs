@@ -87,8 +87,9 @@ fn simulate(
     let mut sinks: Vec<Box<dyn Sink + '_>> = Vec::new();
     sinks.extend(figures.map(|figures| -> Box<dyn Sink + '_> { Box::new(figures) }));
     // The recording is the last sink, so it gets its final name only after the samples.
-    let npz = files.path("--npz").map(SamplesSink::new);
-    sinks.extend(npz.map(|sink| -> Box<dyn Sink + '_> { Box::new(sink) }));
+    if let Some(path) = files.path("--npz") {
+        sinks.push(Box::new(SamplesSink::new(path)));
+    }
     let mut audio = None;
     if let Some(path) = files.path("--wav") {
         let header = simulation.header(&command);

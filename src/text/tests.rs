@@ -530,8 +530,9 @@ fn the_views_of_a_run_are_listed() {
     let mut header = header();
     let rows = |header: &Header| {
         let text = fill("views", view_values(header)).unwrap();
-        assert!(text.lines().all(|row| row.starts_with('|')), "{text}");
-        text.lines().count() - 2
+        let (table, _) = text.split_once("\n\nDrag the time cursor").unwrap();
+        assert!(table.lines().all(|row| row.starts_with('|')), "{text}");
+        table.lines().count() - 2
     };
     assert_eq!(rows(&header), 3, "patch, phase portrait and health");
     let AnalysisSpec {

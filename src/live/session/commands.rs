@@ -149,8 +149,9 @@ pub(in crate::live) fn start_commands(
     for (key, value) in &step.set {
         commands.push(change(scene, &mut present, key, *value)?);
     }
-    let kicked = step.kick_mm_per_s.map(|size| kick(scene, size, 1));
-    commands.extend(kicked.transpose()?);
+    if let Some(size) = step.kick_mm_per_s {
+        commands.push(kick(scene, size, 1)?);
+    }
     step.speed_ms_per_s.map(playback_speed).transpose()?;
     Ok((present, commands))
 }

@@ -159,9 +159,8 @@ impl Run<'_> {
         let window = self.window_of(&row);
         let curves = row.paths.iter().flat_map(|path| rec.curves(path, window));
         let start = self.header.start();
-        let whole = window
-            .is_infinite()
-            .then(|| [start, start + self.header.duration]);
+        let run = [start, start + self.header.duration];
+        let whole = Some(run).filter(|_| window.is_infinite());
         let series = series_panel(&self.title(&row), curves, whole);
         let mut panel = series.or_else(|| rec.panel(row.paths[0]))?;
         panel.y.range = row.range().unwrap_or(panel.y.range);

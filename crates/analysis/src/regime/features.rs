@@ -334,7 +334,9 @@ fn zero_one_feature(samples: &[f64], lag: usize) -> Feature {
         return Feature::new("0-1 test", 0.5, short.to_owned());
     };
     let k = result.k;
-    let description = format!("The 0-1 test gives {k:.2} (0: regular, 1: chaos or noise).");
+    // Adding zero removes the sign of a rounded zero.
+    let shown = (1e2 * k).round() / 1e2 + 0.0;
+    let description = format!("The 0-1 test gives {shown:.2} (0: regular, 1: chaos or noise).");
     Feature::new("0-1 test", k, description)
 }
 
