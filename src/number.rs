@@ -140,8 +140,8 @@ pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
 }
 
 /// A range of values such as `100 to 150`; a single value if both ends are equal.
-pub(crate) fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
-    match ends.map(words) {
+pub(crate) fn format_range(ends: [f64; 2], format: impl Fn(f64) -> String) -> String {
+    match ends.map(format) {
         [low, high] if low == high => low,
         [low, high] => format!("{low} to {high}"),
     }

@@ -95,6 +95,10 @@ impl RecordingControl {
         let state = lock(&self.state);
         state.requested.as_ref().map(|(file, _)| file.clone())
     }
+
+    fn take_reserved(&self) -> Option<PartFile> {
+        lock(&self.state).requested.as_mut()?.1.take()
+    }
 }
 
 /// Sink that writes the requested recordings. A file error is shown on the panel, and the run continues.
@@ -140,9 +144,7 @@ impl Recorder {
     }
 
     fn begin(&mut self, file: PathBuf) {
-        let mut state = lock(&self.recording.state);
-        let reserved = state.requested.as_mut().and_then(|it| it.1.take());
-        drop(state);
+        let reserved = self.recording.take_reserved();
         let part = reserved.map_or_else(|| PartFile::create(&file), Ok);
         let opened = part.and_then(|part| RerunSink::into_file(part, self.spec));
         let begun = opened.map_err(SinkError::from).and_then(|mut sink| {

@@ -106,8 +106,9 @@ impl Report for RunResult<'_> {
                 quantity(summary.peak_velocity_m_per_s, 4, "m/s")
             )),
         ];
-        let motion = summary.describe_motion();
-        blocks.extend(motion.map(|motion| Block::text(format!("type of motion: {motion}"))));
+        if let Some(motion) = summary.describe_motion() {
+            blocks.push(Block::text(format!("type of motion: {motion}")));
+        }
         if !summary.at_rest {
             blocks.push(lines(&summary.lines));
         }
@@ -120,8 +121,9 @@ impl Report for RunResult<'_> {
                 "{passed} steps passed contact events without locating them, because the events were too frequent"
             )));
         }
-        let audio = self.audio.iter();
-        blocks.extend(audio.map(|audio| Block::text(format!("sound: {audio}"))));
+        if let Some(audio) = &self.audio {
+            blocks.push(Block::text(format!("sound: {audio}")));
+        }
         if !summary.facts.is_empty() {
             blocks.push(Block::heading("lesson", ""));
         }

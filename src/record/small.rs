@@ -4,7 +4,7 @@ use crate::record::sdk::{SeriesLines, StateChange, StateConfiguration};
 
 use super::portrait::Portrait;
 use super::samples::push_probe;
-use super::stream::{RecordingStream, nanos};
+use super::stream::{RecordingStream, WIDTH, nanos};
 use super::{paths, style};
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 use crate::plot::{Color, Unit};
@@ -39,7 +39,7 @@ impl SmallFrames {
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
             // A static colour would override the colour of the status.
-            rec.start(path, [(name, Color::Run, 1.2)], false);
+            rec.start(path, [(name, Color::Run, WIDTH)], false);
         }
         let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()

@@ -35,7 +35,7 @@ const BATCH_ROWS: usize = 4000;
 /// Rows of time series at the end of a run that figures keep completely.
 const RECENT_ROWS: usize = 20_000;
 /// Width of a curve, pixels, and points on paper per pixel.
-const WIDTH: f32 = 1.2;
+pub const WIDTH: f32 = 1.2;
 const ON_PAPER: f64 = 0.75;
 
 /// A simulated time (s) in nanoseconds on the timeline.

@@ -48,15 +48,12 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<StageGroup> {
     } else {
         groups.extend(unfolded.map(|stage| vec![stage]));
     }
-    let regime = spec.regime.as_ref().map(|spec| regime::regime(spec, rate));
-    let perturbed = spec.perturbed_trajectory;
-    let divergence = perturbed.map(|spec| divergence::divergence(spec, rate));
-    groups.extend(
-        [regime, divergence]
-            .into_iter()
-            .flatten()
-            .map(|it| vec![it]),
-    );
+    if let Some(spec) = &spec.regime {
+        groups.push(vec![regime::regime(spec, rate)]);
+    }
+    if let Some(spec) = spec.perturbed_trajectory {
+        groups.push(vec![divergence::divergence(spec, rate)]);
+    }
     let group = |stages| StageGroup {
         context: Context::new(rate),
         stages,

@@ -171,7 +171,7 @@ impl ScheduleKeys {
             phase: table.get(phase)?,
         };
         // Rounded in the unit of the file, which removes conversion errors.
-        let stated = |si: f64| (1e9 * si / value.unit.to_si(1.0)).round() / 1e9;
+        let stated = |si: f64| (1e9 * (si / value.unit.to_si(1.0))).round() / 1e9;
         for end in [sine.mean - sine.amplitude, sine.mean + sine.amplitude].map(stated) {
             ensure!(table, value.range.contains(end) => amplitude.name, &[mean.name];
                 "the {word} reaches {end}";

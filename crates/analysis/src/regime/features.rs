@@ -488,7 +488,8 @@ fn repetition(crossings: &[Crossing]) -> Option<(f64, usize)> {
     let inner = crossings.get(1..crossings.len().max(2) - 1).unwrap_or(&[]);
     // The later half shows what the motion settles to, if it is not too short. The time grows with the square of their
     // number: as many are compared as states are.
-    let last = &inner[inner.len() - inner.len().min((inner.len() / 2).clamp(64, REFERENCES))..];
+    let compared = (inner.len() / 2).clamp(64, REFERENCES);
+    let last = &inner[inner.len().saturating_sub(compared)..];
     let points: Vec<&[f64]> = last.iter().map(|c| c.point.as_slice()).collect();
     let (half, longest) = (points.len() / 2, MAX_PERIOD.min(points.len() / 8));
     if longest == 0 {
