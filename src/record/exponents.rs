@@ -19,7 +19,7 @@ pub fn draw(rec: &RecordingStream, header: &Header, found: &Exponents) {
         let parts = [low, ("", color, 2.0), high];
         parts.map(|(part, color, width)| (format!("λ{}, {part}1/s", k + 1), color, width))
     });
-    rec.start(paths::EXPONENTS_RUNNING, names, true);
+    rec.start(paths::EXPONENTS_RUNNING, names.collect(), true);
     rec.name(paths::EXPONENTS_ZERO, [("zero", Color::Faint)]);
     if spectrum.time > SHORT * header.duration {
         let row = spectrum.exponents.iter().flat_map(|exponent| {

@@ -21,7 +21,7 @@ impl Lesson {
     /// Names the series, and draws the computed values.
     pub fn new(rec: &RecordingStream, header: &Header, computed: &MechanismPrediction) -> Self {
         rec.name(paths::LESSON_VELOCITY_LEVEL, [("measured", Color::Run)]);
-        let predicted = [("computed growth", Color::Compared, 2.4)];
+        let predicted = vec![("computed growth".to_owned(), Color::Compared, 2.4)];
         rec.start(paths::LESSON_PREDICTED, predicted, true);
         if let Some(picture) = &computed.picture {
             let mut view = PanelView::of("computed", &Root::of_run());

@@ -245,7 +245,7 @@ impl PanelView {
         let labels = place_names(plot.width, named);
         let names = labels.iter();
         let names = names.map(|label| (label.at, shown(label.name), color));
-        rec.log(self.at("names"), at, &texts(names));
+        rec.log(self.at("names"), at, &texts(names.collect()));
         // The lines start below the label, which the viewer draws below its position.
         let stems = labels.iter().map(|label| {
             let [x, tip] = label.tip;
@@ -305,7 +305,7 @@ fn legend(panel: &Panel) -> Vec<(String, Color)> {
 /// A text at a position; an empty text clears the current one.
 fn text(text: &str, at: [f32; 2], color: Color) -> Points2D {
     let text = Some(shown(&escape::line(text))).filter(|text| !text.is_empty());
-    texts(text.map(|text| (at, text, color)))
+    texts(text.map(|text| (at, text, color)).into_iter().collect())
 }
 
 impl Entity {

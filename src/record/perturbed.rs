@@ -115,7 +115,11 @@ impl PerturbedTrajectory {
             return;
         };
         let name = format!("slope λ = {} per s", rate(line));
-        rec.start(paths::DIVERGENCE_FIT, [(name, Color::Compared, 2.4)], true);
+        rec.start(
+            paths::DIVERGENCE_FIT,
+            vec![(name, Color::Compared, 2.4)],
+            true,
+        );
         for time in [
             line.since_s,
             separation.saturated_s.unwrap_or(separation.time_s),

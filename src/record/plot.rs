@@ -80,7 +80,11 @@ impl Plot {
         if !self.legend.is_empty() {
             let places = legend_positions(self.width, &self.legend).into_iter();
             let entries = places.zip(self.legend.iter().cloned());
-            let entries = texts(entries.map(|(at, (name, color))| (at, name, color)));
+            let entries = texts(
+                entries
+                    .map(|(at, (name, color))| (at, name, color))
+                    .collect(),
+            );
             rec.log_static(format!("{path}/legend"), &entries);
         }
     }
@@ -122,13 +126,12 @@ impl Plot {
         let ticks = { x_ticks.into_iter().map(below) }.chain(y_ticks.into_iter().map(beside));
         let above = Some(above).filter(|(_, name)| !name.is_empty());
         let all = ticks.chain([name]).chain(above);
-        texts(all.map(|(at, text)| (at, text, Color::Faint)))
+        texts(all.map(|(at, text)| (at, text, Color::Faint)).collect())
     }
 }
 
 /// Texts in the viewer: labels of invisible points.
-pub fn texts(texts: impl IntoIterator<Item = ([f32; 2], String, Color)>) -> Points2D {
-    let texts: Vec<_> = texts.into_iter().collect();
+pub fn texts(texts: Vec<([f32; 2], String, Color)>) -> Points2D {
     Points2D::new(texts.iter().map(|(at, ..)| *at))
         .with_labels(texts.iter().map(|(_, text, _)| text.as_str()))
         .with_colors(texts.iter().map(|(.., color)| *color))

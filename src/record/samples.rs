@@ -52,7 +52,8 @@ impl Samples {
             ("residual, µJ", Color::Compared, 1.2),
         ];
         // The first two nearly coincide; the wide line remains visible behind the narrow one.
-        rec.start(paths::ENERGY, energies, true);
+        let energies = energies.map(|(name, color, width)| (name.to_owned(), color, width));
+        rec.start(paths::ENERGY, energies.into(), true);
         Self {
             last_energy: f64::NEG_INFINITY,
         }
@@ -111,7 +112,7 @@ fn draw_mode_legend(rec: &RecordingStream, joint: &JointInfo) {
         let at = [0.5 * KEY_WIDTH, KEY_LINE * (k as f32 + 0.5)];
         (at, mode_name(mode), Color::Series(k))
     });
-    rec.log_static(paths::MODES_LEGEND, &texts(entries));
+    rec.log_static(paths::MODES_LEGEND, &texts(entries.collect()));
 }
 
 /// Label and frequency of a mode.

@@ -39,7 +39,7 @@ impl SmallFrames {
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
             // A static colour would override the colour of the status.
-            rec.start(path, [(name, Color::Run, WIDTH)], false);
+            rec.start(path, vec![(name.to_owned(), Color::Run, WIDTH)], false);
         }
         let labels = || small.statuses.iter().map(|status| status.label);
         let band = StateConfiguration::new()

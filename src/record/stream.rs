@@ -275,24 +275,17 @@ impl RecordingStream {
     /// Starts an entity of time series with names and colours; one that is started remains as it is.
     pub fn name<N: Into<String>>(&self, path: &str, series: impl IntoIterator<Item = (N, Color)>) {
         let series = series.into_iter();
-        self.start(path, series.map(|(name, color)| (name, color, WIDTH)), true);
+        let curves = series.map(|(name, color)| (name.into(), color, WIDTH));
+        self.start(path, curves.collect(), true);
     }
 
     /// As [`RecordingStream::name`], with line widths, pixels. Colours that change over time must not be static: without
     /// `has_colors` the recording has no colours yet.
-    pub fn start<N: Into<String>>(
-        &self,
-        path: &str,
-        curves: impl IntoIterator<Item = (N, Color, f32)>,
-        has_colors: bool,
-    ) {
+    pub fn start(&self, path: &str, curves: Vec<(String, Color, f32)>, has_colors: bool) {
         let mut started = self.series.borrow_mut();
         if started.iter().any(|(known, _)| known == path) {
             return;
         }
-        let curves = curves.into_iter();
-        let curves = curves.map(|(name, color, width)| (name.into(), color, width));
-        let curves: Vec<(String, Color, f32)> = curves.collect();
         let mut style = SeriesLines::new()
             .with_names(curves.iter().map(|(name, ..)| name.as_str()))
             .with_widths(curves.iter().map(|(.., width)| *width));

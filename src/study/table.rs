@@ -12,13 +12,9 @@ use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
 use erased_serde::Serialize as Erased;
 use parquet::arrow::ArrowWriter;
-use serde::Serialize;
 use serde_json::Value;
 
 use crate::export::{OutputError, replace_file};
-
-/// Number of rows in a batch of a finished table.
-const BATCH: usize = 1024;
 
 /// Key of the unit in the metadata of a field.
 const UNIT: &str = "unit";
@@ -68,44 +64,39 @@ pub(super) fn batch(schema: &SchemaRef, rows: &dyn Erased) -> io::Result<RecordB
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
-pub(super) fn write<R: Serialize>(
+pub(super) fn write(
     path: &Path,
     schema: io::Result<SchemaRef>,
-    rows: &[R],
+    rows: &dyn Erased,
 ) -> Result<(), OutputError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     replace_file(path, |out| {
         let schema = schema?;
-        let batches = rows.chunks(BATCH).map(|rows| batch(&schema, &rows));
         match ending.to_str() {
             Some("parquet") => {
                 let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
                 let mut file = file.map_err(io::Error::other)?;
-                for batch in batches {
-                    file.write(&batch?).map_err(io::Error::other)?;
-                }
+                file.write(&batch(&schema, rows)?)
+                    .map_err(io::Error::other)?;
                 file.close().map(drop).map_err(io::Error::other)
             }
             Some("csv") => write_csv(out, &schema, rows),
             _ => {
                 let mut file = FileWriter::try_new(out, &schema).map_err(unwrapped)?;
-                for batch in batches {
-                    file.write(&batch?).map_err(unwrapped)?;
-                }
+                file.write(&batch(&schema, rows)?).map_err(unwrapped)?;
                 file.finish().map_err(unwrapped)
             }
         }
     })
 }
 
-fn write_csv<R: Serialize>(out: impl Write, schema: &Schema, rows: &[R]) -> io::Result<()> {
+fn write_csv(out: impl Write, schema: &Schema, rows: &dyn Erased) -> io::Result<()> {
     let fields = schema.fields().iter();
     let single = fields.take_while(|field| !field.data_type().is_nested());
     let names: Vec<&String> = single.map(|field| field.name()).collect();
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(&names)?;
-    for row in rows {
-        let row = serde_json::to_value(row as &dyn Erased)?;
+    for row in serde_json::to_value(rows)?.as_array().into_iter().flatten() {
         csv.write_record(names.iter().map(|name| cell(&row[*name])))?;
     }
     csv.flush()

@@ -33,29 +33,30 @@ pub(super) fn keep_slopes<S: Simd, const K: usize, const N: usize>(
     [coefficient, rate]: &[[Dual<S, K, N>; 3]; 2],
 ) {
     let len = const { slopes_len(N) };
-    for k in 0..K {
-        let place = LanePosition::of::<S>(first + k);
-        let record = &mut record[place.block * len..][..len];
-        let mut store = |number: usize, slope: Vector<S, K>| {
+    // The loop over the vectors is the inner one: it is small enough to be unrolled.
+    let mut store = |number: usize, slope: Vector<S, K>| {
+        for k in 0..K {
+            let place = LanePosition::of::<S>(first + k);
+            let record = &mut record[place.block * len..][..len];
             slope.one(k).store(&mut record[number], place.part);
-        };
-        for (i, coefficient) in coefficient.iter().enumerate() {
-            let row = i * (2 + N);
-            let mut direction = coefficient.value;
-            if i == 2 {
-                direction = direction + direction.broadcast(1.0);
-            }
-            store(row, normal.slopes[0] * direction);
-            store(row + 1, normal.slopes[1] * direction);
-            for (j, slope) in coefficient.slopes.iter().enumerate() {
-                store(row + 2 + j, normal.value * *slope);
-            }
         }
-        if N == 6 {
-            let slopes = rate.iter().flat_map(|rate| rate.slopes);
-            for (number, slope) in slopes.enumerate() {
-                store(3 * (2 + N) + number, slope);
-            }
+    };
+    for (i, coefficient) in coefficient.iter().enumerate() {
+        let row = i * (2 + N);
+        let mut direction = coefficient.value;
+        if i == 2 {
+            direction = direction + direction.broadcast(1.0);
+        }
+        store(row, normal.slopes[0] * direction);
+        store(row + 1, normal.slopes[1] * direction);
+        for (j, slope) in coefficient.slopes.iter().enumerate() {
+            store(row + 2 + j, normal.value * *slope);
+        }
+    }
+    if N == 6 {
+        let slopes = rate.iter().flat_map(|rate| rate.slopes);
+        for (number, slope) in slopes.enumerate() {
+            store(3 * (2 + N) + number, slope);
         }
     }
 }
