@@ -115,12 +115,12 @@ fn studies() -> Vec<Figure> {
             figures.extend(paper(&plan, &points));
         }
     }
-    let seeds: Vec<f64> = (1..9).map(f64::from).collect();
+    let seeds: Vec<f64> = (1..5).map(f64::from).collect();
     let (_, points) = swept(
         "torus-1.75deg",
         &[("start.seed", &seeds)],
         &[Start::Fresh],
-        0.4,
+        0.1,
     );
     figures.push(basins_figure(
         "torus-1.75deg",

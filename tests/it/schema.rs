@@ -29,7 +29,7 @@ const EXAMPLES: &[&str] = &[
     "sweep doubled-torus-3deg --tilt 2:3:1 --start downward --min-transient 100 --max-transient 140 --measure 60 --exponents 1 --out a.arrow",
     "merge a.arrow --out merged.arrow",
     "basins periodic-2deg --tilt 2 --kicks 2 --min-transient 20 --max-transient 30 --measure 10 --exponents 0 --out b.arrow",
-    "cost mass-on-belt --set time.duration_ms=100 --set time.sample_rate_khz=10",
+    "cost mass-on-belt --set time.duration_ms=40 --set time.sample_rate_khz=10",
     // The points of the sweep come from an earlier run, which `prepare` writes.
     "paper --figure 4 --out paper",
     "analyse sound.wav --calibration 2Pa",

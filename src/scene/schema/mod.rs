@@ -117,7 +117,8 @@ impl Schema {
 
     /// Whether a path is that of a table.
     pub fn has_table(&self, path: &str) -> bool {
-        let is_inside = |key: &str| key.strip_prefix(path).is_some_and(|r| r.starts_with('.'));
+        let end = path.len();
+        let is_inside = |key: &str| key.as_bytes().get(end) == Some(&b'.') && key.starts_with(path);
         self.paths().any(is_inside)
     }
 }

@@ -10,7 +10,7 @@ use super::{Counts, Search, in_turn, keep};
 use crate::live::{DEADLINE, Live};
 
 /// Number of mutants in the standard tests.
-const USUAL: u64 = 3000;
+const USUAL: u64 = 1500;
 
 /// Number of mutants between two valid requests that must be served.
 const BETWEEN: u64 = 200;

@@ -48,7 +48,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "oscilloscopes", extension: "csv", kind: Kind::Text, usual: 1500, corpus: corpus::oscilloscopes, read: signal },
     Target { name: "FLAC", extension: "flac", kind: Kind::Binary, usual: 400, corpus: corpus::flac, read: signal },
     Target { name: "MP3", extension: "mp3", kind: Kind::Binary, usual: 400, corpus: corpus::mp3, read: signal },
-    Target { name: "Ogg", extension: "ogg", kind: Kind::Ogg, usual: 400, corpus: corpus::ogg, read: signal },
+    Target { name: "Ogg", extension: "ogg", kind: Kind::Ogg, usual: 150, corpus: corpus::ogg, read: signal },
     Target { name: "MP4", extension: "m4a", kind: Kind::Binary, usual: 400, corpus: corpus::mp4, read: signal },
     Target { name: "universal", extension: "uff", kind: Kind::Text, usual: 800, corpus: corpus::universal, read: signal },
     Target { name: "AIFF", extension: "aiff", kind: Kind::Binary, usual: 400, corpus: corpus::aiff, read: signal },

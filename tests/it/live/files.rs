@@ -155,7 +155,7 @@ fn files_recorded_during_the_session_are_named_at_the_end() {
 /// The reported files exist, whenever the program is interrupted.
 #[test]
 fn an_immediate_interrupt_reports_existing_files() {
-    for delay in (0..80).step_by(4) {
+    for delay in (0..80).step_by(8) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
             .current_dir(folder.path())

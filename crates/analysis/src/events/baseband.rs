@@ -7,6 +7,7 @@ use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::ridge::Ridge;
+use crate::simd::vectorised;
 use crate::stats::{deviation, mean, median, trend};
 use crate::tones::Window;
 
@@ -56,15 +57,17 @@ impl Baseband {
             .collect();
         let step = STEP_S * rate_hz;
         let mut phasor = Complex64::ONE;
-        let turns = carriers
-            .iter()
-            .map(|f| Complex64::from_polar(1.0, -TAU * f / rate_hz));
-        let turns: Vec<Complex64> = turns.collect();
-        let mix = |(k, x): (usize, &f64)| {
-            phasor *= turns.get((k as f64 / step).round() as usize)?;
-            Some(phasor * x)
-        };
-        let mixed: Vec<Complex64> = samples[first..].iter().enumerate().map_while(mix).collect();
+        let samples = &samples[first..];
+        let mut mixed = Vec::with_capacity(samples.len());
+        for (i, f) in carriers.iter().enumerate() {
+            let turn = Complex64::from_polar(1.0, -TAU * f / rate_hz);
+            let end = ((i as f64 + 0.5) * step).ceil() as usize;
+            let near = &samples[mixed.len()..end.min(samples.len())];
+            mixed.extend(near.iter().map(|x| {
+                phasor *= turn;
+                phasor * x
+            }));
+        }
         let low_pass = |length_s: f64, parts: usize| -> Vec<Complex64> {
             let step = step / parts as f64;
             let weights = Window::Hann.samples((length_s * rate_hz) as usize);
@@ -72,8 +75,7 @@ impl Baseband {
             let value = |i: usize| {
                 let from = (i as f64 * step) as isize - (weights.len() / 2) as isize;
                 let weights = &weights[(-from).max(0) as usize..];
-                let near = mixed.iter().skip(from.max(0) as usize);
-                near.zip(weights).map(|(x, w)| x * w).sum::<Complex64>() * scale
+                weighted_sum(&mixed[mixed.len().min(from.max(0) as usize)..], weights) * scale
             };
             (0..parts * carriers.len()).map(value).collect()
         };
@@ -186,6 +188,29 @@ impl Baseband {
         let sum: Complex64 = pairs.map(|pair| pair[1] * pair[0].conj()).sum();
         sum.arg() / (TAU * STEP_S)
     }
+}
+
+/// The sum of values with their weights.
+fn weighted_sum(values: &[Complex64], weights: &[f64]) -> Complex64 {
+    let len = values.len().min(weights.len());
+    let (values, last) = values[..len].as_chunks::<8>();
+    let (weights, of_last) = weights[..len].as_chunks::<8>();
+    // Partial sums do not wait for each other.
+    let mut sums = [Complex64::ZERO; 8];
+    for ((sum, x), w) in sums.iter_mut().zip(last).zip(of_last) {
+        *sum = x * w;
+    }
+    vectorised(
+        #[inline(always)]
+        || {
+            for (values, weights) in values.iter().zip(weights) {
+                for k in 0..8 {
+                    sums[k] += values[k] * weights[k];
+                }
+            }
+        },
+    );
+    sums.iter().sum()
 }
 
 /// Logarithm of the share of the power that a value does not have in common with the one before that shares no samples:
