@@ -10,10 +10,8 @@ pub fn series(control: &Control) -> [String; 2] {
     let parameter = control.parameter;
     let name = format!("{}, {}", parameter.label(), parameter.unit());
     let path = parameter.path().replace('.', "/");
-    [
-        format!("controls/{path}"),
-        name.trim_end_matches(", ").to_owned(),
-    ]
+    let name = name.trim_end_matches(", ").to_owned();
+    [format!("controls/{path}"), name]
 }
 
 /// The numbers of a live run besides the tilt, which has a series of its own.

@@ -115,11 +115,8 @@ impl PerturbedTrajectory {
             return;
         };
         let name = format!("slope λ = {} per s", rate(line));
-        rec.start(
-            paths::DIVERGENCE_FIT,
-            vec![(name, Color::Compared, 2.4)],
-            true,
-        );
+        let curve = vec![(name, Color::Compared, 2.4)];
+        rec.start(paths::DIVERGENCE_FIT, curve, true);
         for time in [
             line.since_s,
             separation.saturated_s.unwrap_or(separation.time_s),

@@ -80,12 +80,8 @@ impl Plot {
         if !self.legend.is_empty() {
             let places = legend_positions(self.width, &self.legend).into_iter();
             let entries = places.zip(self.legend.iter().cloned());
-            let entries = texts(
-                entries
-                    .map(|(at, (name, color))| (at, name, color))
-                    .collect(),
-            );
-            rec.log_static(format!("{path}/legend"), &entries);
+            let entries = entries.map(|(at, (name, color))| (at, name, color));
+            rec.log_static(format!("{path}/legend"), &texts(entries.collect()));
         }
     }
 

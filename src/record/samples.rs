@@ -46,14 +46,13 @@ impl Samples {
             rec.name(path, names.zip((0..).map(Color::Series)));
         }
         draw_mode_legend(rec, joint);
-        let energies = [
-            ("stored, µJ", Color::Run, 3.6),
-            ("work of friction, µJ", style::FRICTION, 1.2),
-            ("residual, µJ", Color::Compared, 1.2),
+        let energies = vec![
+            ("stored, µJ".to_owned(), Color::Run, 3.6),
+            ("work of friction, µJ".to_owned(), style::FRICTION, 1.2),
+            ("residual, µJ".to_owned(), Color::Compared, 1.2),
         ];
         // The first two nearly coincide; the wide line remains visible behind the narrow one.
-        let energies = energies.map(|(name, color, width)| (name.to_owned(), color, width));
-        rec.start(paths::ENERGY, energies.into(), true);
+        rec.start(paths::ENERGY, energies, true);
         Self {
             last_energy: f64::NEG_INFINITY,
         }

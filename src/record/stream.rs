@@ -274,9 +274,8 @@ impl RecordingStream {
 
     /// Starts an entity of time series with names and colours; one that is started remains as it is.
     pub fn name<N: Into<String>>(&self, path: &str, series: impl IntoIterator<Item = (N, Color)>) {
-        let series = series.into_iter();
-        let curves = series.map(|(name, color)| (name.into(), color, WIDTH));
-        self.start(path, curves.collect(), true);
+        let curve = |(name, color): (N, Color)| (name.into(), color, WIDTH);
+        self.start(path, series.into_iter().map(curve).collect(), true);
     }
 
     /// As [`RecordingStream::name`], with line widths, pixels. Colours that change over time must not be static: without

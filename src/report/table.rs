@@ -40,25 +40,17 @@ impl Table {
 
 impl<R> TableOf<R> {
     /// Adds a left-aligned column, for text: its title, and its cell in the row of an item.
-    pub fn left<C: Into<Cell>>(
-        self,
-        title: impl Into<String>,
-        mut cell: impl FnMut(&R) -> C,
-    ) -> Self {
-        self.column(title.into(), false, &mut |row| cell(row).into())
+    pub fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(&R) -> C) -> Self {
+        self.column(title.into(), false, &|row| cell(row).into())
     }
 
     /// Adds a right-aligned column, for numbers.
-    pub fn right<C: Into<Cell>>(
-        self,
-        title: impl Into<String>,
-        mut cell: impl FnMut(&R) -> C,
-    ) -> Self {
-        self.column(title.into(), true, &mut |row| cell(row).into())
+    pub fn right<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(&R) -> C) -> Self {
+        self.column(title.into(), true, &|row| cell(row).into())
     }
 
     // Not generic in the cell: it is compiled once for each kind of row, not for each column.
-    fn column(mut self, title: String, is_right: bool, cell: &mut dyn FnMut(&R) -> Cell) -> Self {
+    fn column(mut self, title: String, is_right: bool, cell: &dyn Fn(&R) -> Cell) -> Self {
         let cells: Vec<Cell> = self.rows.iter().map(cell).collect();
         if cells.is_empty() || cells.iter().any(|cell| !cell.text.is_empty()) {
             self.table.columns.push(Column {

@@ -76,8 +76,8 @@ pub(super) fn write(
             Some("parquet") => {
                 let file = ArrowWriter::try_new(out, Arc::clone(&schema), None);
                 let mut file = file.map_err(io::Error::other)?;
-                file.write(&batch(&schema, rows)?)
-                    .map_err(io::Error::other)?;
+                let rows = batch(&schema, rows)?;
+                file.write(&rows).map_err(io::Error::other)?;
                 file.close().map(drop).map_err(io::Error::other)
             }
             Some("csv") => write_csv(out, &schema, rows),
