@@ -58,7 +58,7 @@ impl Baseband {
         let step = STEP_S * rate_hz;
         let mut phasor = Complex64::ONE;
         let samples = &samples[first..];
-        let mut mixed = Vec::with_capacity(samples.len());
+        let mut mixed = Vec::new();
         for (i, f) in carriers.iter().enumerate() {
             let turn = Complex64::from_polar(1.0, -TAU * f / rate_hz);
             let end = ((i as f64 + 0.5) * step).ceil() as usize;
